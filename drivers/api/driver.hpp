@@ -1,0 +1,92 @@
+#pragma once
+// The driver interface and the plugin ABI. A driver owns no thread, socket or clock: its host gives it
+// a Loop and a Link. Nothing throws across this border.
+
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <variant>
+
+#include "drivers/api/link.hpp"
+#include "drivers/api/loop.hpp"
+#include "drivers/api/sample.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft {
+
+enum class LogLevel { debug, info, warning, error };
+
+/// Closed, open, armed, faulted: see lifecycle.hpp for the table.
+enum class DriverState { closed, open, armed, faulted };
+
+/// Find the reference mark. Stages only.
+struct HomeCommand {};
+/// Go to `target` and stop there. [m, m/s] for linear axes, [rad, rad/s] for rotary ones.
+struct MoveCommand {
+  double target = 0;
+  double speed = 0;
+};
+/// Move with `velocity` for at most `horizon` and then stop by itself: the finite form of a velocity
+/// command, so that a dead host leaves stages that stop. Sent again each cycle by the force loop.
+struct ServoCommand {
+  double velocity = 0;  ///< [m/s] or [rad/s], signed
+  Duration horizon{};
+};
+/// Ask for one status reading now. Stages only.
+struct PollCommand {};
+/// Take the present reading as zero. Force/torque sensors only.
+struct BiasCommand {};
+
+using Command = std::variant<HomeCommand, MoveCommand, ServoCommand, PollCommand, BiasCommand>;
+
+/// What a driver gets from the program that runs it. Outlives the driver.
+class DriverHost {
+ public:
+  virtual ~DriverHost() = default;
+  virtual Loop& loop() = 0;
+  virtual Link& link() = 0;
+  virtual void publish(const Sample& sample) = 0;
+  virtual void state_changed(DriverState state) = 0;
+  /// The driver has left `armed` or `open` for `faulted`.
+  virtual void fault(const Error& error) = 0;
+  virtual void log(LogLevel level, std::string_view text) = 0;
+};
+
+/// One device. open() and arm() return at once; the outcome comes as state_changed() or fault().
+class Driver {
+ public:
+  virtual ~Driver() = default;
+  [[nodiscard]] virtual DriverState state() const noexcept = 0;
+  /// Starts the conversation: identity is read and checked. closed -> open.
+  virtual Status open() noexcept = 0;
+  /// Makes the device ready: channel enabled, limits set, streams started. open -> armed.
+  virtual Status arm() noexcept = 0;
+  /// Armed only. A motion command replaces the one under way. For moves the number to look for in
+  /// StageSample::move_id is returned; for other commands 0.
+  virtual Result<std::uint32_t> command(const Command& command) noexcept = 0;
+  /// Ends motion and streams now, in any state.
+  virtual void stop() noexcept = 0;
+  /// Leaves the device quiet. Any state -> closed.
+  virtual void close() noexcept = 0;
+};
+
+/// Bumped whenever anything in drivers/api changes meaning or layout.
+constexpr std::uint32_t driver_abi_version = 1;
+
+/// What a plugin exports as `extern "C" const weft::DriverEntryV1 weft_driver_v1`. Built-in drivers
+/// export the same struct under their own name; daemon/plugins lists them.
+struct DriverEntryV1 {
+  std::uint32_t abi_version;
+  std::uint32_t struct_size;
+  const char* build_fingerprint;   ///< compiler and standard library; must equal the host's
+  const char* name;                ///< "thorlabs_apt"
+  const char* summary;             ///< one sentence
+  const char* config_schema_json;  ///< JSON Schema of the configuration
+  /// `config_json` has been read from the rig file. The error is a sentence for the user.
+  Result<std::unique_ptr<Driver>> (*create)(std::string_view config_json, DriverHost& host) noexcept;
+};
+
+/// The value for DriverEntryV1::build_fingerprint of this translation unit.
+#define WEFT_BUILD_FINGERPRINT "g++ " __VERSION__
+
+}  // namespace weft

@@ -1,0 +1,45 @@
+#pragma once
+// What drivers publish: SI values where a calibration exists, raw counts (named so) where it does not.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <variant>
+
+#include "protocols/base/time.hpp"
+
+namespace weft {
+
+/// One status reading of one stage. Linear axes: metres; rotary axes: radians; both from home.
+struct StageSample {
+  double position = 0;      ///< [m] or [rad]
+  bool moving = false;
+  bool homed = false;
+  bool limit = false;       ///< a hardware limit switch is made
+  std::uint32_t move_id = 0;  ///< number of the last motion command whose completion was confirmed
+};
+
+/// One reading of the force/torque sensor, in the sensor's frame, bias removed by the sensor.
+struct WrenchSample {
+  std::array<double, 3> force_n{};    ///< Fx, Fy, Fz [N]; +Fz pushes the plate down
+  std::array<double, 3> torque_nm{};  ///< Tx, Ty, Tz [N m]
+  std::uint32_t status = 0;           ///< the device's status word
+  bool valid = true;                  ///< false when the status word says that values are wrong
+};
+
+/// One frame of the tactile array.
+struct TaxelSample {
+  std::span<const std::uint16_t> counts;  ///< one value per taxel; valid during the call only
+  std::uint16_t proximity_counts = 0;
+  std::uint16_t ambient_counts = 0;
+  std::uint32_t device_us = 0;  ///< the sensor's own clock, wraps
+};
+
+struct Sample {
+  TimePoint host;           ///< arrival on the host clock
+  std::uint32_t sequence = 0;  ///< the device's number, or the driver's own where the wire has none
+  std::uint32_t lost = 0;      ///< frames missing right before this one
+  std::variant<StageSample, WrenchSample, TaxelSample> value;
+};
+
+}  // namespace weft

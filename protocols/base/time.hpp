@@ -1,0 +1,29 @@
+#pragma once
+// Time is an argument: pure code receives a TimePoint, only a Loop reads a clock.
+
+#include <chrono>
+#include <cstdint>
+
+namespace weft {
+
+/// Nanoseconds. Integer ticks, so that a long campaign does not drift (reference/sim.md 3.3).
+using Duration = std::chrono::nanoseconds;
+
+/// The clock of a Loop: zero when the loop starts. Has no now(): ask the Loop.
+struct WeftEpoch {
+  using rep = std::int64_t;
+  using period = std::nano;
+  using duration = Duration;
+  using time_point = std::chrono::time_point<WeftEpoch>;
+};
+using TimePoint = std::chrono::time_point<WeftEpoch, Duration>;
+
+constexpr double to_seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+constexpr double to_seconds(TimePoint t) { return to_seconds(t.time_since_epoch()); }
+
+/// Nearest nanosecond; the caller keeps `seconds` finite and below 292 years.
+constexpr Duration from_seconds(double seconds) {
+  return Duration(static_cast<std::int64_t>(seconds * 1e9 + (seconds < 0 ? -0.5 : 0.5)));
+}
+
+}  // namespace weft

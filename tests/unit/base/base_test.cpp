@@ -1,0 +1,58 @@
+#include <catch2/catch.hpp>
+
+#include "protocols/base/bytes.hpp"
+#include "protocols/base/crc.hpp"
+#include "protocols/base/phase.hpp"
+#include "protocols/base/result.hpp"
+#include "protocols/base/time.hpp"
+
+using namespace weft;
+
+namespace {
+Bytes ascii(std::string_view text) { return {text.begin(), text.end()}; }
+}  // namespace
+
+TEST_CASE("CRCs give the catalogue's check values") {
+  CHECK(crc16_ccitt(ascii("123456789")) == 0x29B1);
+  CHECK(crc32(ascii("123456789")) == 0xCBF43926U);
+  CHECK(crc32(ascii("6789"), crc32(ascii("12345"))) == 0xCBF43926U);
+}
+
+TEST_CASE("a reader that runs out turns bad and stays bad") {
+  const Bytes three{1, 2, 3};
+  LittleReader in(three);
+  CHECK(in.read<std::uint16_t>() == 0x0201);
+  CHECK(in.read<std::uint32_t>() == 0);
+  CHECK_FALSE(in.ok());
+  CHECK(in.read<std::uint8_t>() == 0);
+}
+
+TEST_CASE("signed and unsigned integers survive both byte orders at their bounds") {
+  for (const std::int32_t v : {0, 1, -1, 0x7FFFFFFF, -0x7FFFFFFF - 1}) {
+    Bytes little;
+    Bytes big;
+    LittleWriter(little).write(v);
+    BigWriter(big).write(v);
+    CHECK(LittleReader(little).read<std::int32_t>() == v);
+    CHECK(BigReader(big).read<std::int32_t>() == v);
+    CHECK(little == Bytes(big.rbegin(), big.rend()));
+  }
+}
+
+TEST_CASE("an error reads as a sentence with its place in front") {
+  Error e = Error{Errc::range, "speed too high", "/speed_mm_s", "<= 4", "5", "Lower it"};
+  CHECK(to_string(std::move(e).in("m1.json")) ==
+        "m1.json: /speed_mm_s: speed too high (expected <= 4, got 5). Lower it.");
+}
+
+TEST_CASE("seconds round to the nearest nanosecond") {
+  CHECK(from_seconds(1e-9) == Duration(1));
+  CHECK(from_seconds(-0.25) == Duration(-250000000));
+  CHECK(to_seconds(from_seconds(36.2)) == Approx(36.2));
+}
+
+TEST_CASE("phase letters go both ways and others are refused") {
+  for (const Phase p : {Phase::none, Phase::rest, Phase::press, Phase::motion, Phase::end})
+    CHECK(phase_from_char(to_char(p)) == p);
+  CHECK_FALSE(phase_from_char('X').has_value());
+}
