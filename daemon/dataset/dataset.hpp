@@ -1,0 +1,142 @@
+#pragma once
+// A data set in memory: the classifier's trials and, beside each, what the classifier must not see.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/features/trial.hpp"
+#include "protocols/base/result.hpp"
+#include "protocols/base/time.hpp"
+
+namespace weft::daemon {
+
+/// Where the samples come from. Stored as a word in every file and part of the data set's digest,
+/// so that a simulated set can never be passed off as a real one. The emulated bench is `simulated`
+/// too: its physics is the plant's.
+enum class BenchKind : std::uint8_t { unknown, simulated, real };
+std::string_view to_string(BenchKind kind);
+std::optional<BenchKind> bench_kind_from(std::string_view word);
+
+/// How a trial ended. Only `complete` trials are for training.
+enum class TrialOutcome : std::uint8_t { complete, stopped, aborted, failed, interrupted };
+std::string_view to_string(TrialOutcome outcome);
+std::optional<TrialOutcome> trial_outcome_from(std::string_view word);
+
+/// What is known of a trial before its first sample.
+struct TrialSpec {
+  std::uint32_t index = 0;    ///< place in the plan, from 0
+  std::uint32_t attempt = 0;  ///< 0, and one more for each time the same trial was run again
+  std::string label;          ///< fabric
+  std::string group;          ///< see classifier::Trial
+  std::string exploration;    ///< "M1", "M2"; empty for imported sets
+  std::uint32_t repetition = 0;
+  std::uint64_t patch_seed = 0;  ///< simulated bench: which patch of cloth lay on the plate
+};
+
+/// What is known after its last sample.
+struct TrialQuality {
+  std::optional<double> force_rms_error_n;  ///< phase M, measured against the set-point
+  std::optional<double>
+      force_in_band_fraction;  ///< share of phase M within the recipe's band, 0 to 1
+};
+
+/// Wrench and stage values are kept as whole numbers of these quanta. Each is no coarser than one
+/// count of the bench's devices (ATI Net F/T at 1e6 counts per N and N m; LTS150 2.44 nm;
+/// PRM1-Z8 9.1 urad), so no count is lost, files are half as large as with doubles, and digests
+/// need no float format.
+constexpr double force_quantum_n = 1e-6;
+constexpr double torque_quantum_nm = 1e-6;
+constexpr double position_quantum_m = 1e-9;
+constexpr double angle_quantum_rad = 1e-8;
+
+/// Six numbers a row (Fx Fy Fz [force quanta], Tx Ty Tz [torque quanta]), sensor frame, bias
+/// removed.
+struct WrenchStream {
+  std::vector<std::int64_t> t_ns;    ///< [samples] host clock of the campaign
+  std::vector<std::int32_t> quanta;  ///< [samples x 6]
+  [[nodiscard]] std::size_t samples() const { return t_ns.size(); }
+  [[nodiscard]] double force_n(std::size_t i, std::size_t axis) const;
+  [[nodiscard]] double torque_nm(std::size_t i, std::size_t axis) const;
+  bool operator==(const WrenchStream&) const = default;
+};
+
+/// One number per axis a row, in the order of DatasetInfo::axes.
+struct StageStream {
+  std::vector<std::int64_t> t_ns;    ///< [samples]
+  std::vector<std::int32_t> quanta;  ///< [samples x axes]
+  [[nodiscard]] std::size_t samples() const { return t_ns.size(); }
+  bool operator==(const StageStream&) const = default;
+};
+
+/// Everything about one trial that is not in classifier::Trial.
+struct TrialRecord {
+  TrialSpec spec;
+  TrialOutcome outcome = TrialOutcome::complete;
+  TrialQuality quality;
+  std::uint32_t lost_samples = 0;  ///< taxel frames that never arrived
+  std::vector<std::int64_t> t_ns;  ///< [samples] host clock; imported sets: the file's own time
+  std::vector<std::uint32_t> device_us;  ///< [samples], or empty when the source has none
+  WrenchStream wrench;                   ///< may be empty
+  StageStream stages;                    ///< may be empty
+};
+
+/// A stage axis; `rotary` decides the quantum (angle or position).
+struct Axis {
+  std::string name;  ///< "x", "y", "z", "a", "b"
+  bool rotary = false;
+  [[nodiscard]] double quantum() const { return rotary ? angle_quantum_rad : position_quantum_m; }
+  bool operator==(const Axis&) const = default;
+};
+
+/// A device as it identified itself. `identity_json`: serial, firmware, calibration, scale factors.
+struct DeviceInfo {
+  std::string name;  ///< its name in the rig file
+  std::string driver;
+  std::string identity_json;
+  bool operator==(const DeviceInfo&) const = default;
+};
+
+struct DatasetInfo {
+  BenchKind kind = BenchKind::unknown;
+  std::string name;
+  std::string source;       ///< "campaign", "manifest", "fabricslide"
+  std::string recipe_json;  ///< as run, empty for imported sets
+  std::string rig_json;
+  std::string recipe_sha256;  ///< of recipe_json; Recorder::create fills it when empty
+  std::string rig_sha256;
+  std::uint64_t seed = 0;
+  std::string software_version;
+  double taxel_rate_hz = 0;  ///< nominal; 0 means not known
+  double wrench_rate_hz = 0;
+  double stage_rate_hz = 0;
+  std::vector<Axis> axes;  ///< of every StageStream
+  std::vector<DeviceInfo> devices;
+  bool operator==(const DatasetInfo&) const = default;
+};
+
+/// `trials` and `records` go together, index by index.
+struct Dataset {
+  DatasetInfo info;
+  std::vector<classifier::Trial> trials;
+  std::vector<TrialRecord> records;
+};
+
+/// The first broken promise of `dataset`, if any: sizes that disagree, two trials of the same file
+/// name, NaN or infinity, mixed taxel counts. Everything that writes or hashes a data set asks
+/// first.
+Status check(const Dataset& dataset);
+
+/// SHA-256 of the content (docs/dataset.md, "Digest"): labels, outcomes, phases, counts, times,
+/// streams and the bench kind; no wall-clock time, software version or seed. Lower-case
+/// hexadecimal.
+std::string dataset_sha256(const Dataset& dataset);
+std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record);
+
+/// The trials of one exploration, in order, as the classifier takes them.
+std::vector<classifier::Trial> trials_of(const Dataset& dataset, std::string_view exploration);
+
+}  // namespace weft::daemon

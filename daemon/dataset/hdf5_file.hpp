@@ -1,0 +1,29 @@
+#pragma once
+// The exchange format: one HDF5 file per data set, layout in docs/dataset.md.
+
+#include <filesystem>
+
+#include "daemon/dataset/dataset.hpp"
+
+namespace weft::daemon {
+
+struct Hdf5Options {
+  int deflate_level = 1;  ///< 0 to 9; 1 already finds most of what shuffled counts have to give
+};
+
+struct Hdf5LoadOptions {
+  bool streams =
+      true;  ///< false leaves wrench and stage streams on disk; digests are then not checked
+  bool verify_digest = true;
+};
+
+/// Writes beside `path` and renames on success: an older file survives every failure. Returns the
+/// digest that the file carries. Errors: check(dataset)'s, Errc::io.
+Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
+                               const Hdf5Options& options = {});
+
+/// Errors: not_found; parse (not HDF5, or not a Weft data set); unsupported (a later layout);
+/// corrupt (cut short, altered, or a digest that disagrees: names the trial).
+Result<Dataset> read_hdf5(const std::filesystem::path& path, const Hdf5LoadOptions& options = {});
+
+}  // namespace weft::daemon

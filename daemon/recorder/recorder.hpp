@@ -1,0 +1,115 @@
+#pragma once
+// One SQLite file per campaign: catalogue, journal and sample store. Layout in docs/dataset.md.
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "daemon/dataset/dataset.hpp"
+#include "drivers/api/sample.hpp"
+
+namespace weft::daemon {
+
+/// What a campaign file says about itself from its first byte on.
+struct CampaignHeader {
+  DatasetInfo info;  ///< recipe_json and rig_json as run; digests are filled in when empty
+  std::size_t taxels = 16;
+  std::uint32_t trials_planned = 0;
+  std::int64_t created_utc_ns = 0;  ///< wall clock at the start, for people; never part of a digest
+};
+
+/// When and in which order a sample arrived; the first three members of weft::Sample.
+struct Stamp {
+  TimePoint host;
+  std::uint32_t sequence = 0;
+  std::uint32_t lost = 0;  ///< samples missing right before this one
+};
+
+/// Appends to one campaign file. Samples gather in buffers of fixed size and are committed as
+/// chunks: when a buffer is full, at the end of a trial, and when commit_if_due() finds the budget
+/// used up. A process killed at any moment leaves a readable file that lacks at most what was not
+/// committed. After a failed write every further call returns that first error: nothing is dropped
+/// silently.
+class Recorder {
+ public:
+  /// Longest time that a sample may wait for its commit.
+  static constexpr std::chrono::milliseconds commit_budget{100};
+
+  /// Refuses a path that exists.
+  static Result<Recorder> create(const std::filesystem::path& path, const CampaignHeader& header);
+
+  Recorder(Recorder&&) noexcept;
+  Recorder& operator=(Recorder&&) noexcept;
+  ~Recorder();  ///< closes without finish(): what was not committed is lost, as with a kill
+
+  Status device(const DeviceInfo& device);
+
+  /// Opens a trial and commits, so that the attempt is on record before anything moves.
+  Status begin_trial(const TrialSpec& spec, TimePoint now);
+  /// The three sample calls need an open trial and allocate nothing. Values that are not finite or
+  /// beyond 2147 N, N m, mm or 21 rad are refused with Errc::range.
+  Status taxel(const Stamp& stamp, const TaxelSample& sample, Phase phase);
+  Status wrench(const Stamp& stamp, const WrenchSample& sample);
+  /// `positions`: one per axis of the header, [m] or [rad].
+  Status stages(const Stamp& stamp, std::span<const double> positions);
+  /// Writes what is buffered, marks the trial and commits.
+  Status end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now);
+
+  /// An event of the run, in or outside a trial. `payload_json` is stored as given.
+  Status journal(TimePoint now, std::string_view kind, std::string_view payload_json = "{}");
+
+  /// Call often. `steady_wall`: a monotonic wall clock of the caller (not the virtual clock), any
+  /// origin.
+  Status commit_if_due(std::chrono::nanoseconds steady_wall);
+  Status commit();
+  /// Commits, marks the campaign finished and folds the write-ahead log into the one file.
+  Status finish();
+
+  [[nodiscard]] std::uint64_t bytes_recorded() const;  ///< sample bytes handed to SQLite so far
+
+ private:
+  struct Impl;
+  explicit Recorder(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// What a campaign will need on disk, with room for the write-ahead log and the HDF5 export.
+struct RecordingForecast {
+  std::uint32_t trials = 0;
+  double trial_duration_s = 0;
+  std::size_t taxels = 16;
+  std::size_t axes = 5;
+  double taxel_rate_hz = 0;
+  double wrench_rate_hz = 0;
+  double stage_rate_hz = 0;
+};
+std::uint64_t forecast_bytes(const RecordingForecast& forecast);
+
+/// Errc::io with both figures when the file system of `folder` has less than `needed_bytes` to
+/// spare.
+Status check_space(const std::filesystem::path& folder, std::uint64_t needed_bytes);
+
+struct CampaignLoadOptions {
+  bool all_outcomes = false;  ///< true keeps stopped, failed and interrupted trials, marked as such
+  bool streams = true;        ///< wrench and stages
+  bool transfers = false;     ///< true keeps taxel samples of Phase::none (approach and retreat)
+};
+
+/// Opens a campaign file read-only, checks every chunk's CRC and gathers the trials in plan order.
+/// Errors: not_found, parse (not a campaign file), corrupt (names trial, stream and chunk).
+Result<Dataset> load_campaign(const std::filesystem::path& path,
+                              const CampaignLoadOptions& options = {});
+
+/// A line of the journal.
+struct JournalEntry {
+  std::int64_t sequence = 0;
+  TimePoint time;
+  std::string kind;
+  std::string payload_json;
+};
+Result<std::vector<JournalEntry>> load_journal(const std::filesystem::path& path);
+
+}  // namespace weft::daemon
