@@ -1,0 +1,36 @@
+#pragma once
+// Two ends of an in-memory byte pipe for virtual time: what one end writes, the other receives after a
+// fixed latency, in order.
+
+#include <memory>
+#include <utility>
+
+#include "drivers/api/link.hpp"
+#include "drivers/api/loop.hpp"
+
+namespace weft::daemon {
+
+/// One end. Thread-bound to its loop.
+class MemoryLink final : public Link {
+ public:
+  /// Both ends of a pipe. Each write is delivered as one piece `latency` later on `loop`, which
+  /// outlives the pipe.
+  static std::pair<std::unique_ptr<MemoryLink>, std::unique_ptr<MemoryLink>> make_pair(
+      Loop& loop, Duration latency);
+  ~MemoryLink() override;
+
+  Status write(ByteView bytes) override;
+  void on_receive(Receiver receiver) override;
+  void on_closed(Closed closed) override;
+  /// Cuts the pipe: the far end learns of it, later writes fail on both sides.
+  void unplug();
+
+ private:
+  struct Shared;
+  MemoryLink(std::shared_ptr<Shared> shared, int side) : shared_(std::move(shared)), side_(side) {}
+
+  std::shared_ptr<Shared> shared_;
+  int side_;
+};
+
+}  // namespace weft::daemon
