@@ -1,0 +1,205 @@
+#pragma once
+// The campaign as a pure machine: step(plan, state, event, now) gives the next state and what to
+// do. The daemon carries the effects out, in order, and feeds the outcomes back as events.
+//
+// Tickets. Each state that waits gets a new ticket; every effect that asks for an answer carries it
+// and the answer must bring it back. Answers with an old ticket (a timer that was not cancelled, a
+// motion that was replaced) are ignored, so that nobody has to cancel anything.
+//
+// Order of a trial: clear (first trial only), mount, position, bias, approach, seat, lower to rest,
+// S, press, P, M (one leg at a time), release, E, retract.
+// P is recorded once the force has settled in its band, so that P is at the set point (the paper's
+// "controlled pressure"); E once z is back at the rest position, where the probe's weight alone
+// acts.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "protocols/base/phase.hpp"
+#include "protocols/base/result.hpp"
+#include "protocols/base/time.hpp"
+#include "recipes/control/guards.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::recipes {
+
+using Ticket = std::uint32_t;
+
+// ---- effects: what the daemon is asked to do ----
+
+/// A trial begins. Everything up to TrialDone belongs to it.
+struct TrialBegin {
+  std::size_t trial = 0;  ///< into Plan::trials
+};
+/// Put this fabric on the plate; answer Mounted. A fabric that is already there needs no person.
+struct MountFabric {
+  Ticket ticket = 0;
+  std::string fabric;
+  std::uint64_t patch_seed = 0;
+  std::size_t trial = 0;
+};
+struct AxisMove {
+  Axis axis = Axis::x;
+  double target = 0;  ///< [m] or [rad]
+  double speed = 0;   ///< [m/s] or [rad/s], > 0; axes of one leg have speeds in proportion
+};
+/// Move these axes together; answer MotionDone when every one of them confirmed and agrees.
+/// Replaces motions of the same axes. While the force loop is on, z is never among them.
+struct MoveTo {
+  Ticket ticket = 0;
+  std::vector<AxisMove> moves;
+};
+/// Take the present force as zero; answer Biased when the readings agree.
+struct BiasSensors {
+  Ticket ticket = 0;
+};
+/// Lower z at `speed_mps` until the normal force reaches `stop_force_n`: stop z and answer
+/// ContactFound. When z arrives at `target_z_m` without that, answer MotionDone.
+struct Descend {
+  Ticket ticket = 0;
+  double target_z_m = 0;
+  double speed_mps = 0;
+  double stop_force_n = 0;
+};
+/// Switch the force loop on; answer ForceSettled after `dwell_s` inside the band. It stays on until
+/// ReleaseForce.
+struct HoldForce {
+  Ticket ticket = 0;
+  double force_n = 0;
+  double band_n = 0;
+  double dwell_s = 0;
+};
+/// Switch the force loop off; z stands still.
+struct ReleaseForce {};
+/// Samples from now on belong to this phase; Phase::none is not recorded.
+struct SetPhase {
+  Phase phase = Phase::none;
+};
+/// Answer TimerExpired{ticket} at `deadline`. Replaces the timer before it.
+struct ArmTimer {
+  Ticket ticket = 0;
+  TimePoint deadline;
+};
+/// Stop all axes now and switch the force loop off. No answer.
+struct StopMotion {};
+
+enum class Outcome { complete, stopped, aborted, failed, interrupted };
+enum class Cleanup { done, partial, failed, skipped };
+enum class RigFact { safe, holding, moving, unknown, latched };
+std::string_view to_string(Outcome outcome);
+std::string_view to_string(Cleanup cleanup);
+std::string_view to_string(RigFact rig);
+
+struct TrialDone {
+  std::size_t trial = 0;
+  Outcome outcome = Outcome::complete;
+  Cleanup cleanup = Cleanup::done;
+  std::optional<Error> error;  ///< why it is not complete
+};
+/// The machine has ended; the three facts of the run.
+struct CampaignDone {
+  Outcome outcome = Outcome::complete;
+  Cleanup cleanup = Cleanup::done;
+  RigFact rig = RigFact::safe;
+  std::optional<Error> error;  ///< the first one
+};
+
+using Effect = std::variant<TrialBegin, MountFabric, MoveTo, BiasSensors, Descend, HoldForce,
+                            ReleaseForce, SetPhase, ArmTimer, StopMotion, TrialDone, CampaignDone>;
+
+// ---- events: what the daemon reports ----
+
+/// Stages are homed, sensors stream. `first_trial` > 0 goes on with a campaign that was
+/// interrupted.
+struct Start {
+  std::size_t first_trial = 0;
+};
+struct Mounted {
+  Ticket ticket = 0;
+};
+struct Biased {
+  Ticket ticket = 0;
+};
+struct MotionDone {
+  Ticket ticket = 0;
+};
+struct ContactFound {
+  Ticket ticket = 0;
+  double z_m = 0;  ///< where z was at that moment
+};
+struct ForceSettled {
+  Ticket ticket = 0;
+};
+struct TimerExpired {
+  Ticket ticket = 0;
+};
+/// A device failed: the trial fails, the rig is cleaned up and the campaign ends.
+struct Fault {
+  Error error;
+};
+/// A guard tripped; its action says how much ends.
+struct GuardTripped {
+  GuardTrip trip;
+};
+/// Finish the trial under way, then end.
+struct StopRequested {};
+/// End the trial now: stop, retract, end.
+struct AbortRequested {};
+/// End at once and leave the rig as it stands: no clean-up.
+struct HaltRequested {};
+
+using Event =
+    std::variant<Start, Mounted, Biased, MotionDone, ContactFound, ForceSettled, TimerExpired,
+                 Fault, GuardTripped, StopRequested, AbortRequested, HaltRequested>;
+
+// ---- state ----
+
+enum class Step : std::uint8_t {
+  ready,     ///< waits for Start; the only state before the end without a timer
+  clearing,  ///< z goes up to the clear height before anything else moves
+  mounting,
+  positioning,
+  biasing,
+  approaching,
+  seating,     ///< slowly on until the cloth bears the probe
+  lowering,    ///< on by the rest travel: the mount is slack, the weight alone acts
+  resting,     ///< S
+  pressing,    ///< force loop on, waits for the band
+  holding,     ///< P
+  sliding,     ///< M
+  releasing,   ///< back to the rest position
+  ending,      ///< E
+  retracting,  ///< also the clean-up after a failure
+  done,
+};
+std::string_view to_string(Step step);
+
+/// The whole memory of the machine.
+struct State {
+  Step step = Step::ready;
+  Ticket ticket = 0;      ///< of the state's answers; its timer carries it too
+  std::size_t trial = 0;  ///< into Plan::trials
+  std::size_t leg = 0;    ///< into the path of M, while sliding
+  double rest_z_m = 0;    ///< where the weight alone acts, found by this trial's touch
+  bool stop_requested = false;
+  std::optional<Outcome> trial_outcome;  ///< set when the trial is cut short
+  std::optional<Error> trial_error;
+  std::optional<Outcome> campaign_outcome;  ///< set when the campaign ends after this trial
+  std::optional<Error> first_error;
+  std::size_t completed = 0;
+  std::size_t failed = 0;
+};
+
+struct Transition {
+  State next;
+  std::vector<Effect> effects;  ///< in order of execution
+};
+
+/// Total: an event that a state does not expect changes nothing.
+Transition step(const Plan& plan, const State& state, const Event& event, TimePoint now);
+
+}  // namespace weft::recipes

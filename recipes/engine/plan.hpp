@@ -1,0 +1,124 @@
+#pragma once
+// The plan: a recipe checked against a rig, in SI units, immutable from here on. Everything that
+// can be refused has been refused when a Plan exists.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/base/phase.hpp"
+#include "recipes/engine/rig_limits.hpp"
+#include "recipes/kinematics/kinematics.hpp"
+
+namespace weft::recipes {
+
+/// One phase of an exploration. Fields that a phase does not use are zero or empty.
+struct PhaseStep {
+  Phase phase = Phase::none;
+  double duration_s = 0;  ///< S, P, E: recorded time. M: derived from path, speed and acceleration
+  double force_n = 0;     ///< P, M: set point of the force loop, along the plate's normal
+  double force_band_n = 0;   ///< P, M: |force - set point| that counts as regulated
+  double speed_mps = 0;      ///< M: along the path
+  std::vector<Vec2> path_m;  ///< M: corner points relative to the start of the path, without (0, 0)
+};
+
+/// An exploratory movement: phases S, P, M, E in this order (paper, section III-B).
+struct Exploration {
+  std::string name;  ///< "M1"
+  std::vector<PhaseStep> phases;
+  Vec2 start_m;  ///< where on the cloth the probe touches down, fabric frame
+
+  [[nodiscard]] const PhaseStep& step(Phase phase) const;
+};
+
+/// One experiment: a fabric, an exploration and a repetition.
+struct TrialSpec {
+  std::size_t index = 0;         ///< position in the campaign's order
+  std::size_t fabric = 0;        ///< into Plan::fabrics
+  std::size_t exploration = 0;   ///< into Plan::explorations
+  std::uint32_t repetition = 1;  ///< from 1
+  std::uint64_t patch_seed = 0;  ///< see patch_seed()
+};
+
+struct Approach {
+  double speed_mps = 2e-3;           ///< down to first contact
+  double seat_speed_mps = 0.5e-3;    ///< from first contact until the cloth bears the probe
+  double contact_force_n = 0.1;      ///< first contact
+  double transfer_speed_mps = 4e-3;  ///< every move that does not touch the cloth
+};
+
+/// When a regulated force counts as settled.
+struct Settle {
+  double dwell_s = 0.5;  ///< inside the band for this long without a break
+  double timeout_s = 30;
+};
+
+enum class OnTrialFailure { stop, carry_on };
+
+/// What the campaign will take, worked out before anything moves.
+struct Forecast {
+  double duration_s = 0;
+  std::uint64_t bytes = 0;                   ///< recorded samples, before compression
+  std::array<Range, axis_count> envelope{};  ///< stage positions used [m, rad]
+  std::array<double, axis_count> margin{};   ///< least distance to the end of travel [m, rad]
+  Range force_n;  ///< least and greatest set point, the probe's weight included
+};
+
+struct Plan {
+  std::string name;
+  std::uint64_t seed = 0;
+  std::vector<std::string> fabrics;
+  std::vector<Exploration> explorations;
+  std::vector<TrialSpec> trials;  ///< in order of execution
+  Approach approach;
+  Settle settle;
+  OnTrialFailure on_trial_failure = OnTrialFailure::stop;
+  double mount_timeout_s = 600;  ///< a person may have to change the cloth
+  RigLimits limits;
+  Forecast forecast;
+  /// The recipe in normal form (sorted keys, SI units, defaults filled in): hash this for
+  /// provenance. Two texts that plan the same campaign have the same normal form.
+  std::string canonical_json;
+};
+
+/// One finding of the checker.
+struct Diagnostic {
+  std::string pointer;  ///< RFC 6901, "" for the whole document
+  std::string message;
+  std::string expected;
+  std::string got;
+  std::string hint;
+};
+
+/// "/explorations/M1: message (expected X, got Y). Hint."
+std::string to_string(const Diagnostic& diagnostic);
+
+/// All problems at once. `plan` is there exactly when `problems` is empty.
+struct CheckReport {
+  std::optional<Plan> plan;
+  std::vector<Diagnostic> problems;
+  std::vector<Diagnostic> warnings;
+};
+
+/// Longest recipe that is looked at; a longer one is refused by its size alone.
+inline constexpr std::size_t max_recipe_bytes = std::size_t{1} << 20;
+inline constexpr std::size_t max_trials = 1'000'000;
+
+/// Parses and checks a recipe against a rig. Never throws; any text is an input.
+CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits);
+
+/// Which patch of cloth a trial touches: FNV-1a 64 over the decimal seed, fabric, exploration and
+/// repetition, separated by '/', then mixed by splitmix64. It depends on nothing else, so that the
+/// order of trials, or leaving some out, does not change the patch of the others.
+std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,
+                         std::string_view exploration, std::uint32_t repetition);
+
+/// Time of a rest-to-rest move under a speed and an acceleration limit: trapezoid, or triangle when
+/// distance < speed^2 / acceleration [s].
+double move_duration_s(double distance_m, double speed_mps, double acceleration_mps2);
+
+}  // namespace weft::recipes

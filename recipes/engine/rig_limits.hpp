@@ -1,0 +1,40 @@
+#pragma once
+// What a rig can do, as far as planning needs it: read once from the rig file, SI inside.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+#include "recipes/kinematics/kinematics.hpp"
+
+namespace weft::recipes {
+
+/// Bounds and constants of one rig.
+struct RigLimits {
+  std::string name;
+  std::string bench;  ///< "simulated", "emulated" or "real"
+  Geometry geometry;
+  double max_speed_mps = 4e-3;  ///< any linear axis; the paper's stages reach 4 mm/s
+  double max_acceleration_mps2 = 20e-3;
+  double force_cap_n = 10;
+  double torque_cap_nm = 2;
+  double probe_weight_n = 0.2 * 9.80665;  ///< on the cloth when nothing pushes the probe
+  double rest_travel_m = 0.5e-3;   ///< z goes on this far after the cloth bears the probe's weight
+  Vec2 footprint_m{16e-3, 16e-3};  ///< the probe's face, centred on the contact point
+  double clearance_m = 8e-3;  ///< height above the plate for transfers: over the thickest cloth
+  double cycle_hz = 100;      ///< scan cycle of controller and guards
+  std::size_t taxels = 16;
+  double taxel_rate_hz = 37;
+  double wrench_rate_hz = 100;
+  std::vector<std::string> fabrics;  ///< names the rig can mount; empty when it takes any
+
+  /// z stage position for transfers: the probe clears the cloth everywhere on the plate.
+  [[nodiscard]] double clear_z_m() const { return geometry.surface_z_m - clearance_m; }
+};
+
+/// Reads the keys of a rig file that concern planning; keys that belong to others are left alone.
+/// The error lists every problem, one sentence a line, each with its JSON pointer.
+Result<RigLimits> parse_rig_limits(std::string_view rig_json);
+
+}  // namespace weft::recipes

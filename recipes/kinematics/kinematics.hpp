@@ -1,0 +1,82 @@
+#pragma once
+// Geometry of the 5-DoF workbench of Khan et al. 2016, section IV-A: the platform carries the
+// fabric on x and y and turns about x; the probe rides on z and turns about y.
+//
+// Frames. World: X and Y horizontal, Z down, fixed to the bench; the untilted probe's face is at
+// X = Y = 0. Fabric: u along the warp (x), v along the weft (y), h up from the plate's surface; its
+// origin is the plate corner with the lowest x and y. With both tilts at zero
+//     u = x_stage - x_origin,   v = y_stage - y_origin,   h = surface_z - z_stage.
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::recipes {
+
+enum class Axis : std::size_t { x, y, z, rx, ry };
+inline constexpr std::size_t axis_count = 5;
+inline constexpr std::array all_axes{Axis::x, Axis::y, Axis::z, Axis::rx, Axis::ry};
+
+constexpr std::size_t index(Axis axis) {
+  return static_cast<std::size_t>(axis);
+}
+constexpr bool is_linear(Axis axis) {
+  return index(axis) <= index(Axis::z);
+}
+std::string_view to_string(Axis axis);
+
+/// A point or displacement in the fabric frame [m]: x along the warp, y along the weft.
+struct Vec2 {
+  double x_m = 0;
+  double y_m = 0;
+  friend bool operator==(const Vec2&, const Vec2&) = default;
+};
+
+/// Closed interval, in the unit of what it bounds.
+struct Range {
+  double min = 0;
+  double max = 0;
+  [[nodiscard]] constexpr bool contains(double value) const { return value >= min && value <= max; }
+  [[nodiscard]] constexpr double width() const { return max - min; }
+};
+
+/// Stage positions: metres for x, y, z (z counts downwards, towards the cloth), radians for rx, ry.
+struct Joints {
+  std::array<double, axis_count> value{};
+  [[nodiscard]] constexpr double operator[](Axis axis) const { return value[index(axis)]; }
+  constexpr double& operator[](Axis axis) { return value[index(axis)]; }
+};
+
+/// Where the probe's face is, seen from the cloth.
+struct ProbePose {
+  Vec2 contact_m;  ///< foot of the face's centre on the plate, fabric frame
+  double clearance_m =
+      0;  ///< height of the face's centre above the plate's surface; < 0 is below it
+  double tilt_x_rad = 0;  ///< lean of the probe's axis from the plate's normal, about the warp
+  double tilt_y_rad = 0;  ///< the same about the weft
+};
+
+/// Constant lengths of the bench.
+struct Geometry {
+  std::array<Range, axis_count> travel{};  ///< [m] or [rad]
+  Vec2 origin_m;           ///< x and y stage positions that put the probe over the fabric's origin
+  Vec2 plate_size_m;       ///< the plate covers [0, size] in the fabric frame
+  double surface_z_m = 0;  ///< z stage position at which the face would touch the bare plate
+  double tilt_axis_y_m = 0;      ///< v of the axis about which the platform turns
+  double tilt_axis_depth_m = 0;  ///< how far that axis lies under the plate's surface
+  double probe_arm_m = 0;        ///< from the axis about which the probe turns down to its face
+};
+
+/// Exact forward kinematics; any finite joints have a pose.
+ProbePose forward(const Geometry& geometry, const Joints& joints);
+
+/// Exact inverse. Errc::range when a stage would leave its travel (all such stages are named),
+/// Errc::invalid_argument when the pose is not finite or leans a quarter turn or more.
+Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose);
+
+/// Angle between the probe's axis and the plate's normal [rad], 0 to pi.
+double lean_rad(const ProbePose& pose);
+
+}  // namespace weft::recipes
