@@ -1,0 +1,157 @@
+#include "protocols/apt/message.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace weft::protocols::apt {
+namespace {
+
+constexpr std::uint8_t long_form = 0x80;
+
+struct DataSize {
+  MessageId id;
+  std::size_t size;
+};
+
+// Long messages with one fixed length (reference A.4). MOVE_RELATIVE and MOVE_ABSOLUTE have two
+// forms and are left out; so is MOVE_COMPLETED, whose figure in APT16 shows a short header.
+constexpr std::array long_messages{
+    DataSize{MessageId::hw_get_info, 84},         DataSize{MessageId::hw_richresponse, 68},
+    DataSize{MessageId::set_enccounter, 6},       DataSize{MessageId::get_enccounter, 6},
+    DataSize{MessageId::set_poscounter, 6},       DataSize{MessageId::get_poscounter, 6},
+    DataSize{MessageId::set_velparams, 14},       DataSize{MessageId::get_velparams, 14},
+    DataSize{MessageId::set_jogparams, 22},       DataSize{MessageId::get_jogparams, 22},
+    DataSize{MessageId::set_limswitchparams, 16}, DataSize{MessageId::get_limswitchparams, 16},
+    DataSize{MessageId::set_powerparams, 6},      DataSize{MessageId::get_powerparams, 6},
+    DataSize{MessageId::get_statusbits, 6},       DataSize{MessageId::set_genmoveparams, 6},
+    DataSize{MessageId::get_genmoveparams, 6},    DataSize{MessageId::set_homeparams, 14},
+    DataSize{MessageId::get_homeparams, 14},      DataSize{MessageId::set_moverelparams, 6},
+    DataSize{MessageId::get_moverelparams, 6},    DataSize{MessageId::set_moveabsparams, 6},
+    DataSize{MessageId::get_moveabsparams, 6},    DataSize{MessageId::move_stopped, 14},
+    DataSize{MessageId::get_statusupdate, 14},    DataSize{MessageId::get_dcstatusupdate, 14},
+    DataSize{MessageId::set_dcpidparams, 20},     DataSize{MessageId::get_dcpidparams, 20},
+    DataSize{MessageId::set_avmodes, 4},          DataSize{MessageId::get_avmodes, 4},
+    DataSize{MessageId::set_eepromparams, 4},     DataSize{MessageId::set_bowindex, 4},
+    DataSize{MessageId::get_bowindex, 4},
+};
+
+constexpr std::array short_messages{
+    MessageId::hw_disconnect,
+    MessageId::hw_req_info,
+    MessageId::hw_start_updatemsgs,
+    MessageId::hw_stop_updatemsgs,
+    MessageId::hw_no_flash_programming,
+    MessageId::rack_req_bayused,
+    MessageId::rack_get_bayused,
+    MessageId::hw_response,
+    MessageId::mod_set_chanenablestate,
+    MessageId::mod_req_chanenablestate,
+    MessageId::mod_get_chanenablestate,
+    MessageId::mod_identify,
+    MessageId::req_enccounter,
+    MessageId::req_poscounter,
+    MessageId::req_velparams,
+    MessageId::req_jogparams,
+    MessageId::req_limswitchparams,
+    MessageId::req_powerparams,
+    MessageId::req_statusbits,
+    MessageId::req_genmoveparams,
+    MessageId::req_homeparams,
+    MessageId::move_home,
+    MessageId::move_homed,
+    MessageId::req_moverelparams,
+    MessageId::req_moveabsparams,
+    MessageId::move_velocity,
+    MessageId::move_stop,
+    MessageId::move_jog,
+    MessageId::suspend_endofmovemsgs,
+    MessageId::resume_endofmovemsgs,
+    MessageId::req_statusupdate,
+    MessageId::req_dcstatusupdate,
+    MessageId::ack_dcstatusupdate,
+    MessageId::req_dcpidparams,
+    MessageId::req_avmodes,
+    MessageId::req_bowindex,
+    MessageId::set_trigger,
+    MessageId::req_trigger,
+    MessageId::get_trigger,
+};
+
+// Ids fit in 11 bits; a table lookup keeps the splitter's plausibility check out of the profile.
+constexpr std::int16_t not_documented = -1;
+constexpr auto size_by_id = [] {
+  std::array<std::int16_t, 0x0600> sizes{};
+  sizes.fill(not_documented);
+  for (const auto& [id, size] : long_messages)
+    sizes[static_cast<std::size_t>(id)] = static_cast<std::int16_t>(size);
+  for (const MessageId id : short_messages) sizes[static_cast<std::size_t>(id)] = 0;
+  return sizes;
+}();
+
+}  // namespace
+
+std::optional<std::size_t> documented_data_size(MessageId id) {
+  const auto index = static_cast<std::size_t>(id);
+  if (index >= size_by_id.size() || size_by_id[index] == not_documented) return std::nullopt;
+  return static_cast<std::size_t>(size_by_id[index]);
+}
+
+void append_short(Bytes& out, MessageId id, std::uint8_t param1, std::uint8_t param2, Route route) {
+  LittleWriter writer(out);
+  writer.write(static_cast<std::uint16_t>(id)).write(param1).write(param2);
+  writer.write(static_cast<std::uint8_t>(route.dest & ~long_form)).write(route.source);
+}
+
+void append_long_header(Bytes& out, MessageId id, std::size_t data_size, Route route) {
+  WEFT_ASSERT(data_size > 0 && data_size <= max_data_size);
+  LittleWriter writer(out);
+  writer.write(static_cast<std::uint16_t>(id)).write(static_cast<std::uint16_t>(data_size));
+  writer.write(static_cast<std::uint8_t>(route.dest | long_form)).write(route.source);
+}
+
+void append(Bytes& out, const Message& message) {
+  const Route route{message.dest, message.source};
+  if (message.data.empty()) {
+    append_short(out, message.id, message.param1, message.param2, route);
+    return;
+  }
+  append_long_header(out, message.id, message.data.size(), route);
+  out.insert(out.end(), message.data.begin(), message.data.end());
+}
+
+Bytes encode(const Message& message) {
+  Bytes out;
+  out.reserve(header_size + message.data.size());
+  append(out, message);
+  return out;
+}
+
+Result<Message> decode(ByteView bytes) {
+  LittleReader reader(bytes);
+  Message message;
+  message.id = static_cast<MessageId>(reader.read<std::uint16_t>());
+  message.param1 = reader.read<std::uint8_t>();
+  message.param2 = reader.read<std::uint8_t>();
+  const auto dest = reader.read<std::uint8_t>();
+  message.dest = static_cast<std::uint8_t>(dest & ~long_form);
+  message.source = reader.read<std::uint8_t>();
+  if (!reader.ok())
+    return fail(Errc::parse, "APT message is cut short", {}, "at least 6 bytes",
+                std::to_string(bytes.size()));
+  std::size_t size = 0;
+  if ((dest & long_form) != 0) {
+    size = message.param1 | static_cast<std::size_t>(message.param2) << 8;
+    message.param1 = message.param2 = 0;
+    if (size == 0 || size > max_data_size)
+      return fail(Errc::parse, "APT data length is impossible", {}, "1 to 255 bytes",
+                  std::to_string(size));
+  }
+  if (reader.remaining() != size)
+    return fail(Errc::parse, "APT message length disagrees with its header", {},
+                std::to_string(header_size + size) + " bytes", std::to_string(bytes.size()));
+  const ByteView data = reader.take(size);
+  message.data.assign(data.begin(), data.end());
+  return message;
+}
+
+}  // namespace weft::protocols::apt

@@ -1,0 +1,37 @@
+#pragma once
+// Cuts a byte stream into APT messages. The protocol has neither a sync byte nor a checksum, so a
+// header is believed only when it is plausible.
+
+#include <cstdint>
+
+#include "protocols/apt/message.hpp"
+#include "protocols/base/stream_buffer.hpp"
+
+namespace weft::protocols::apt {
+
+/// push() a chunk, then call next() until it returns false. Any chunking of a stream gives the same
+/// messages. A header is plausible when exactly one side of its route is a known unit, its length
+/// is 1 to 255 and, for ids of the protocol, form and length are those of APT16. Anything else is
+/// skipped byte by byte. Unknown ids with a plausible route are passed on.
+class Splitter {
+ public:
+  /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
+  static constexpr std::size_t capacity = 65536;
+
+  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+
+  /// Overwrites `message` with the next whole one; reuses the room of its data.
+  bool next(Message& message);
+
+  /// Forgets a message in progress; the counter stays.
+  void clear() { buffer_.clear(); }
+
+  /// Bytes that belonged to no plausible message, or did not fit.
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+
+ private:
+  StreamBuffer buffer_{capacity};
+  std::uint64_t skipped_bytes_ = 0;
+};
+
+}  // namespace weft::protocols::apt

@@ -1,0 +1,39 @@
+#pragma once
+// What a stream splitter keeps between two chunks: the bytes that do not make a frame yet.
+
+#include <algorithm>
+
+#include "protocols/base/bytes.hpp"
+
+namespace weft {
+
+/// Bytes in at the back, out at the front, never more than `capacity` of them: memory stays bounded
+/// when nobody drains it. Bytes that do not fit are dropped and counted.
+class StreamBuffer {
+ public:
+  explicit StreamBuffer(std::size_t capacity) : capacity_(capacity) {}
+
+  /// Returns how many of `bytes` did not fit.
+  std::size_t push(ByteView bytes) {
+    bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_));
+    at_ = 0;
+    const std::size_t fits = std::min(bytes.size(), capacity_ - bytes_.size());
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(fits));
+    return bytes.size() - fits;
+  }
+
+  /// What is not consumed yet; valid until the next push or clear.
+  [[nodiscard]] ByteView view() const { return ByteView(bytes_).subspan(at_); }
+  void consume(std::size_t count) { at_ += std::min(count, bytes_.size() - at_); }
+  void clear() {
+    bytes_.clear();
+    at_ = 0;
+  }
+
+ private:
+  std::size_t capacity_;
+  Bytes bytes_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace weft

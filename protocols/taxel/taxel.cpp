@@ -1,0 +1,72 @@
+#include "protocols/taxel/taxel.hpp"
+
+#include "protocols/base/crc.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::protocols::taxel {
+namespace {
+
+constexpr std::size_t head_size = 4;  // sync, version, taxel count
+constexpr std::size_t crc_size = 2;
+
+constexpr bool plausible_head(ByteView head) {
+  return head[0] == sync[0] && head[1] == sync[1] && head[2] == version && head[3] >= 1 &&
+         head[3] <= max_taxels;
+}
+
+bool crc_agrees(ByteView frame) {
+  const ByteView covered = frame.subspan(sync.size(), frame.size() - sync.size() - crc_size);
+  return LittleReader(frame.last(crc_size)).read<std::uint16_t>() == crc16_ccitt(covered);
+}
+
+void read_frame(ByteView bytes, Frame& frame) {
+  LittleReader reader(bytes.subspan(head_size - 1));
+  frame.taxel_count = reader.read<std::uint8_t>();
+  frame.sequence = reader.read<std::uint16_t>();
+  frame.device_us = reader.read<std::uint32_t>();
+  frame.counts.fill(0);
+  for (std::size_t i = 0; i < frame.taxel_count; ++i)
+    frame.counts[i] = reader.read<std::uint16_t>();
+  frame.proximity_counts = reader.read<std::uint16_t>();
+  frame.ambient_counts = reader.read<std::uint16_t>();
+}
+
+}  // namespace
+
+void append(Bytes& out, const Frame& frame) {
+  WEFT_ASSERT(frame.taxel_count >= 1 && frame.taxel_count <= max_taxels);
+  const std::size_t start = out.size();
+  LittleWriter writer(out);
+  writer.put(sync).write(version).write(frame.taxel_count).write(frame.sequence);
+  writer.write(frame.device_us);
+  for (const std::uint16_t counts : frame.taxels()) writer.write(counts);
+  writer.write(frame.proximity_counts).write(frame.ambient_counts);
+  writer.write(crc16_ccitt(ByteView(out).subspan(start + sync.size())));
+}
+
+void Splitter::skip_byte() {
+  buffer_.consume(1);
+  ++skipped_bytes_;
+}
+
+bool Splitter::next(Frame& frame) {
+  for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
+    if (!plausible_head(bytes)) {
+      skip_byte();
+      continue;
+    }
+    const std::size_t size = frame_size(bytes[3]);
+    if (bytes.size() < size) return false;
+    if (!crc_agrees(bytes.first(size))) {
+      ++crc_errors_;
+      skip_byte();
+      continue;
+    }
+    read_frame(bytes.first(size), frame);
+    buffer_.consume(size);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace weft::protocols::taxel
