@@ -10,12 +10,13 @@
 
 namespace weft::classifier {
 
-/// Samples of all taxels with the phase of each. Phases may be absent except where a user of the trial
-/// says otherwise; they need not be contiguous.
+/// Samples of all taxels with the phase of each. Phases may be absent except where a user of the
+/// trial says otherwise; they need not be contiguous.
 struct Trial {
   std::string file;   ///< where it came from; unique in its data set
   std::string label;  ///< fabric
-  std::string group;  ///< what must not be split between training and test: repetition, fold, swatch
+  std::string
+      group;  ///< what must not be split between training and test: repetition, fold, swatch
   std::size_t taxels = 0;
   std::vector<double> counts;  ///< [samples x taxels], row-major, raw counts
   std::vector<Phase> phase;    ///< [samples]

@@ -1,0 +1,67 @@
+#pragma once
+// One fabric classification core: tells fabric a (f > 0) from fabric b. Section III-A of Khan et
+// al. 2016.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "classifier/fabric/grid_search.hpp"
+#include "classifier/fabric/options.hpp"
+#include "classifier/fabric/reducer.hpp"
+#include "classifier/features/matrix.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// A feature that a core uses, with what the t-test on its training rows said.
+struct SelectedFeature {
+  std::size_t column = 0;
+  double t = 0.0;
+  double p_value = 1.0;  ///< 0 when it underflows; then see log_p
+  double log_p = 0.0;    ///< natural logarithm
+};
+
+/// How a core was trained.
+struct CoreInfo {
+  std::vector<SelectedFeature> selected;  ///< best first; empty unless Reduction::pvalue
+  std::size_t inputs = 0;                 ///< features or components that enter the SVM
+  double threshold = 0.0;  ///< chosen delta, or share of the variance; 0 with all features
+  double c = 0.0;
+  double gamma = 0.0;
+  std::size_t cv_errors = 0;  ///< of the chosen grid point, out of train_rows
+  double cv_loss = 0.0;
+  std::size_t train_rows = 0;
+  std::size_t fits = 0;  ///< SVMs solved for the grid
+};
+
+/// A trained core. Immutable; may be used by several threads.
+class FabricCore {
+ public:
+  /// `support` [support vectors x inputs], already projected by `reducer`.
+  FabricCore(CoreInfo info, Reducer reducer, Matrix support, std::vector<double> coefficient,
+             double bias);
+
+  /// Decision value of one full feature vector: f > 0 votes for a.
+  [[nodiscard]] double decide(std::span<const double> features) const;
+
+  [[nodiscard]] const CoreInfo& info() const { return info_; }
+  [[nodiscard]] const Reducer& reducer() const { return reducer_; }
+  [[nodiscard]] const Matrix& support() const { return support_; }
+  [[nodiscard]] const std::vector<double>& coefficient() const { return coefficient_; }
+  [[nodiscard]] double bias() const { return bias_; }
+
+ private:
+  CoreInfo info_;
+  Reducer reducer_;
+  Matrix support_;
+  std::vector<double> coefficient_;  // alpha y per support vector
+  double bias_;
+};
+
+/// Grid search, then one SVM on all rows. `sign`: +1 for class a, -1 for class b, each at least
+/// twice.
+Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
+                              std::span<const Fold> folds, const TrainOptions& options);
+
+}  // namespace weft::classifier

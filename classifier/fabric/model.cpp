@@ -1,0 +1,152 @@
+#include "classifier/fabric/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include "classifier/learn/parallel.hpp"
+
+namespace weft::classifier {
+namespace {
+
+using RowsOfLabel = std::map<std::string, std::vector<std::size_t>>;
+
+RowsOfLabel rows_by_label(const FeatureMatrix& matrix) {
+  RowsOfLabel out;
+  for (std::size_t r = 0; r < matrix.size(); ++r) out[matrix.labels[r]].push_back(r);
+  return out;
+}
+
+Status check_labels(const RowsOfLabel& rows) {
+  if (rows.size() < 2) {
+    return fail(Errc::invalid_argument, "nothing to tell apart", "labels", "at least 2",
+                std::to_string(rows.size()));
+  }
+  for (const auto& [label, members] : rows) {
+    if (members.size() >= 2) continue;
+    return fail(Errc::invalid_argument, "too few training trials", "label " + label, "at least 2",
+                "1", "Record more trials of it or leave it out");
+  }
+  return {};
+}
+
+Result<FabricCore> train_pair(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
+                              const std::vector<std::size_t>& b, const TrainOptions& options) {
+  std::vector<std::size_t> rows = a;
+  rows.insert(rows.end(), b.begin(), b.end());
+  std::vector<int> sign(a.size(), 1);
+  sign.resize(rows.size(), -1);
+  const std::vector<Fold> folds = options.make_folds
+                                      ? options.make_folds(sign)
+                                      : stratified_folds(sign, options.folds, options.seed);
+  return train_core(matrix.values.take(rows), sign, folds, options);
+}
+
+}  // namespace
+
+std::vector<Pair> all_pairs(std::size_t classes) {
+  std::vector<Pair> out;
+  for (std::size_t a = 0; a < classes; ++a) {
+    for (std::size_t b = a + 1; b < classes; ++b) out.push_back({a, b});
+  }
+  return out;
+}
+
+Vote count_votes(std::span<const Pair> pairs, std::vector<double> decision, std::size_t classes) {
+  Vote out{0, std::vector<int>(classes), std::vector<double>(classes), std::move(decision)};
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double f = out.decision[i];
+    ++out.votes[f > 0.0 ? pairs[i].a : pairs[i].b];
+    out.support[pairs[i].a] += std::tanh(f);
+    out.support[pairs[i].b] -= std::tanh(f);
+  }
+  const auto merit = [&](std::size_t k) {
+    return std::tuple(out.votes[k], std::nearbyint(out.support[k] * 1e9));
+  };
+  for (std::size_t k = 1; k < classes; ++k) {
+    if (merit(k) > merit(out.winner)) out.winner = k;
+  }
+  return out;
+}
+
+FabricModel::FabricModel(std::vector<std::string> labels, std::vector<std::string> features,
+                         Reduction reduction, std::vector<FabricCore> cores)
+    : labels_(std::move(labels)),
+      features_(std::move(features)),
+      reduction_(reduction),
+      pairs_(all_pairs(labels_.size())),
+      cores_(std::move(cores)) {
+  WEFT_ASSERT(cores_.size() == pairs_.size());
+}
+
+Result<Vote> FabricModel::classify(std::span<const double> features) const {
+  if (features.size() != features_.size()) {
+    return fail(Errc::invalid_argument, "wrong number of features", "classify",
+                std::to_string(features_.size()), std::to_string(features.size()),
+                "Was the model trained for another sensor?");
+  }
+  const auto bad =
+      std::find_if_not(features.begin(), features.end(), [](double v) { return std::isfinite(v); });
+  if (bad != features.end()) {
+    return fail(Errc::invalid_argument, "feature is not finite",
+                features_[static_cast<std::size_t>(bad - features.begin())], "a finite number",
+                std::to_string(*bad));
+  }
+  std::vector<double> decision;
+  decision.reserve(cores_.size());
+  for (const FabricCore& core : cores_) decision.push_back(core.decide(features));
+  if (!std::all_of(decision.begin(), decision.end(), [](double f) { return std::isfinite(f); })) {
+    return fail(Errc::range, "a core's decision is not finite", "classify", {}, {},
+                "The trial is absurdly far from every training trial");
+  }
+  return count_votes(pairs_, std::move(decision), labels_.size());
+}
+
+Result<std::vector<Vote>> FabricModel::classify(const FeatureMatrix& matrix,
+                                                std::size_t threads) const {
+  if (auto ok = check(matrix); !ok) return pass(ok.error());
+  if (matrix.names != features_) {
+    return fail(Errc::invalid_argument, "columns are not those of the training", "classify",
+                std::to_string(features_.size()) + " features, first " +
+                    (features_.empty() ? "none" : features_.front()),
+                std::to_string(matrix.names.size()) + ", first " +
+                    (matrix.names.empty() ? "none" : matrix.names.front()),
+                "Same sensor, same phases, same order");
+  }
+  std::vector<std::optional<Result<Vote>>> votes(matrix.size());
+  parallel_for(matrix.size(), threads,
+               [&](std::size_t r) { votes[r].emplace(classify(matrix.values.row(r))); });
+  std::vector<Vote> out;
+  for (std::size_t r = 0; r < votes.size(); ++r) {
+    if (!*votes[r]) return pass(votes[r]->error(), matrix.files[r]);
+    out.push_back(std::move(**votes[r]));
+  }
+  return out;
+}
+
+Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options) {
+  if (auto ok = check(matrix); !ok) return pass(ok.error());
+  if (auto ok = check(options); !ok) return pass(ok.error());
+  const RowsOfLabel rows = rows_by_label(matrix);
+  if (auto ok = check_labels(rows); !ok) return pass(ok.error());
+  std::vector<std::string> labels;
+  for (const auto& entry : rows) labels.push_back(entry.first);
+  const std::vector<Pair> pairs = all_pairs(labels.size());
+  std::vector<std::optional<Result<FabricCore>>> trained(pairs.size());
+  parallel_for(pairs.size(), options.threads, [&](std::size_t i) {
+    trained[i].emplace(
+        train_pair(matrix, rows.at(labels[pairs[i].a]), rows.at(labels[pairs[i].b]), options));
+  });
+  std::vector<FabricCore> cores;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (!*trained[i]) {
+      return pass(trained[i]->error(), labels[pairs[i].a] + " vs " + labels[pairs[i].b]);
+    }
+    cores.push_back(std::move(**trained[i]));
+  }
+  return FabricModel(std::move(labels), matrix.names, options.reduction, std::move(cores));
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,68 @@
+#pragma once
+// All cores and their vote: the classifier of Khan et al. 2016.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/fabric/core.hpp"
+#include "classifier/fabric/options.hpp"
+#include "classifier/features/feature_matrix.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// A core's two classes, as indices into FabricModel::labels(); a < b.
+struct Pair {
+  std::size_t a = 0;
+  std::size_t b = 0;
+};
+
+/// (0,1), (0,2) ... (n-2, n-1): the order of the cores.
+std::vector<Pair> all_pairs(std::size_t classes);
+
+/// The outcome of one trial.
+struct Vote {
+  std::size_t winner = 0;        ///< index into FabricModel::labels()
+  std::vector<int> votes;        ///< per class
+  std::vector<double> support;   ///< per class: sum of tanh(f) over its cores, in favour
+  std::vector<double> decision;  ///< per core
+};
+
+/// Most votes; then the largest support, to 1e-9; then the lowest class (AMB-17). `decision` per
+/// pair, finite.
+Vote count_votes(std::span<const Pair> pairs, std::vector<double> decision, std::size_t classes);
+
+/// A trained classifier. Immutable; may be used by several threads.
+class FabricModel {
+ public:
+  FabricModel(std::vector<std::string> labels, std::vector<std::string> features,
+              Reduction reduction, std::vector<FabricCore> cores);
+
+  [[nodiscard]] const std::vector<std::string>& labels() const { return labels_; }  ///< sorted
+  [[nodiscard]] const std::vector<std::string>& feature_names() const { return features_; }
+  [[nodiscard]] Reduction reduction() const { return reduction_; }
+  [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
+  [[nodiscard]] const std::vector<FabricCore>& cores() const { return cores_; }  ///< one per pair
+
+  /// Votes on one feature vector, columns as feature_names(). Refuses another length and values not
+  /// finite.
+  [[nodiscard]] Result<Vote> classify(std::span<const double> features) const;
+  /// Votes on every row. Refuses columns that are not those of the training.
+  [[nodiscard]] Result<std::vector<Vote>> classify(const FeatureMatrix& matrix,
+                                                   std::size_t threads = 0) const;
+
+ private:
+  std::vector<std::string> labels_;
+  std::vector<std::string> features_;
+  Reduction reduction_;
+  std::vector<Pair> pairs_;
+  std::vector<FabricCore> cores_;
+};
+
+/// Trains one core per pair of labels. Refuses: fewer than two labels, a label with one trial, what
+/// check() refuses.
+Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options = {});
+
+}  // namespace weft::classifier

@@ -1,0 +1,59 @@
+#pragma once
+// Settings of the training of all fabric classification cores.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "classifier/learn/folds.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+enum class Reduction {
+  pvalue,  ///< features with p < delta, the paper's method
+  pca,     ///< principal components of the scaled features, the paper's comparison (AMB-20)
+  all      ///< no reduction
+};
+
+std::string_view to_string(Reduction reduction);
+Result<Reduction> reduction_from(std::string_view text);
+
+/// What decides between grid points with equally few cross-validation errors (AMB-16).
+enum class Tie {
+  loss,  ///< the smaller validation hinge loss, to 1e-9; then as `order`
+  order  ///< the smaller C, then gamma, then delta (or fewer components)
+};
+
+/// The grid of AMB-19. `delta` belongs to Reduction::pvalue, `explained` to Reduction::pca.
+struct Grid {
+  std::vector<double> c = {0.5, 2, 8, 32, 128, 512, 2048};
+  std::vector<double> gamma = {0x1p-11, 0x1p-9, 0x1p-7, 0x1p-5, 0x1p-3, 0x1p-1, 0x1p1};
+  std::vector<double> delta = {1e-5, 1e-4, 1e-3, 1e-2, 5e-2};
+  std::vector<double> explained = {0.80, 0.90, 0.95, 0.99, 0.999};
+};
+
+/// The folds of one core from the signs of its training rows (class a +1, class b -1).
+using FoldMaker = std::function<std::vector<Fold>(std::span<const int> sign)>;
+
+struct TrainOptions {
+  Reduction reduction = Reduction::pvalue;
+  bool nested =
+      true;  ///< select again inside each fold; false: once from all training rows (AMB-15)
+  Tie tie = Tie::loss;
+  Grid grid;
+  std::size_t cap = 20;     ///< the paper's N: most features (or components) of a core
+  std::size_t folds = 5;    ///< fewer when a class has fewer trials
+  double tolerance = 1e-3;  ///< libsvm's stopping tolerance
+  std::uint64_t seed = 1;   ///< of the folds
+  std::size_t threads = 0;  ///< 0: one per core; the model does not depend on it
+  FoldMaker make_folds;     ///< empty: stratified_folds(sign, folds, seed)
+};
+
+/// Refuses empty or unusable grids, cap 0, folds < 2.
+Status check(const TrainOptions& options);
+
+}  // namespace weft::classifier

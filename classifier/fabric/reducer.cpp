@@ -1,0 +1,106 @@
+#include "classifier/fabric/reducer.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "classifier/selection/pca.hpp"
+#include "classifier/selection/t_test.hpp"
+
+namespace weft::classifier {
+namespace {
+
+Matrix take_columns(const Matrix& rows, std::span<const std::size_t> columns) {
+  Matrix out(rows.rows(), columns.size());
+  for (std::size_t r = 0; r < rows.rows(); ++r) {
+    for (std::size_t k = 0; k < columns.size(); ++k) out(r, k) = rows(r, columns[k]);
+  }
+  return out;
+}
+
+std::vector<std::size_t> every_column(std::size_t count) {
+  std::vector<std::size_t> out(count);
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  return out;
+}
+
+template <class T>
+std::vector<T> first(const std::vector<T>& items, std::size_t count) {
+  return {items.begin(), items.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+Matrix first_rows(const Matrix& rows, std::size_t count) {
+  return rows.take(every_column(count));
+}
+
+// Ranked features, as many as the most generous delta admits, with the size for every delta.
+struct Subset {
+  std::vector<std::size_t> columns;
+  std::vector<std::size_t> sizes;
+};
+
+Subset ranked_subset(const Matrix& rows, std::span<const int> sign, const TrainOptions& options) {
+  const std::vector<double> t = t_statistics(rows, sign);
+  const std::vector<std::size_t> ranked = rank_by_t(t);
+  const double df = static_cast<double>(rows.rows()) - 2.0;
+  Subset out;
+  for (const double delta : options.grid.delta) {
+    out.sizes.push_back(subset_size(t, ranked, df, delta, options.cap));
+  }
+  out.columns = first(ranked, *std::max_element(out.sizes.begin(), out.sizes.end()));
+  return out;
+}
+
+}  // namespace
+
+Reducer::Reducer(std::vector<std::size_t> columns, Scaler scaler, Matrix axes)
+    : columns_(std::move(columns)),
+      scaler_(std::move(scaler)),
+      axes_(std::move(axes)),
+      sizes_{directions()} {}
+
+Reducer Reducer::fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options) {
+  if (options.reduction == Reduction::pvalue) {
+    Subset subset = ranked_subset(rows, sign, options);
+    Scaler scaler = fit_scaler(take_columns(rows, subset.columns));
+    Reducer out(std::move(subset.columns), std::move(scaler), {});
+    out.sizes_ = std::move(subset.sizes);
+    return out;
+  }
+  Scaler scaler = fit_scaler(rows);
+  if (options.reduction == Reduction::all)
+    return {every_column(rows.cols()), std::move(scaler), {}};
+  PcaBasis basis = pca_basis(scaled(scaler, rows), options.cap);
+  std::vector<std::size_t> sizes;
+  for (const double share : options.grid.explained) sizes.push_back(components_for(basis, share));
+  Reducer out(every_column(rows.cols()), std::move(scaler), std::move(basis.axes));
+  out.sizes_ = std::move(sizes);
+  return out;
+}
+
+void Reducer::project(std::span<const double> features, std::span<double> out) const {
+  if (axes_.rows() == 0) {
+    for (std::size_t k = 0; k < columns_.size(); ++k)
+      out[k] = scaler_.apply(k, features[columns_[k]]);
+    return;
+  }
+  std::fill(out.begin(), out.end(), 0.0);
+  for (std::size_t k = 0; k < columns_.size(); ++k) {
+    const double z = scaler_.apply(k, features[columns_[k]]);
+    for (std::size_t c = 0; c < axes_.rows(); ++c) out[c] += z * axes_(c, k);
+  }
+}
+
+Matrix Reducer::project(const Matrix& rows) const {
+  Matrix out(rows.rows(), directions());
+  for (std::size_t r = 0; r < rows.rows(); ++r) project(rows.row(r), out.row(r));
+  return out;
+}
+
+Reducer Reducer::truncated(std::size_t directions) const {
+  if (axes_.rows() > 0) return {columns_, scaler_, first_rows(axes_, directions)};
+  return {first(columns_, directions),
+          {first(scaler_.mean, directions), first(scaler_.deviation, directions)},
+          {}};
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,50 @@
+#pragma once
+// The feature selection component of a core: from a feature vector to the inputs of its SVM.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "classifier/fabric/options.hpp"
+#include "classifier/features/matrix.hpp"
+#include "classifier/learn/scaler.hpp"
+
+namespace weft::classifier {
+
+/// Directions in order of merit: ranked features, principal components, or simply all features.
+/// Every member of the delta grid (or of the explained-variance grid) uses the first few of them,
+/// so members that come to the same number are the same problem, and distances grow from one to the
+/// next.
+class Reducer {
+ public:
+  /// Learns from training rows only; `sign` as in FoldMaker. Each sign must occur.
+  static Reducer fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options);
+
+  /// Rebuilds a stored reducer; `axes` is empty unless the directions are components.
+  Reducer(std::vector<std::size_t> columns, Scaler scaler, Matrix axes);
+
+  /// Number of directions each grid member uses; for Reduction::all a single member.
+  [[nodiscard]] const std::vector<std::size_t>& sizes() const { return sizes_; }
+  [[nodiscard]] std::size_t directions() const {
+    return axes_.rows() > 0 ? axes_.rows() : columns_.size();
+  }
+  /// Feature columns read, in ranked order; for components: all columns.
+  [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
+  [[nodiscard]] const Scaler& scaler() const { return scaler_; }
+  [[nodiscard]] const Matrix& axes() const { return axes_; }
+
+  /// [rows x directions]
+  [[nodiscard]] Matrix project(const Matrix& rows) const;
+  /// One full feature vector to `out` [directions].
+  void project(std::span<const double> features, std::span<double> out) const;
+  /// The same with only the first `directions`.
+  [[nodiscard]] Reducer truncated(std::size_t directions) const;
+
+ private:
+  std::vector<std::size_t> columns_;
+  Scaler scaler_;  // one entry per columns_
+  Matrix axes_;    // [components x columns_], or empty
+  std::vector<std::size_t> sizes_;
+};
+
+}  // namespace weft::classifier

@@ -1,0 +1,93 @@
+#include "classifier/features/feature_matrix.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "classifier/learn/parallel.hpp"
+
+namespace weft::classifier {
+namespace {
+
+std::string describe(std::size_t taxels, PhaseSet phases) {
+  return std::to_string(taxels) + " taxels, phases " + (phases.rest ? "S" : "") +
+         (phases.press ? "P" : "") + "M" + (phases.end ? "E" : "");
+}
+
+Status check_alike(std::span<const Trial> trials) {
+  const PhaseSet phases = phases_of(trials.front());
+  for (const Trial& trial : trials) {
+    if (trial.taxels == trials.front().taxels && phases_of(trial) == phases) continue;
+    return fail(Errc::invalid_argument, "trial differs from the first one", trial.file,
+                describe(trials.front().taxels, phases), describe(trial.taxels, phases_of(trial)),
+                "All trials of a set need the same features");
+  }
+  return {};
+}
+
+Status check_sizes(const FeatureMatrix& m) {
+  if (m.values.cols() != m.names.size()) {
+    return fail(Errc::invalid_argument, "names and columns disagree", "feature matrix",
+                std::to_string(m.names.size()) + " columns", std::to_string(m.values.cols()));
+  }
+  const std::size_t rows = m.values.rows();
+  if (m.labels.size() != rows || m.groups.size() != rows || m.files.size() != rows) {
+    return fail(Errc::invalid_argument, "labels, groups and files do not match the rows",
+                "feature matrix", std::to_string(rows) + " of each",
+                std::to_string(m.labels.size()) + ", " + std::to_string(m.groups.size()) + ", " +
+                    std::to_string(m.files.size()));
+  }
+  return {};
+}
+
+}  // namespace
+
+Status check(const FeatureMatrix& matrix) {
+  if (auto ok = check_sizes(matrix); !ok) return ok;
+  for (std::size_t r = 0; r < matrix.size(); ++r) {
+    const auto row = matrix.values.row(r);
+    const auto bad =
+        std::find_if_not(row.begin(), row.end(), [](double v) { return std::isfinite(v); });
+    if (bad == row.end()) continue;
+    return fail(Errc::invalid_argument, "feature is not finite",
+                matrix.files[r] + ": " + matrix.names[static_cast<std::size_t>(bad - row.begin())],
+                "a finite number", std::to_string(*bad));
+  }
+  return {};
+}
+
+Result<FeatureMatrix> build_feature_matrix(std::span<const Trial> trials,
+                                           const FeatureOptions& options, std::size_t threads) {
+  if (trials.empty()) return fail(Errc::invalid_argument, "no trials", "data set");
+  if (auto ok = check_alike(trials); !ok) return pass(ok.error());
+  std::vector<std::optional<Result<std::vector<double>>>> rows(trials.size());
+  parallel_blocks(trials.size(), threads, [&](std::size_t from, std::size_t to) {
+    FeatureExtractor extractor(options);
+    for (std::size_t i = from; i < to; ++i) rows[i].emplace(extractor.extract(trials[i]));
+  });
+  FeatureMatrix out;
+  out.names = FeatureLayout(trials.front().taxels, phases_of(trials.front())).names();
+  out.values = Matrix(trials.size(), out.names.size());
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    if (!*rows[i]) return pass(rows[i]->error());
+    std::copy((*rows[i])->begin(), (*rows[i])->end(), out.values.row(i).begin());
+    out.labels.push_back(trials[i].label);
+    out.groups.push_back(trials[i].group);
+    out.files.push_back(trials[i].file);
+  }
+  return out;
+}
+
+FeatureMatrix take_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows) {
+  FeatureMatrix out;
+  out.names = matrix.names;
+  out.values = matrix.values.take(rows);
+  for (const std::size_t r : rows) {
+    out.labels.push_back(matrix.labels[r]);
+    out.groups.push_back(matrix.groups[r]);
+    out.files.push_back(matrix.files[r]);
+  }
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,40 @@
+#pragma once
+// The feature vectors of many trials with what is known about each: the input of training and
+// evaluation.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/features/extract.hpp"
+#include "classifier/features/matrix.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// One row per trial. `labels`, `groups` and `files` have one entry per row, `names` one per
+/// column.
+struct FeatureMatrix {
+  std::vector<std::string> names;
+  Matrix values;
+  std::vector<std::string> labels;
+  std::vector<std::string> groups;
+  std::vector<std::string> files;
+
+  [[nodiscard]] std::size_t size() const { return values.rows(); }
+};
+
+/// Refuses sizes that disagree and values that are not finite (named by file and feature).
+Status check(const FeatureMatrix& matrix);
+
+/// Extracts all trials, on `threads` threads (0: one per core). All must have the same taxels and
+/// phases.
+Result<FeatureMatrix> build_feature_matrix(std::span<const Trial> trials,
+                                           const FeatureOptions& options = {},
+                                           std::size_t threads = 0);
+
+/// The named rows, in the order given.
+FeatureMatrix take_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows);
+
+}  // namespace weft::classifier

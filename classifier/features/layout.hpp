@@ -1,0 +1,75 @@
+#pragma once
+// Names, blocks, taxels and units of the features, in the order of Table I of Khan et al. 2016.
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/features/trial.hpp"
+
+namespace weft::classifier {
+
+/// The first three are one number per trial; the others are one per taxel, from phase M.
+enum class Block {
+  mean_p,   ///< mean of phase P over all taxels
+  diff_sp,  ///< mean S - mean P
+  diff_pe,  ///< mean P - mean E
+  max,
+  min,
+  mean,
+  var,
+  norm,
+  kurt,
+  skew,
+  range,
+  mode,
+  m5,
+  hfrq,  ///< largest magnitude of the spectrum, DC excluded
+  sh,    ///< sum of the upper half of the spectrum
+};
+
+inline constexpr std::array taxel_blocks = {Block::max,  Block::min,  Block::mean, Block::var,
+                                            Block::norm, Block::kurt, Block::skew, Block::range,
+                                            Block::mode, Block::m5,   Block::hfrq, Block::sh};
+
+/// Which of the phases around M a trial has. M itself is always required.
+struct PhaseSet {
+  bool rest = false;
+  bool press = false;
+  bool end = false;
+  friend bool operator==(const PhaseSet&, const PhaseSet&) = default;
+};
+
+/// The phases that occur in `trial`.
+PhaseSet phases_of(const Trial& trial);
+
+/// What one column of a feature vector is.
+struct FeatureInfo {
+  std::string name;    ///< "mean.P", "range.M.4"
+  std::string symbol;  ///< the paper's notation: "F_mean^P", "F_range^M.4"
+  Block block = Block::max;
+  std::size_t taxel = 0;  ///< counted from 1 as in the paper; 0 where all taxels are averaged
+  std::string_view unit;  ///< "count", "count^2", "count^5" or "1"
+};
+
+/// The columns of a feature vector: up to 3 + 12 x taxels. A feature whose phase was not recorded
+/// is absent.
+class FeatureLayout {
+ public:
+  FeatureLayout(std::size_t taxels, PhaseSet phases);
+
+  [[nodiscard]] std::size_t size() const { return columns_.size(); }
+  [[nodiscard]] std::size_t taxels() const { return taxels_; }
+  [[nodiscard]] PhaseSet phases() const { return phases_; }
+  [[nodiscard]] const std::vector<FeatureInfo>& columns() const { return columns_; }
+  [[nodiscard]] std::vector<std::string> names() const;
+
+ private:
+  std::size_t taxels_;
+  PhaseSet phases_;
+  std::vector<FeatureInfo> columns_;
+};
+
+}  // namespace weft::classifier

@@ -1,0 +1,46 @@
+#pragma once
+// A dense row-major table of doubles: the one container that the classifier's folders share, so
+// that their headers do not pull in Eigen.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace weft::classifier {
+
+/// [rows x cols], row-major.
+class Matrix {
+ public:
+  Matrix() = default;
+  Matrix(std::size_t rows, std::size_t cols, double value = 0.0)
+      : rows_(rows), cols_(cols), data_(rows * cols, value) {}
+
+  [[nodiscard]] std::size_t rows() const { return rows_; }
+  [[nodiscard]] std::size_t cols() const { return cols_; }
+  double& operator()(std::size_t r, std::size_t c) { return data_[r * cols_ + c]; }
+  double operator()(std::size_t r, std::size_t c) const { return data_[r * cols_ + c]; }
+  [[nodiscard]] std::span<double> row(std::size_t r) { return {data_.data() + r * cols_, cols_}; }
+  [[nodiscard]] std::span<const double> row(std::size_t r) const {
+    return {data_.data() + r * cols_, cols_};
+  }
+  [[nodiscard]] const std::vector<double>& data() const { return data_; }
+
+  /// The named rows, in the order given; a row may be named twice.
+  [[nodiscard]] Matrix take(std::span<const std::size_t> rows) const {
+    Matrix out;
+    out.rows_ = rows.size();
+    out.cols_ = cols_;
+    out.data_.reserve(rows.size() * cols_);
+    for (const std::size_t r : rows) {
+      out.data_.insert(out.data_.end(), row(r).begin(), row(r).end());
+    }
+    return out;
+  }
+
+ private:
+  std::size_t rows_ = 0;
+  std::size_t cols_ = 0;
+  std::vector<double> data_;
+};
+
+}  // namespace weft::classifier

@@ -1,0 +1,23 @@
+#pragma once
+// Cutting the motion of a trial into windows of equal duration.
+
+#include <vector>
+
+#include "classifier/features/trial.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+struct WindowOptions {
+  double window_s = 2.8;
+  double step_s = 0.0;           ///< from one start to the next; 0: no overlap
+  double sample_period_s = 0.0;  ///< of the recording; must be given
+};
+
+/// Windows of phase M, in order; what is left over at the end is dropped. Each inherits label and
+/// group, so that a split by group never puts windows of one recording on both sides; the file name
+/// gets "#0", "#1" ... Only phase M is kept: rests and pressure belong to the whole stroke. Refuses
+/// durations that are not positive, and a motion shorter than one window.
+Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options);
+
+}  // namespace weft::classifier

@@ -1,0 +1,18 @@
+#pragma once
+// Squared distances that grow column by column, and the radial basis function on them.
+
+#include <cstddef>
+
+#include "classifier/features/matrix.hpp"
+
+namespace weft::classifier {
+
+/// Adds to `squared` [a rows x b rows] the squared differences of columns from <= k < to.
+/// Differences first, then squares: a^2 + b^2 - 2ab loses digits and can turn negative.
+void add_squared_distances(const Matrix& a, const Matrix& b, std::size_t from, std::size_t to,
+                           Matrix& squared);
+
+/// exp(-gamma d), element by element.
+Matrix rbf(const Matrix& squared, double gamma);
+
+}  // namespace weft::classifier

@@ -1,0 +1,20 @@
+#pragma once
+// Independent work on all cores. Each item writes its own place only, so results do not depend on
+// the number of threads.
+
+#include <cstddef>
+#include <functional>
+
+namespace weft::classifier {
+
+/// Calls `work(i)` once for every i < count, on up to `threads` threads (0: one per core). Items
+/// are handed out one at a time, so unequal items still balance. `work` must not throw.
+void parallel_for(std::size_t count, std::size_t threads,
+                  const std::function<void(std::size_t)>& work);
+
+/// Calls `work(from, to)` on one contiguous block per thread: for work that keeps tables between
+/// items.
+void parallel_blocks(std::size_t count, std::size_t threads,
+                     const std::function<void(std::size_t, std::size_t)>& work);
+
+}  // namespace weft::classifier

@@ -1,0 +1,26 @@
+#pragma once
+// Zero mean, unit deviation, learnt from training rows only (AMB-12).
+
+#include <vector>
+
+#include "classifier/features/matrix.hpp"
+
+namespace weft::classifier {
+
+/// value -> (value - mean) / deviation, per column.
+struct Scaler {
+  std::vector<double> mean;
+  std::vector<double> deviation;  ///< biased; 1 for a column that is constant up to rounding
+
+  [[nodiscard]] double apply(std::size_t column, double value) const {
+    return (value - mean[column]) / deviation[column];
+  }
+};
+
+/// Needs at least one row.
+Scaler fit_scaler(const Matrix& rows);
+
+/// [rows x cols], scaled.
+Matrix scaled(const Scaler& scaler, const Matrix& rows);
+
+}  // namespace weft::classifier

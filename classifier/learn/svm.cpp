@@ -1,0 +1,112 @@
+#include "classifier/learn/svm.hpp"
+
+#include <libsvm/svm.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace weft::classifier {
+namespace {
+
+void print_nothing(const char* /*text*/) {}
+
+// libsvm reports progress through one process-wide function; set once, before the first training.
+void silence_libsvm() {
+  static const bool done = [] {
+    svm_set_print_string_function(&print_nothing);
+    return true;
+  }();
+  static_cast<void>(done);
+}
+
+struct FreeModel {
+  void operator()(svm_model* model) const { svm_free_and_destroy_model(&model); }
+};
+
+svm_parameter parameters(double c, double tolerance) {
+  svm_parameter p{};
+  p.svm_type = C_SVC;
+  p.kernel_type = PRECOMPUTED;
+  p.cache_size = 200.0;  // MiB
+  p.eps = tolerance;
+  p.C = c;
+  p.shrinking = 1;
+  return p;
+}
+
+}  // namespace
+
+// Negative rows come first and carry libsvm label 0, positive rows label 1: libsvm's own positive
+// class is then ours negative one, the arrangement that scikit-learn uses. Solutions of both agree
+// to the last bits, which matters where a tie of the grid search is decided by the loss.
+SvmTrainer::SvmTrainer(std::span<const int> sign) {
+  for (const bool positive : {false, true}) {
+    for (std::size_t i = 0; i < sign.size(); ++i) {
+      if ((sign[i] > 0) != positive) continue;
+      order_.push_back(i);
+      label_.push_back(positive ? 1.0 : 0.0);
+      positives_ += positive ? 1 : 0;
+    }
+  }
+  const std::size_t n = sign.size();
+  node_.resize(n * (n + 2));
+  for (std::size_t i = 0; i < n; ++i) {
+    svm_node* row = node_.data() + i * (n + 2);
+    row[0] = {0, static_cast<double>(i + 1)};
+    for (std::size_t j = 0; j < n; ++j) row[j + 1].index = static_cast<int>(j + 1);
+    row[n + 1].index = -1;
+    row_.push_back(row);
+  }
+}
+
+SvmTrainer::~SvmTrainer() = default;
+SvmTrainer::SvmTrainer(SvmTrainer&&) noexcept = default;
+SvmTrainer& SvmTrainer::operator=(SvmTrainer&&) noexcept = default;
+
+Status SvmTrainer::set_kernel(const Matrix& kernel) {
+  const std::size_t n = order_.size();
+  ready_ = false;
+  if (kernel.rows() != n || kernel.cols() != n) {
+    return fail(Errc::invalid_argument, "kernel has the wrong size", "SVM", std::to_string(n),
+                std::to_string(kernel.rows()) + " x " + std::to_string(kernel.cols()));
+  }
+  if (positives_ == 0 || positives_ == n) {
+    return fail(Errc::invalid_argument, "both classes need a training row", "SVM");
+  }
+  const auto& all = kernel.data();
+  if (!std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); })) {
+    return fail(Errc::invalid_argument, "kernel holds a value that is not finite", "SVM", {}, {},
+                "Check the features for NaN");
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) row_[i][j + 1].value = kernel(order_[i], order_[j]);
+  }
+  ready_ = true;
+  return {};
+}
+
+Result<SvmSolution> SvmTrainer::solve(double c, double tolerance) const {
+  if (!ready_) return fail(Errc::wrong_state, "no kernel to train on", "SVM");
+  if (!(c > 0.0 && std::isfinite(c) && tolerance > 0.0 && std::isfinite(tolerance))) {
+    return fail(Errc::range, "unusable SVM parameter", "SVM", "C > 0 and tolerance > 0, finite",
+                "C " + std::to_string(c) + ", tolerance " + std::to_string(tolerance));
+  }
+  silence_libsvm();
+  const svm_parameter parameter = parameters(c, tolerance);
+  // libsvm takes pointers to non-const but only reads; the copies keep this function const.
+  std::vector<double> label = label_;
+  std::vector<svm_node*> row = row_;
+  const svm_problem problem{static_cast<int>(label.size()), label.data(), row.data()};
+  const std::unique_ptr<svm_model, FreeModel> model(svm_train(&problem, &parameter));
+  SvmSolution out;
+  out.coefficient.assign(label.size(), 0.0);
+  out.bias = model->rho[0];  // f = -(sum - rho)
+  for (int s = 0; s < model->l; ++s) {
+    const auto at = static_cast<std::size_t>(model->sv_indices[s] - 1);
+    out.coefficient[order_[at]] = -model->sv_coef[0][s];
+  }
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,48 @@
+#pragma once
+// Two-class soft-margin support vector machine on a kernel matrix: a wrapper around libsvm, the
+// reference solver.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "classifier/features/matrix.hpp"
+#include "protocols/base/result.hpp"
+
+struct svm_node;
+
+namespace weft::classifier {
+
+/// f(x) = sum_i coefficient[i] K(x, row i) + bias; f > 0 is the positive class.
+struct SvmSolution {
+  std::vector<double>
+      coefficient;  ///< alpha_i y_i per training row; 0 where it is no support vector
+  double bias = 0.0;
+};
+
+/// Trains on one set of rows with several kernels and several C. One object per thread.
+class SvmTrainer {
+ public:
+  /// `sign`: +1 or -1 per training row; both must occur.
+  explicit SvmTrainer(std::span<const int> sign);
+  ~SvmTrainer();
+  SvmTrainer(SvmTrainer&&) noexcept;
+  SvmTrainer& operator=(SvmTrainer&&) noexcept;
+
+  /// [n x n] kernel values between the training rows. Refuses a wrong size, one class only, NaN and
+  /// infinity (libsvm itself trains on NaN without a word).
+  Status set_kernel(const Matrix& kernel);
+
+  /// Solves for 0 < c, to libsvm's stopping tolerance > 0. Deterministic.
+  Result<SvmSolution> solve(double c, double tolerance) const;
+
+ private:
+  std::vector<std::size_t> order_;  // libsvm's row -> our row: negative rows first
+  std::vector<double> label_;       // libsvm's labels in that order
+  std::vector<svm_node> node_;      // [n x (n + 2)]
+  std::vector<svm_node*> row_;
+  std::size_t positives_ = 0;
+  bool ready_ = false;
+};
+
+}  // namespace weft::classifier

@@ -1,0 +1,14 @@
+#pragma once
+// Tail of Student's t distribution, good where a double still has digits.
+
+namespace weft::classifier {
+
+/// Natural logarithm of P(|T| > |t|) with `df` > 0 degrees of freedom: I_x(df/2, 1/2) at x = df /
+/// (df + t^2). Finite for every finite t; 0 at t = 0; -infinity at infinite t. NaN when t is NaN or
+/// df <= 0.
+double log_two_sided_p(double t, double df);
+
+/// The same as a probability: relative error below 1e-12 down to 1e-300, then underflows to 0.
+double two_sided_p(double t, double df);
+
+}  // namespace weft::classifier
