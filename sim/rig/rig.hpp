@@ -1,0 +1,63 @@
+#pragma once
+// A rig file turned into emulated devices around one plant. The daemon gives each emulator the far
+// end of a link and a loop; nothing here reads a clock. Frames and signs: sim/README.md.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/api/link.hpp"
+#include "drivers/api/loop.hpp"
+#include "protocols/base/result.hpp"
+#include "protocols/base/time.hpp"
+
+namespace weft::sim {
+
+/// What no instrument of the rig can know. For tests, reports and figures only.
+struct Truth {
+  double contact_force_n = 0;  ///< normal force of the probe on the cloth, >= 0
+  double indentation_m = 0;    ///< of the face's centre into the cloth; negative above it
+  double probe_z_m = 0;        ///< height of the face's centre, downwards, in the z stage's scale
+  std::array<double, 2> fabric_point_m{};  ///< the face's centre in the fabric frame
+  std::array<double, 2> friction_n{};      ///< force on the cloth along the fabric frame's x and y
+  std::array<double, 16> pad_pressure_pa{};  ///< each pad at its own last conversion
+};
+
+/// The simulated bench: emulators in, bytes out. Bound to the thread of the loops it is attached
+/// to.
+class Rig {
+ public:
+  /// `rig_json` is a whole rig file (its keys `probe`, `plate`, `simulation` and each device's
+  /// `emulator` are read here), `fabrics_json` the cloth table (sim/fabrics.json). Two rigs of one
+  /// seed are the same sensor with the same noise; another seed is another sensor.
+  static Result<std::unique_ptr<Rig>> create(std::string_view rig_json,
+                                             std::string_view fabrics_json, std::uint64_t seed);
+  ~Rig();
+
+  /// Switches the device `device_name` of the rig file on, at `loop.now()`: what arrives on
+  /// `device_end` is fed to its emulator, what that answers is written there. A device can be
+  /// attached again (power cycle); the last link wins. The link must outlive the rig or the loop's
+  /// last callback.
+  Status attach(std::string_view device_name, Link& device_end, Loop& loop);
+
+  /// Puts a fresh patch of `fabric` on the plate: the cloth has no memory, and the trial's spreads
+  /// are drawn from `patch_seed`. The same pair is the same patch on every rig.
+  Status mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint now);
+  /// Leaves the bare plate, which is stiff and smooth.
+  Status unmount(TimePoint now);
+
+  /// Names that mount() knows, in the table's order.
+  [[nodiscard]] std::vector<std::string> fabrics() const;
+  /// State of the plant at `now`, which must not lie before the last call of any kind.
+  [[nodiscard]] Truth truth(TimePoint now);
+
+ private:
+  struct Parts;
+  explicit Rig(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace weft::sim
