@@ -1,0 +1,48 @@
+#include "classifier/evaluate/interval.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::classifier {
+namespace {
+
+constexpr double z95 = 1.959963984540054;  // normal quantile of 0.975
+
+}  // namespace
+
+Interval wilson_interval(std::size_t correct, std::size_t total) {
+  Interval out{0.0, 1.0, "Wilson score, one split"};
+  if (total == 0) return out;
+  const auto n = static_cast<double>(total);
+  const double p = static_cast<double>(correct) / n;
+  const double z2 = z95 * z95 / n;
+  const double centre = (p + z2 / 2.0) / (1.0 + z2);
+  const double half = z95 * std::sqrt(p * (1.0 - p) / n + z2 / (4.0 * n)) / (1.0 + z2);
+  out.low = std::max(0.0, centre - half);
+  out.high = std::min(1.0, centre + half);
+  return out;
+}
+
+Interval split_interval(std::span<const double> accuracy) {
+  const double mean = mean_of(accuracy);
+  const double half =
+      z95 * deviation_of(accuracy) / std::sqrt(static_cast<double>(accuracy.size()));
+  return {std::max(0.0, mean - half), std::min(1.0, mean + half),
+          "normal, mean over random splits of the same data"};
+}
+
+double mean_of(std::span<const double> values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+double deviation_of(std::span<const double> values) {
+  if (values.size() < 2) return 0.0;
+  const double mean = mean_of(values);
+  double square = 0.0;
+  for (const double v : values) square += (v - mean) * (v - mean);
+  return std::sqrt(square / static_cast<double>(values.size() - 1));
+}
+
+}  // namespace weft::classifier
