@@ -3,30 +3,41 @@
 // contact stiffness, which is estimated on line (reference/sim.md 1.1 and 1.3).
 //
 // The stage integrates: F' = K v. With v = g e / (K T) the loop gain per cycle is g whatever the
-// fabric; it must stay under 1 with one cycle of delay and under 0.618 with two, so g is 0.3. K
+// cloth; it must stay under 1 with one cycle of delay and under 0.618 with two, so g is 0.3. K
 // varies 120 times between fabrics and a thousand times within one press, hence the schedule: v = g
 // e / (K_est T).
+//
+// K_est is the least-squares slope of force against z over the last few moves of some micrometres,
+// with forgetting. It starts high (low gain) and is never taken lower than force / lambda:
+// compression is exponential, F ~ exp(z / lambda), so K = F / lambda, and no known cloth has lambda
+// over 0.5 mm.
 
 namespace weft::recipes {
 
 struct ForceLoopConfig {
-  double loop_gain = 0.3;         ///< g, per cycle of `design_cycle_s`
-  double integral_time_s = 1.0;   ///< of the integral part, which removes the lag against creep
-  double design_cycle_s = 0.01;   ///< the gain holds per this time; 1 / cycle rate
-  double stiffness_min_npm = 50;  ///< bounds of the estimate [N/m]
+  double loop_gain = 0.3;                ///< g, per cycle
+  double cycle_s = 0.01;                 ///< T; a longer dt_s takes its place
+  double integral_time_s = 1.0;          ///< of the part that follows the relaxation of the cloth
+  double max_speed_mps = 1e-3;           ///< clamp of the command
+  double max_acceleration_mps2 = 20e-3;  ///< of the stage: no faster than it can stop in time
+  double position_quantum_m = 1e-6;      ///< of the stage; errors under one quantum are left alone
+  double stiffness_initial_npm = 2e4;  ///< the mount's: cloth and mount in series are never stiffer
+  double stiffness_min_npm = 10;
   double stiffness_max_npm = 1e8;
-  double stiffness_initial_npm = 2e4;  ///< conservative: high stiffness means low gain
-  double max_speed_mps = 1e-3;         ///< clamp of the command
-  double position_quantum_m =
-      1e-6;  ///< of the stage; force errors under one quantum are left alone
+  double lambda_max_m = 1e-3;  ///< longest compression length that may be on the plate
 };
 
+/// Memory of the loop. A default-made one starts afresh: make a new one whenever the loop is
+/// switched on.
 struct ForceLoopState {
-  double stiffness_npm = 0;   ///< estimate; 0 until the first cycle
-  double integral_n_s = 0;    ///< of the force error
-  double anchor_force_n = 0;  ///< where the present estimate's increment began
-  double anchor_z_m = 0;
   bool primed = false;
+  double integral_n = 0;      ///< integral of the error over the integral time
+  double stiffness_npm = 0;   ///< K_est, for display and log
+  double slope_zz_m2 = 0;     ///< least squares: sum of dz^2
+  double slope_zf_nm = 0;     ///< and of dz dF
+  double anchor_force_n = 0;  ///< where the move that is being measured began
+  double anchor_z_m = 0;
+  double anchor_age_s = 0;
 };
 
 struct ForceLoopInput {
@@ -34,6 +45,8 @@ struct ForceLoopInput {
   double force_n = 0;  ///< measured, positive when the probe pushes on the plate
   double z_m = 0;      ///< reported stage position, counted downwards
   double dt_s = 0;     ///< since the last step, > 0
+  /// False while sliding: the texture then moves the force without any help from z.
+  bool learn_stiffness = true;
 };
 
 struct ForceCommand {
@@ -44,11 +57,12 @@ struct ForceCommand {
 ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
                   const ForceLoopInput& input);
 
-/// True after the force error has stayed inside the band for the dwell time.
+/// True once the force error has stayed inside the band for the dwell time.
 struct SettleDetector {
   double band_n = 0;
   double dwell_s = 0;
   double inside_s = 0;
+
   bool step(double error_n, double dt_s);
 };
 

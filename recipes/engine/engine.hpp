@@ -199,7 +199,11 @@ struct Transition {
   std::vector<Effect> effects;  ///< in order of execution
 };
 
-/// Total: an event that a state does not expect changes nothing.
+/// Total: an event that a state does not expect changes nothing. Whatever happens after Start, the
+/// machine ends in Step::done, and every step before it has a timer.
+///
+/// Nothing interrupts the retreat of the probe but HaltRequested and its own timer: a fault or a
+/// guard that speaks up meanwhile is noted and ends the campaign afterwards.
 Transition step(const Plan& plan, const State& state, const Event& event, TimePoint now);
 
 }  // namespace weft::recipes

@@ -17,6 +17,7 @@ struct RigLimits {
   Geometry geometry;
   double max_speed_mps = 4e-3;  ///< any linear axis; the paper's stages reach 4 mm/s
   double max_acceleration_mps2 = 20e-3;
+  double max_tilt_speed_radps = 0.1;  ///< rotary stages
   double force_cap_n = 10;
   double torque_cap_nm = 2;
   double probe_weight_n = 0.2 * 9.80665;  ///< on the cloth when nothing pushes the probe

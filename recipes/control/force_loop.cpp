@@ -1,0 +1,95 @@
+#include "recipes/control/force_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::recipes {
+namespace {
+
+/// A move shorter than this many quanta says more about rounding than about stiffness.
+constexpr double move_quanta = 5;
+/// A slower move measures the relaxation of the cloth, not its stiffness [s].
+constexpr double move_max_s = 0.2;
+/// Weight of the past after each measured move.
+constexpr double forgetting = 0.7;
+/// The start value counts as much as one move of this many quanta.
+constexpr double prior_quanta = 20;
+/// Share of the stage's deceleration that braking before the set point relies on.
+constexpr double braking_share = 0.5;
+
+bool usable(const ForceLoopInput& input) {
+  return std::isfinite(input.setpoint_n) && std::isfinite(input.force_n) &&
+         std::isfinite(input.z_m) && std::isfinite(input.dt_s) && input.dt_s > 0;
+}
+
+void set_anchor(ForceLoopState& state, const ForceLoopInput& input) {
+  state.anchor_force_n = input.force_n;
+  state.anchor_z_m = input.z_m;
+  state.anchor_age_s = 0;
+}
+
+void prime(const ForceLoopConfig& config, ForceLoopState& state, const ForceLoopInput& input) {
+  const double reach = prior_quanta * config.position_quantum_m;
+  state.primed = true;
+  state.slope_zz_m2 = reach * reach;
+  state.slope_zf_nm = config.stiffness_initial_npm * reach * reach;
+  set_anchor(state, input);
+}
+
+void learn(const ForceLoopConfig& config, ForceLoopState& state, const ForceLoopInput& input) {
+  state.anchor_age_s += input.dt_s;
+  const double dz = input.z_m - state.anchor_z_m;
+  if (std::abs(dz) < move_quanta * config.position_quantum_m) {
+    if (state.anchor_age_s > move_max_s) set_anchor(state, input);
+    return;
+  }
+  if (state.anchor_age_s <= move_max_s) {
+    state.slope_zz_m2 = forgetting * state.slope_zz_m2 + dz * dz;
+    state.slope_zf_nm =
+        forgetting * state.slope_zf_nm + dz * (input.force_n - state.anchor_force_n);
+  }
+  set_anchor(state, input);
+}
+
+double stiffness(const ForceLoopConfig& config, const ForceLoopState& state, double force_n) {
+  const double softest = std::max(config.stiffness_min_npm, force_n / config.lambda_max_m);
+  const double slope = state.slope_zf_nm / state.slope_zz_m2;
+  return std::min(std::max(slope, softest), config.stiffness_max_npm);
+}
+
+/// Takes `dead` off the magnitude of `error`: continuous, so that the edge does not chatter.
+double outside_dead_band(double error, double dead) {
+  return std::copysign(std::max(0.0, std::abs(error) - dead), error);
+}
+
+}  // namespace
+
+ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
+                  const ForceLoopInput& input) {
+  if (!usable(input)) return {};
+  if (!state.primed) prime(config, state, input);
+  if (input.learn_stiffness) learn(config, state, input);
+  state.stiffness_npm = stiffness(config, state, input.force_n);
+
+  const double error_n = outside_dead_band(input.setpoint_n - input.force_n,
+                                           config.position_quantum_m * state.stiffness_npm);
+  const double cycle_s = std::max(config.cycle_s, input.dt_s);
+  const double mps_per_n = config.loop_gain / (state.stiffness_npm * cycle_s);
+  const double braking_mps = std::sqrt(2 * braking_share * config.max_acceleration_mps2 *
+                                       std::abs(error_n) / state.stiffness_npm);
+  const double proportional_mps = std::clamp(mps_per_n * error_n, -braking_mps, braking_mps);
+  const double integral_n = state.integral_n + error_n * input.dt_s / config.integral_time_s;
+  const double wanted_mps = proportional_mps + mps_per_n * integral_n;
+  const double given_mps = std::clamp(wanted_mps, -config.max_speed_mps, config.max_speed_mps);
+  // Anti-windup: no integration while a limit, and not the error, decides the speed.
+  if (given_mps == wanted_mps && std::abs(mps_per_n * error_n) <= braking_mps)
+    state.integral_n = integral_n;
+  return {given_mps};
+}
+
+bool SettleDetector::step(double error_n, double dt_s) {
+  inside_s = std::abs(error_n) <= band_n ? inside_s + dt_s : 0;
+  return inside_s >= dwell_s;
+}
+
+}  // namespace weft::recipes

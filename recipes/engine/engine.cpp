@@ -1,0 +1,383 @@
+#include "recipes/engine/engine.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "recipes/engine/motion.hpp"
+
+namespace weft::recipes {
+namespace {
+
+/// The cloth bears the probe from this share of its weight on: sensor noise keeps clear of the
+/// rest.
+constexpr double seated_share = 0.9;
+/// Seconds on top of twice the expected time of a move, for links and confirmations.
+constexpr double move_grace_s = 5;
+constexpr double bias_timeout_s = 10;
+
+double move_timeout_s(double expected_s) {
+  return 2 * expected_s + move_grace_s;
+}
+
+bool is_recording(Step step) {
+  return step == Step::resting || step == Step::holding || step == Step::sliding ||
+         step == Step::ending;
+}
+
+/// One call of step(): the next state and the effects grow here.
+class Machine {
+ public:
+  Machine(const Plan& plan, const State& state, TimePoint now)
+      : plan_(plan), state_(state), now_(now) {}
+
+  Transition run(const Event& event) {
+    if (state_.step != Step::done) std::visit([this](const auto& e) { on(e); }, event);
+    return {std::move(state_), std::move(effects_)};
+  }
+
+ private:
+  // ---- events ----
+
+  void on(const Start& start) {
+    if (state_.step != Step::ready) return;
+    if (start.first_trial >= plan_.trials.size()) return finish(Outcome::complete, Cleanup::done);
+    state_.trial = start.first_trial;
+    emit(TrialBegin{state_.trial});
+    clear();
+  }
+
+  void on(const Mounted& event) {
+    if (answers(event.ticket, Step::mounting)) position();
+  }
+
+  void on(const Biased& event) {
+    if (answers(event.ticket, Step::biasing)) approach();
+  }
+
+  void on(const MotionDone& event) {
+    if (event.ticket != state_.ticket) return;
+    switch (state_.step) {
+      case Step::clearing:
+        return mount();
+      case Step::positioning:
+        return bias();
+      case Step::approaching:
+      case Step::seating:
+        return fail_trial(no_contact());
+      case Step::lowering:
+        return record(Step::resting, Phase::rest);
+      case Step::sliding:
+        return next_leg();
+      case Step::releasing:
+        return record(Step::ending, Phase::end);
+      case Step::retracting:
+        return end_trial(Cleanup::done);
+      default:
+        return;
+    }
+  }
+
+  void on(const ContactFound& event) {
+    if (answers(event.ticket, Step::approaching)) return seat();
+    if (answers(event.ticket, Step::seating)) lower_to_rest(event.z_m);
+  }
+
+  void on(const ForceSettled& event) {
+    if (answers(event.ticket, Step::pressing)) record(Step::holding, Phase::press);
+  }
+
+  /// A recorded phase ends by its timer; any other step has failed to end by itself.
+  void on(const TimerExpired& event) {
+    if (event.ticket != state_.ticket) return;
+    switch (state_.step) {
+      case Step::ready:
+        return;
+      case Step::resting:
+        return press();
+      case Step::holding:
+        return slide();
+      case Step::ending:
+        return retract();
+      case Step::retracting:
+        return give_up_retreat();
+      default:
+        return fail_trial(timed_out());
+    }
+  }
+
+  void on(const Fault& event) {
+    note(event.error);
+    state_.campaign_outcome = Outcome::failed;
+    cut_short(Outcome::failed, event.error);
+  }
+
+  void on(const GuardTripped& event) {
+    if (event.trip.action == GuardAction::end_campaign) {
+      note(event.trip.error);
+      state_.campaign_outcome = Outcome::failed;
+    }
+    cut_short(Outcome::failed, event.trip.error);
+  }
+
+  void on(const StopRequested&) {
+    state_.stop_requested = true;
+    // Nothing has been touched yet: there is no repetition to finish.
+    if (state_.step <= Step::mounting) {
+      state_.campaign_outcome = Outcome::stopped;
+      cut_short(Outcome::stopped, std::nullopt);
+    }
+  }
+
+  void on(const AbortRequested&) {
+    if (state_.campaign_outcome != Outcome::failed) state_.campaign_outcome = Outcome::aborted;
+    cut_short(Outcome::aborted, std::nullopt);
+  }
+
+  void on(const HaltRequested&) {
+    const bool in_trial = state_.step != Step::ready;
+    close_phase();
+    emit(StopMotion{});
+    if (in_trial)
+      emit(TrialDone{state_.trial, Outcome::aborted, Cleanup::skipped, state_.trial_error});
+    finish(Outcome::aborted, Cleanup::skipped, RigFact::holding);
+  }
+
+  // ---- steps of a trial, in order ----
+
+  void clear() {
+    enter(Step::clearing, move_timeout_s(full_travel_s(Axis::z)));
+    move({lift()});
+  }
+
+  void mount() {
+    enter(Step::mounting, plan_.mount_timeout_s);
+    const TrialSpec& spec = trial();
+    emit(MountFabric{state_.ticket, plan_.fabrics[spec.fabric], spec.patch_seed, spec.index});
+  }
+
+  void position() {
+    const Result<Joints> joints = above_start(plan_, exploration());
+    if (!joints) return fail_trial(joints.error());
+    const std::vector<AxisMove> moves = transfer(plan_, *joints);
+    double longest_s = 0;
+    for (const AxisMove& m : moves) longest_s = std::max(longest_s, full_travel_s(m.axis));
+    enter(Step::positioning, move_timeout_s(longest_s));
+    move(moves);
+  }
+
+  void bias() {
+    enter(Step::biasing, bias_timeout_s);
+    emit(BiasSensors{state_.ticket});
+  }
+
+  void approach() {
+    descend(Step::approaching, plan_.approach.speed_mps, plan_.approach.contact_force_n);
+  }
+
+  void seat() {
+    descend(Step::seating, plan_.approach.seat_speed_mps,
+            seated_share * plan_.limits.probe_weight_n);
+  }
+
+  void lower_to_rest(double touch_z_m) {
+    state_.rest_z_m = touch_z_m + plan_.limits.rest_travel_m;
+    const Range& travel = plan_.limits.geometry.travel[index(Axis::z)];
+    if (!travel.contains(state_.rest_z_m)) return fail_trial(rest_out_of_travel());
+    const double speed = plan_.approach.seat_speed_mps;
+    enter(Step::lowering, move_timeout_s(plan_.limits.rest_travel_m / speed));
+    move({{Axis::z, state_.rest_z_m, speed}});
+  }
+
+  void press() {
+    emit(SetPhase{Phase::none});
+    const PhaseStep& phase = exploration().step(Phase::press);
+    enter(Step::pressing, plan_.settle.timeout_s);
+    emit(HoldForce{state_.ticket, phase.force_n, phase.force_band_n, plan_.settle.dwell_s});
+  }
+
+  void slide() {
+    emit(SetPhase{Phase::motion});
+    state_.leg = 0;
+    start_leg();
+  }
+
+  void next_leg() {
+    ++state_.leg;
+    if (state_.leg < exploration().step(Phase::motion).path_m.size()) return start_leg();
+    release();
+  }
+
+  void start_leg() {
+    const PathLeg leg = path_leg(exploration(), state_.leg);
+    const double speed = exploration().step(Phase::motion).speed_mps;
+    const double expected_s =
+        move_duration_s(leg.length_m, speed, plan_.limits.max_acceleration_mps2);
+    enter(Step::sliding, move_timeout_s(expected_s));
+    move(leg_moves(plan_, leg, speed));
+  }
+
+  void release() {
+    emit(SetPhase{Phase::none});
+    emit(ReleaseForce{});
+    enter(Step::releasing, move_timeout_s(full_travel_s(Axis::z)));
+    move({{Axis::z, state_.rest_z_m, plan_.approach.speed_mps}});
+  }
+
+  void retract() {
+    close_phase();
+    enter(Step::retracting, move_timeout_s(full_travel_s(Axis::z)));
+    move({lift()});
+  }
+
+  /// A phase that ends by its timer and is recorded.
+  void record(Step step, Phase phase) {
+    enter(step, exploration().step(phase).duration_s);
+    emit(SetPhase{phase});
+  }
+
+  void descend(Step step, double speed_mps, double stop_force_n) {
+    const double target = lowest_z_m(plan_.limits);
+    enter(step, move_timeout_s((target - plan_.limits.clear_z_m()) / speed_mps));
+    emit(Descend{state_.ticket, target, speed_mps, stop_force_n});
+  }
+
+  // ---- ends ----
+
+  void fail_trial(Error error) { cut_short(Outcome::failed, std::move(error)); }
+
+  /// Ends the trial under way with a retreat. During a retreat the retreat goes on.
+  void cut_short(Outcome outcome, std::optional<Error> error) {
+    if (state_.step == Step::ready)
+      return finish(state_.campaign_outcome.value_or(outcome), Cleanup::skipped, RigFact::holding);
+    if (state_.step == Step::retracting) return;
+    state_.trial_outcome = outcome;
+    if (error) note(*error);
+    state_.trial_error = std::move(error);
+    close_phase();
+    emit(StopMotion{});
+    retract();
+  }
+
+  void give_up_retreat() {
+    emit(StopMotion{});
+    note(timed_out());
+    state_.campaign_outcome = Outcome::failed;
+    end_trial(Cleanup::failed);
+  }
+
+  void end_trial(Cleanup cleanup) {
+    const Outcome outcome = state_.trial_outcome.value_or(Outcome::complete);
+    ++(outcome == Outcome::complete ? state_.completed : state_.failed);
+    emit(TrialDone{state_.trial, outcome, cleanup, std::exchange(state_.trial_error, {})});
+    state_.trial_outcome.reset();
+    if (cleanup == Cleanup::failed) return finish(Outcome::failed, cleanup, RigFact::unknown);
+    if (const auto end = campaign_end(outcome)) return finish(*end, cleanup);
+    ++state_.trial;
+    emit(TrialBegin{state_.trial});
+    mount();
+  }
+
+  /// How the campaign ends after a trial with this outcome, or nothing when it goes on.
+  [[nodiscard]] std::optional<Outcome> campaign_end(Outcome trial_outcome) const {
+    if (state_.campaign_outcome) return state_.campaign_outcome;
+    const bool stops = plan_.on_trial_failure == OnTrialFailure::stop;
+    if (trial_outcome == Outcome::failed && stops) return Outcome::failed;
+    if (state_.trial + 1 == plan_.trials.size())
+      return state_.failed == 0 ? Outcome::complete : Outcome::failed;
+    if (state_.stop_requested) return Outcome::stopped;
+    return std::nullopt;
+  }
+
+  void finish(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe) {
+    state_.step = Step::done;
+    ++state_.ticket;
+    emit(CampaignDone{outcome, cleanup, rig, state_.first_error});
+  }
+
+  // ---- helpers ----
+
+  void emit(Effect effect) { effects_.push_back(std::move(effect)); }
+
+  void move(std::vector<AxisMove> moves) { emit(MoveTo{state_.ticket, std::move(moves)}); }
+
+  void enter(Step step, double timeout_s) {
+    state_.step = step;
+    ++state_.ticket;
+    emit(ArmTimer{state_.ticket, now_ + from_seconds(timeout_s)});
+  }
+
+  void close_phase() {
+    if (is_recording(state_.step)) emit(SetPhase{Phase::none});
+  }
+
+  [[nodiscard]] bool answers(Ticket ticket, Step step) const {
+    return state_.step == step && ticket == state_.ticket;
+  }
+
+  void note(const Error& error) {
+    if (!state_.first_error) state_.first_error = error;
+  }
+
+  [[nodiscard]] const TrialSpec& trial() const { return plan_.trials[state_.trial]; }
+  [[nodiscard]] const Exploration& exploration() const {
+    return plan_.explorations[trial().exploration];
+  }
+
+  [[nodiscard]] AxisMove lift() const {
+    return {Axis::z, plan_.limits.clear_z_m(), plan_.approach.transfer_speed_mps};
+  }
+
+  /// From one end of the axis to the other at transfer speed: where the stage stands is not known
+  /// here.
+  [[nodiscard]] double full_travel_s(Axis axis) const {
+    const double speed =
+        is_linear(axis) ? plan_.approach.transfer_speed_mps : plan_.limits.max_tilt_speed_radps;
+    return plan_.limits.geometry.travel[index(axis)].width() / speed;
+  }
+
+  [[nodiscard]] std::string place() const {
+    return "trial " + std::to_string(trial().index) + " (" + plan_.fabrics[trial().fabric] + ", " +
+           exploration().name + ", repetition " + std::to_string(trial().repetition) +
+           "): " + std::string(to_string(state_.step));
+  }
+
+  [[nodiscard]] Error timed_out() const {
+    return {Errc::timeout,
+            "the step did not end in time",
+            place(),
+            "an answer before the timer",
+            "",
+            "look at the log of the devices involved"};
+  }
+
+  [[nodiscard]] Error no_contact() const {
+    return {Errc::device,
+            "the probe reached its lowest height without bearing on the cloth",
+            place(),
+            "contact above the plate",
+            "none",
+            "check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
+  }
+
+  [[nodiscard]] Error rest_out_of_travel() const {
+    return {Errc::range,
+            "the rest position is outside the travel of z",
+            place(),
+            "within the stage's travel",
+            std::to_string(state_.rest_z_m) + " m",
+            "check plate.surface_z_mm and probe.rest_travel_mm"};
+  }
+
+  const Plan& plan_;
+  State state_;
+  TimePoint now_;
+  std::vector<Effect> effects_;
+};
+
+}  // namespace
+
+Transition step(const Plan& plan, const State& state, const Event& event, TimePoint now) {
+  return Machine(plan, state, now).run(event);
+}
+
+}  // namespace weft::recipes

@@ -1,0 +1,61 @@
+#include "recipes/engine/motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::recipes {
+namespace {
+
+/// How well the rig file knows the plate's height [m].
+constexpr double plate_height_tolerance_m = 1e-3;
+
+Vec2 sum(Vec2 a, Vec2 b) {
+  return {a.x_m + b.x_m, a.y_m + b.y_m};
+}
+
+}  // namespace
+
+PathLeg path_leg(const Exploration& exploration, std::size_t leg) {
+  const std::vector<Vec2>& path = exploration.step(Phase::motion).path_m;
+  const Vec2 from = sum(exploration.start_m, leg == 0 ? Vec2{} : path[leg - 1]);
+  const Vec2 to = sum(exploration.start_m, path[leg]);
+  return {from, to, std::hypot(to.x_m - from.x_m, to.y_m - from.y_m)};
+}
+
+Result<Joints> over(const Geometry& geometry, Vec2 point_m, double clearance_m) {
+  return inverse(geometry, {.contact_m = point_m, .clearance_m = clearance_m});
+}
+
+Result<Joints> above_start(const Plan& plan, const Exploration& exploration) {
+  return over(plan.limits.geometry, exploration.start_m, plan.limits.clearance_m);
+}
+
+std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints) {
+  std::vector<AxisMove> moves;
+  for (const Axis axis : all_axes) {
+    if (axis == Axis::z) continue;
+    const double speed =
+        is_linear(axis) ? plan.approach.transfer_speed_mps : plan.limits.max_tilt_speed_radps;
+    moves.push_back({axis, joints[axis], speed});
+  }
+  return moves;
+}
+
+std::vector<AxisMove> leg_moves(const Plan& plan, const PathLeg& leg, double speed_mps) {
+  const Vec2 origin = plan.limits.geometry.origin_m;
+  const double dx = leg.to_m.x_m - leg.from_m.x_m;
+  const double dy = leg.to_m.y_m - leg.from_m.y_m;
+  std::vector<AxisMove> moves;
+  if (dx != 0)
+    moves.push_back({Axis::x, leg.to_m.x_m + origin.x_m, speed_mps * std::abs(dx) / leg.length_m});
+  if (dy != 0)
+    moves.push_back({Axis::y, leg.to_m.y_m + origin.y_m, speed_mps * std::abs(dy) / leg.length_m});
+  return moves;
+}
+
+double lowest_z_m(const RigLimits& limits) {
+  return std::min(limits.geometry.surface_z_m + plate_height_tolerance_m,
+                  limits.geometry.travel[index(Axis::z)].max);
+}
+
+}  // namespace weft::recipes

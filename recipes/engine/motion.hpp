@@ -1,0 +1,38 @@
+#pragma once
+// Geometry of a trial's moves: what the engine commands is what the checker and the forecast look
+// at.
+
+#include <cstddef>
+#include <vector>
+
+#include "recipes/engine/engine.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::recipes {
+
+/// One straight piece of the path of phase M, in the fabric frame.
+struct PathLeg {
+  Vec2 from_m;
+  Vec2 to_m;
+  double length_m = 0;
+};
+
+/// Leg `leg` of the exploration's path; leg < path_m.size().
+PathLeg path_leg(const Exploration& exploration, std::size_t leg);
+
+/// Stages with the probe upright over `point_m` of the cloth, `clearance_m` above the plate.
+Result<Joints> over(const Geometry& geometry, Vec2 point_m, double clearance_m);
+
+/// Stages above the start of the exploration, at the clear height.
+Result<Joints> above_start(const Plan& plan, const Exploration& exploration);
+
+/// Every axis but z to `joints`, at transfer speed.
+std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints);
+
+/// x and y along a leg. Speeds are in proportion to the distances, so that both arrive together.
+std::vector<AxisMove> leg_moves(const Plan& plan, const PathLeg& leg, double speed_mps);
+
+/// Lowest z an approach may go to: a little under the bare plate's surface, within travel.
+double lowest_z_m(const RigLimits& limits);
+
+}  // namespace weft::recipes

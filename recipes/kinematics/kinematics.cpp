@@ -1,0 +1,93 @@
+#include "recipes/kinematics/kinematics.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace weft::recipes {
+namespace {
+
+/// Rotation in a plane by `angle`, counter-clockwise: (a, b) -> (c a - s b, s a + c b).
+std::array<double, 2> turned(double a, double b, double angle) {
+  const double c = std::cos(angle);
+  const double s = std::sin(angle);
+  return {c * a - s * b, s * a + c * b};
+}
+
+bool finite(const ProbePose& pose) {
+  return std::isfinite(pose.contact_m.x_m) && std::isfinite(pose.contact_m.y_m) &&
+         std::isfinite(pose.clearance_m) && std::isfinite(pose.tilt_x_rad) &&
+         std::isfinite(pose.tilt_y_rad);
+}
+
+std::string unit_of(Axis axis) {
+  return is_linear(axis) ? " m" : " rad";
+}
+
+/// "x = 0.2 m outside 0 to 0.15 m; ..." for every stage that cannot go there.
+std::string unreachable(const Geometry& geometry, const Joints& joints) {
+  std::string list;
+  for (const Axis axis : all_axes) {
+    const Range& range = geometry.travel[index(axis)];
+    if (range.contains(joints[axis])) continue;
+    list += (list.empty() ? "" : "; ") + std::string(to_string(axis)) + " = " +
+            std::to_string(joints[axis]) + unit_of(axis) + " outside " + std::to_string(range.min) +
+            " to " + std::to_string(range.max) + unit_of(axis);
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string_view to_string(Axis axis) {
+  constexpr std::array<std::string_view, axis_count> names{"x", "y", "z", "rx", "ry"};
+  return names[index(axis)];
+}
+
+ProbePose forward(const Geometry& geometry, const Joints& joints) {
+  const double rx = joints[Axis::rx];
+  const double ry = joints[Axis::ry];
+  // The face's centre in the world, seen from the fabric's origin at zero tilt (u, v, up).
+  const double u = joints[Axis::x] - geometry.origin_m.x_m + geometry.probe_arm_m * std::sin(ry);
+  const double v = joints[Axis::y] - geometry.origin_m.y_m;
+  const double up =
+      geometry.surface_z_m - joints[Axis::z] + geometry.probe_arm_m * (1 - std::cos(ry));
+  const auto [a, b] = turned(v - geometry.tilt_axis_y_m, up + geometry.tilt_axis_depth_m, -rx);
+  return {.contact_m = {u, geometry.tilt_axis_y_m + a},
+          .clearance_m = b - geometry.tilt_axis_depth_m,
+          .tilt_x_rad = rx,
+          .tilt_y_rad = ry};
+}
+
+Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose) {
+  constexpr double quarter_turn = std::numbers::pi / 2;
+  if (!finite(pose) || std::abs(pose.tilt_x_rad) >= quarter_turn ||
+      std::abs(pose.tilt_y_rad) >= quarter_turn)
+    return fail(Errc::invalid_argument, "the probe pose is not usable", "kinematics",
+                "finite numbers and tilts under a quarter turn");
+  const double arm = geometry.probe_arm_m;
+  const auto [a, b] = turned(pose.contact_m.y_m - geometry.tilt_axis_y_m,
+                             pose.clearance_m + geometry.tilt_axis_depth_m, pose.tilt_x_rad);
+  const double up = b - geometry.tilt_axis_depth_m;
+  Joints joints;
+  joints[Axis::x] = pose.contact_m.x_m + geometry.origin_m.x_m - arm * std::sin(pose.tilt_y_rad);
+  joints[Axis::y] = geometry.tilt_axis_y_m + a + geometry.origin_m.y_m;
+  joints[Axis::z] = geometry.surface_z_m - up + arm * (1 - std::cos(pose.tilt_y_rad));
+  joints[Axis::rx] = pose.tilt_x_rad;
+  joints[Axis::ry] = pose.tilt_y_rad;
+  if (std::string list = unreachable(geometry, joints); !list.empty())
+    return fail(Errc::range, "the pose is out of the stages' reach", "kinematics",
+                "every stage within its travel", std::move(list));
+  return joints;
+}
+
+double lean_rad(const ProbePose& pose) {
+  // atan2 keeps full precision near zero, where acos(cos cos) loses half the digits.
+  const double sx = std::sin(pose.tilt_x_rad);
+  const double sy = std::sin(pose.tilt_y_rad);
+  const double along = std::cos(pose.tilt_x_rad) * std::cos(pose.tilt_y_rad);
+  const double across = std::hypot(sy, sx * std::cos(pose.tilt_y_rad));
+  return std::atan2(across, along);
+}
+
+}  // namespace weft::recipes
