@@ -44,14 +44,14 @@ struct TrialQuality {
       force_in_band_fraction;  ///< share of phase M within the recipe's band, 0 to 1
 };
 
-/// Wrench and stage values are kept as whole numbers of these quanta. Each is no coarser than one
-/// count of the bench's devices (ATI Net F/T at 1e6 counts per N and N m; LTS150 2.44 nm;
+/// Wrench and stage values are kept as whole numbers of a quantum. Each quantum is no coarser than
+/// one count of the bench's devices (ATI Net F/T at 1e6 counts per N and N m; LTS150 2.44 nm;
 /// PRM1-Z8 9.1 urad), so no count is lost, files are half as large as with doubles, and digests
-/// need no float format.
-constexpr double force_quantum_n = 1e-6;
-constexpr double torque_quantum_nm = 1e-6;
-constexpr double position_quantum_m = 1e-9;
-constexpr double angle_quantum_rad = 1e-8;
+/// need no float format. Given as quanta per unit because 1e6 is a double and 1e-6 is not.
+constexpr double force_quanta_per_n = 1e6;
+constexpr double torque_quanta_per_nm = 1e6;
+constexpr double position_quanta_per_m = 1e9;
+constexpr double angle_quanta_per_rad = 1e8;
 
 /// Six numbers a row (Fx Fy Fz [force quanta], Tx Ty Tz [torque quanta]), sensor frame, bias
 /// removed.
@@ -88,7 +88,9 @@ struct TrialRecord {
 struct Axis {
   std::string name;  ///< "x", "y", "z", "a", "b"
   bool rotary = false;
-  [[nodiscard]] double quantum() const { return rotary ? angle_quantum_rad : position_quantum_m; }
+  [[nodiscard]] double quanta_per_unit() const {
+    return rotary ? angle_quanta_per_rad : position_quanta_per_m;
+  }
   bool operator==(const Axis&) const = default;
 };
 

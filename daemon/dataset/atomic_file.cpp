@@ -1,0 +1,82 @@
+#include "daemon/dataset/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+namespace weft::daemon {
+namespace {
+
+tl::unexpected<Error> system_error(std::string what, const std::filesystem::path& where) {
+  return fail(Errc::io, std::move(what), where.string(), {}, std::strerror(errno));
+}
+
+/// An open file descriptor that closes itself.
+class Descriptor {
+ public:
+  Descriptor(const std::filesystem::path& path, int flags)
+      : fd_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  [[nodiscard]] bool ok() const { return fd_ >= 0; }
+  [[nodiscard]] bool sync() const { return ::fsync(fd_) == 0; }
+
+  [[nodiscard]] bool write_all(std::string_view text) const {
+    while (!text.empty()) {
+      const ssize_t written = ::write(fd_, text.data(), text.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) return false;
+      text.remove_prefix(static_cast<std::size_t>(written));
+    }
+    return true;
+  }
+
+ private:
+  int fd_;
+};
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+}  // namespace
+
+// The process number keeps two writers of the same target apart.
+AtomicFile::AtomicFile(std::filesystem::path target)
+    : target_(std::move(target)),
+      temporary_(target_.string() + ".partial-" + std::to_string(::getpid())) {}
+
+AtomicFile::~AtomicFile() {
+  std::error_code ignored;
+  if (!published_) std::filesystem::remove(temporary_, ignored);
+}
+
+Status AtomicFile::publish() {
+  if (const Descriptor file(temporary_, O_RDONLY); !file.ok() || !file.sync())
+    return system_error("cannot bring the file to the disk", temporary_);
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0)
+    return system_error("cannot rename the finished file", target_);
+  published_ = true;
+  // The rename itself is on the disk only when its folder is.
+  if (const Descriptor folder(folder_of(target_), O_RDONLY); folder.ok() && !folder.sync())
+    return system_error("cannot bring the folder to the disk", folder_of(target_));
+  return {};
+}
+
+Status write_text_file(const std::filesystem::path& path, std::string_view text) {
+  AtomicFile atomic(path);
+  {
+    const Descriptor file(atomic.temporary(), O_WRONLY | O_CREAT | O_TRUNC);
+    if (!file.ok()) return system_error("cannot create the file", path);
+    if (!file.write_all(text)) return system_error("cannot write the file", path);
+  }
+  return atomic.publish();
+}
+
+}  // namespace weft::daemon

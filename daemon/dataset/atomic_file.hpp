@@ -1,0 +1,33 @@
+#pragma once
+// Output that appears whole or not at all.
+
+#include <filesystem>
+#include <string_view>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// A temporary name beside `target`. Removed by the destructor unless publish() has renamed it.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path target);
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  /// Where to write; the writer must have closed it before publish().
+  [[nodiscard]] const std::filesystem::path& temporary() const { return temporary_; }
+  /// Flushes to the disk and renames over the target.
+  Status publish();
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  bool published_ = false;
+};
+
+/// Writes `text` to `path` through an AtomicFile.
+Status write_text_file(const std::filesystem::path& path, std::string_view text);
+
+}  // namespace weft::daemon

@@ -1,0 +1,116 @@
+#include "daemon/dataset/dataset.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+namespace weft::daemon {
+namespace {
+
+constexpr std::array<std::string_view, 3> kind_words{"unknown", "simulated", "real"};
+constexpr std::array<std::string_view, 5> outcome_words{"complete", "stopped", "aborted", "failed",
+                                                        "interrupted"};
+
+template <class Enum, std::size_t count>
+std::optional<Enum> word_to(const std::array<std::string_view, count>& words,
+                            std::string_view word) {
+  const auto* at = std::ranges::find(words, word);
+  if (at == words.end()) return std::nullopt;
+  return static_cast<Enum>(at - words.begin());
+}
+
+Status sizes_disagree(std::string_view what, std::size_t expected, std::size_t got) {
+  return fail(Errc::invalid_argument, "number of " + std::string(what) + " disagrees", {},
+              std::to_string(expected), std::to_string(got));
+}
+
+Status check_taxels(const classifier::Trial& trial) {
+  if (trial.taxels == 0) return fail(Errc::invalid_argument, "a trial without taxels");
+  if (trial.samples() == 0) return fail(Errc::invalid_argument, "a trial without samples");
+  if (trial.counts.size() != trial.samples() * trial.taxels)
+    return sizes_disagree("counts", trial.samples() * trial.taxels, trial.counts.size());
+  const auto odd = std::ranges::find_if(trial.counts, [](double c) { return !std::isfinite(c); });
+  if (odd != trial.counts.end())
+    return fail(Errc::invalid_argument, "a count that is not a finite number",
+                "sample " + std::to_string(static_cast<std::size_t>(odd - trial.counts.begin()) /
+                                           trial.taxels));
+  const auto phase = std::ranges::find_if(
+      trial.phase, [](Phase p) { return !phase_from_char(to_char(p)).has_value(); });
+  if (phase != trial.phase.end())
+    return fail(Errc::invalid_argument, "a phase that is none of S, P, M, E and -",
+                "sample " + std::to_string(phase - trial.phase.begin()));
+  return {};
+}
+
+Status check_record(const TrialRecord& record, std::size_t samples, std::size_t axes) {
+  const TrialQuality& quality = record.quality;
+  if (!std::isfinite(quality.force_rms_error_n.value_or(0)) ||
+      !std::isfinite(quality.force_in_band_fraction.value_or(0)))
+    return fail(Errc::invalid_argument, "a quality figure that is not a finite number");
+  if (record.t_ns.size() != samples) return sizes_disagree("times", samples, record.t_ns.size());
+  if (!record.device_us.empty() && record.device_us.size() != samples)
+    return sizes_disagree("device times", samples, record.device_us.size());
+  if (record.wrench.quanta.size() != record.wrench.samples() * 6)
+    return sizes_disagree("wrench values", record.wrench.samples() * 6,
+                          record.wrench.quanta.size());
+  if (record.stages.quanta.size() != record.stages.samples() * axes)
+    return sizes_disagree("stage positions", record.stages.samples() * axes,
+                          record.stages.quanta.size());
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(BenchKind kind) {
+  return kind_words.at(static_cast<std::size_t>(kind));
+}
+
+std::optional<BenchKind> bench_kind_from(std::string_view word) {
+  return word_to<BenchKind>(kind_words, word);
+}
+
+std::string_view to_string(TrialOutcome outcome) {
+  return outcome_words.at(static_cast<std::size_t>(outcome));
+}
+
+std::optional<TrialOutcome> trial_outcome_from(std::string_view word) {
+  return word_to<TrialOutcome>(outcome_words, word);
+}
+
+double WrenchStream::force_n(std::size_t i, std::size_t axis) const {
+  return quanta[6 * i + axis] / force_quanta_per_n;
+}
+
+double WrenchStream::torque_nm(std::size_t i, std::size_t axis) const {
+  return quanta[6 * i + 3 + axis] / torque_quanta_per_nm;
+}
+
+Status check(const Dataset& dataset) {
+  if (dataset.trials.empty()) return fail(Errc::invalid_argument, "a data set without trials");
+  if (dataset.records.size() != dataset.trials.size())
+    return sizes_disagree("records", dataset.trials.size(), dataset.records.size());
+  std::unordered_set<std::string_view> files;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const classifier::Trial& trial = dataset.trials[i];
+    const std::string where = "trial " + trial.file;
+    if (trial.file.empty() || !files.insert(trial.file).second)
+      return fail(Errc::invalid_argument, "the name of a trial must be present and unique", where);
+    if (trial.label.empty()) return fail(Errc::invalid_argument, "a trial without label", where);
+    if (trial.taxels != dataset.trials.front().taxels)
+      return fail(Errc::invalid_argument, "trials of different taxel counts", where,
+                  std::to_string(dataset.trials.front().taxels), std::to_string(trial.taxels));
+    if (auto fine = check_taxels(trial); !fine) return pass(std::move(fine).error(), where);
+    auto fine = check_record(dataset.records[i], trial.samples(), dataset.info.axes.size());
+    if (!fine) return pass(std::move(fine).error(), where);
+  }
+  return {};
+}
+
+std::vector<classifier::Trial> trials_of(const Dataset& dataset, std::string_view exploration) {
+  std::vector<classifier::Trial> chosen;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+    if (dataset.records[i].spec.exploration == exploration) chosen.push_back(dataset.trials[i]);
+  return chosen;
+}
+
+}  // namespace weft::daemon

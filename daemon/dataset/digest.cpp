@@ -1,0 +1,79 @@
+// The canonical serialisation behind the digests, specified in docs/dataset.md, "Digest".
+#include "daemon/dataset/counts.hpp"
+#include "daemon/dataset/dataset.hpp"
+#include "daemon/dataset/sha256.hpp"
+
+namespace weft::daemon {
+namespace {
+
+void add_text(Sha256& hash, std::string_view text) {
+  hash.number(static_cast<std::uint32_t>(text.size())).text(text);
+}
+
+void add_optional(Sha256& hash, const std::optional<double>& value) {
+  hash.number(static_cast<std::uint8_t>(value.has_value() ? 1 : 0)).number(value.value_or(0.0));
+}
+
+void add_description(Sha256& hash, const classifier::Trial& trial, const TrialRecord& record) {
+  for (const std::string_view text :
+       {std::string_view(trial.file), std::string_view(trial.label), std::string_view(trial.group),
+        std::string_view(record.spec.exploration), to_string(record.outcome)})
+    add_text(hash, text);
+  hash.number(record.spec.index).number(record.spec.attempt).number(record.spec.repetition);
+  hash.number(record.spec.patch_seed).number(record.lost_samples);
+  add_optional(hash, record.quality.force_rms_error_n);
+  add_optional(hash, record.quality.force_in_band_fraction);
+}
+
+void add_counts(Sha256& hash, const classifier::Trial& trial) {
+  hash.number(static_cast<std::uint32_t>(trial.taxels));
+  hash.number(static_cast<std::uint64_t>(trial.samples()));
+  if (const auto exact = as_u16(trial.counts)) {
+    hash.text("u").numbers(std::span<const std::uint16_t>(*exact));
+  } else {
+    hash.text("f").numbers(std::span<const double>(trial.counts));
+  }
+  for (const Phase phase : trial.phase) hash.number(static_cast<std::uint8_t>(phase));
+}
+
+template <class Number>
+void add_list(Sha256& hash, const std::vector<Number>& values) {
+  hash.number(static_cast<std::uint64_t>(values.size())).numbers(std::span<const Number>(values));
+}
+
+Sha256Digest trial_digest(const classifier::Trial& trial, const TrialRecord& record) {
+  Sha256 hash;
+  hash.text("weft trial 1\n");
+  add_description(hash, trial, record);
+  add_counts(hash, trial);
+  add_list(hash, record.t_ns);
+  add_list(hash, record.device_us);
+  add_list(hash, record.wrench.t_ns);
+  add_list(hash, record.wrench.quanta);
+  add_list(hash, record.stages.t_ns);
+  add_list(hash, record.stages.quanta);
+  return hash.finish();
+}
+
+}  // namespace
+
+std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record) {
+  return to_hex(trial_digest(trial, record));
+}
+
+std::string dataset_sha256(const Dataset& dataset) {
+  Sha256 hash;
+  hash.text("weft dataset 1\n");
+  add_text(hash, to_string(dataset.info.kind));
+  hash.number(static_cast<std::uint32_t>(dataset.info.axes.size()));
+  for (const Axis& axis : dataset.info.axes) {
+    add_text(hash, axis.name);
+    hash.number(static_cast<std::uint8_t>(axis.rotary ? 1 : 0));
+  }
+  hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+    hash.update(trial_digest(dataset.trials[i], dataset.records[i]));
+  return to_hex(hash.finish());
+}
+
+}  // namespace weft::daemon

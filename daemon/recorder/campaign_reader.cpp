@@ -1,0 +1,255 @@
+// Campaign file to Dataset. The file may come from a killed process or a failing disk: nothing in
+// it is believed before it has been checked.
+#include <charconv>
+
+#include "daemon/recorder/chunk.hpp"
+#include "daemon/recorder/recorder.hpp"
+#include "daemon/recorder/schema.hpp"
+#include "daemon/recorder/sqlite.hpp"
+#include "protocols/base/crc.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr std::int64_t max_taxels = 4096;
+
+Result<std::int64_t> read_integer(sqlite::Database& database, const char* sql) {
+  auto query = database.prepare(sql);
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  if (!row) return pass(std::move(row).error());
+  if (!*row) return fail(Errc::corrupt, "the campaign file lacks its header row");
+  return query->integer(0);
+}
+
+Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
+    return fail(Errc::not_found, "no such campaign file", path.string());
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
+  if (!database) return database;
+  auto identity = read_integer(*database, "PRAGMA application_id");
+  if (!identity) return pass(std::move(identity).error(), path.string());
+  if (*identity != campaign_application_id)
+    return fail(Errc::parse, "not a Weft campaign file", path.string());
+  auto version = read_integer(*database, "PRAGMA user_version");
+  if (!version) return pass(std::move(version).error(), path.string());
+  if (*version != campaign_schema_version)
+    return fail(Errc::unsupported, "a campaign file of another layout", path.string(),
+                std::to_string(campaign_schema_version), std::to_string(*version));
+  return database;
+}
+
+std::uint64_t unsigned_of(const std::string& text) {
+  std::uint64_t value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
+  auto query = database.prepare(
+      "SELECT bench_kind, name, source, recipe_json, recipe_sha256, rig_json, rig_sha256, seed, "
+      "software_version, taxels, taxel_rate_hz, wrench_rate_hz, stage_rate_hz FROM campaign");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  if (!row) return pass(std::move(row).error());
+  if (!*row) return fail(Errc::corrupt, "the campaign file lacks its header row");
+  const auto kind = bench_kind_from(query->text(0));
+  if (!kind) return fail(Errc::corrupt, "unknown bench kind", "campaign", {}, query->text(0));
+  const std::int64_t taxels = query->integer(9);
+  if (taxels < 1 || taxels > max_taxels)
+    return fail(Errc::corrupt, "impossible number of taxels", "campaign", {},
+                std::to_string(taxels));
+  info.kind = *kind;
+  info.name = query->text(1);
+  info.source = query->text(2);
+  info.recipe_json = query->text(3);
+  info.recipe_sha256 = query->text(4);
+  info.rig_json = query->text(5);
+  info.rig_sha256 = query->text(6);
+  info.seed = unsigned_of(query->text(7));
+  info.software_version = query->text(8);
+  info.taxel_rate_hz = query->real(10);
+  info.wrench_rate_hz = query->real(11);
+  info.stage_rate_hz = query->real(12);
+  return static_cast<std::size_t>(taxels);
+}
+
+Status read_axes_and_devices(sqlite::Database& database, DatasetInfo& info) {
+  auto axes = database.prepare("SELECT name, rotary FROM axis ORDER BY position");
+  if (!axes) return pass(std::move(axes).error());
+  auto row = axes->step();
+  for (; row && *row; row = axes->step())
+    info.axes.push_back({axes->text(0), axes->integer(1) != 0});
+  if (!row) return pass(std::move(row).error());
+
+  auto devices = database.prepare("SELECT name, driver, identity_json FROM device ORDER BY rowid");
+  if (!devices) return pass(std::move(devices).error());
+  row = devices->step();
+  for (; row && *row; row = devices->step())
+    info.devices.push_back({devices->text(0), devices->text(1), devices->text(2)});
+  if (!row) return pass(std::move(row).error());
+  return {};
+}
+
+/// Unique within a campaign, and says what it is: "0007-Denim-M1-r03", with "-a1" for a second
+/// attempt.
+std::string trial_name(const TrialSpec& spec) {
+  const auto padded = [](std::uint32_t number, std::size_t width) {
+    const std::string digits = std::to_string(number);
+    return std::string(width - std::min(width, digits.size()), '0') + digits;
+  };
+  std::string name = padded(spec.index, 4) + "-" + spec.label;
+  if (!spec.exploration.empty()) name += "-" + spec.exploration;
+  name += "-r" + padded(spec.repetition, 2);
+  if (spec.attempt > 0) name += "-a" + std::to_string(spec.attempt);
+  return name;
+}
+
+std::optional<double> real_or_nothing(const sqlite::Statement& query, int column) {
+  if (query.is_null(column)) return std::nullopt;
+  return query.real(column);
+}
+
+/// A row of the trial table, without samples. A trial that was never ended was interrupted.
+Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
+  TrialRecord record;
+  record.spec.index = static_cast<std::uint32_t>(query.integer(1));
+  record.spec.attempt = static_cast<std::uint32_t>(query.integer(2));
+  record.spec.label = query.text(3);
+  record.spec.group = query.text(4);
+  record.spec.exploration = query.text(5);
+  record.spec.repetition = static_cast<std::uint32_t>(query.integer(6));
+  record.spec.patch_seed = unsigned_of(query.text(7));
+  const auto outcome =
+      query.is_null(8) ? TrialOutcome::interrupted : trial_outcome_from(query.text(8));
+  if (!outcome)
+    return fail(Errc::corrupt, "unknown outcome", trial_name(record.spec), {}, query.text(8));
+  record.outcome = *outcome;
+  record.quality = {real_or_nothing(query, 9), real_or_nothing(query, 10)};
+  return record;
+}
+
+/// Reads the chunks of one trial after another with one prepared statement.
+class ChunkReader {
+ public:
+  static Result<ChunkReader> prepare(sqlite::Database& database, const CampaignLoadOptions& options,
+                                     std::size_t taxels, std::size_t axes) {
+    const std::string streams = options.streams ? "" : " AND stream = 0";
+    auto query = database.prepare(
+        "SELECT stream, number, rows, lost_before, crc32, data FROM chunk WHERE trial = ?" +
+        streams + " ORDER BY stream, number");
+    if (!query) return pass(std::move(query).error());
+    return ChunkReader(std::move(*query), options, taxels, axes);
+  }
+
+  Status read(std::int64_t trial_id, classifier::Trial& trial, TrialRecord& record) {
+    std::array<std::int64_t, 3> expected_number{};
+    query_.bind(1, trial_id);
+    auto row = query_.step();
+    for (; row && *row; row = query_.step()) {
+      const std::int64_t stream = query_.integer(0);
+      const std::int64_t number = query_.integer(1);
+      if (stream < 0 || stream > 2) return fail(Errc::corrupt, "a chunk of an unknown stream");
+      const std::string where =
+          std::string(to_string(static_cast<Stream>(stream))) + " chunk " + std::to_string(number);
+      if (number != expected_number[static_cast<std::size_t>(stream)]++)
+        return fail(Errc::corrupt, "a chunk before this one is missing", where);
+      auto done = decode(static_cast<Stream>(stream), trial, record);
+      if (!done) return pass(std::move(done).error(), where);
+    }
+    if (!row) return pass(std::move(row).error());
+    return {};
+  }
+
+ private:
+  ChunkReader(sqlite::Statement query, const CampaignLoadOptions& options, std::size_t taxels,
+              std::size_t axes)
+      : query_(std::move(query)), options_(options), taxels_(taxels), axes_(axes) {}
+
+  Status decode(Stream stream, classifier::Trial& trial, TrialRecord& record) {
+    const ByteView data = query_.blob(5);
+    const std::size_t width = stream == Stream::taxel ? taxels_ : axes_;
+    const std::size_t expected_bytes =
+        static_cast<std::size_t>(query_.integer(2)) * row_bytes(stream, width);
+    if (query_.integer(2) < 1 || data.size() != expected_bytes)
+      return fail(Errc::corrupt, "cut short", {}, std::to_string(expected_bytes) + " bytes",
+                  std::to_string(data.size()));
+    if (crc32(data) != query_.integer(4))
+      return fail(Errc::corrupt, "altered: its CRC-32 disagrees");
+    if (stream == Stream::wrench) {
+      decode_wrench(data, record.wrench);
+    } else if (stream == Stream::stages) {
+      decode_stages(data, axes_, record.stages);
+    } else {
+      record.lost_samples += static_cast<std::uint32_t>(query_.integer(3));
+      if (!decode_taxels(data, options_.transfers, trial, record))
+        return fail(Errc::corrupt, "an unknown phase");
+    }
+    return {};
+  }
+
+  sqlite::Statement query_;
+  CampaignLoadOptions options_;
+  std::size_t taxels_;
+  std::size_t axes_;
+};
+
+Status read_trials(sqlite::Database& database, const CampaignLoadOptions& options,
+                   std::size_t taxels, Dataset& dataset) {
+  auto chunks = ChunkReader::prepare(database, options, taxels, dataset.info.axes.size());
+  if (!chunks) return pass(std::move(chunks).error());
+  auto query = database.prepare(
+      "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
+      "outcome, force_rms_error_n, force_in_band_fraction FROM trial ORDER BY plan_index, attempt");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  for (; row && *row; row = query->step()) {
+    auto record = read_trial_row(*query);
+    if (!record) return pass(std::move(record).error());
+    if (record->outcome != TrialOutcome::complete && !options.all_outcomes) continue;
+    classifier::Trial trial;
+    trial.file = trial_name(record->spec);
+    trial.label = record->spec.label;
+    trial.group = record->spec.group;
+    trial.taxels = taxels;
+    auto done = chunks->read(query->integer(0), trial, *record);
+    if (!done) return pass(std::move(done).error(), "trial " + trial.file);
+    dataset.trials.push_back(std::move(trial));
+    dataset.records.push_back(std::move(*record));
+  }
+  if (!row) return pass(std::move(row).error());
+  return {};
+}
+
+}  // namespace
+
+Result<Dataset> load_campaign(const std::filesystem::path& path,
+                              const CampaignLoadOptions& options) {
+  auto database = open_campaign(path);
+  if (!database) return pass(std::move(database).error());
+  Dataset dataset;
+  auto taxels = read_header(*database, dataset.info);
+  if (!taxels) return pass(std::move(taxels).error(), path.string());
+  Status done = read_axes_and_devices(*database, dataset.info);
+  if (done) done = read_trials(*database, options, *taxels, dataset);
+  if (!done) return pass(std::move(done).error(), path.string());
+  return dataset;
+}
+
+Result<std::vector<JournalEntry>> load_journal(const std::filesystem::path& path) {
+  auto database = open_campaign(path);
+  if (!database) return pass(std::move(database).error());
+  auto query =
+      database->prepare("SELECT sequence, t_ns, kind, payload_json FROM journal ORDER BY sequence");
+  if (!query) return pass(std::move(query).error(), path.string());
+  std::vector<JournalEntry> entries;
+  auto row = query->step();
+  for (; row && *row; row = query->step())
+    entries.push_back({query->integer(0), TimePoint(Duration(query->integer(1))), query->text(2),
+                       query->text(3)});
+  if (!row) return pass(std::move(row).error(), path.string());
+  return entries;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,49 @@
+#pragma once
+// The tables of a campaign file (docs/dataset.md, "Campaign file").
+
+namespace weft::daemon {
+
+/// Marks the file as Weft's in its header: "WEFT" in ASCII.
+constexpr int campaign_application_id = 0x57454654;
+constexpr int campaign_schema_version = 1;
+
+constexpr const char* campaign_schema_sql = R"sql(
+CREATE TABLE campaign (
+  id INTEGER PRIMARY KEY CHECK (id = 1),
+  bench_kind TEXT NOT NULL, name TEXT NOT NULL, source TEXT NOT NULL,
+  recipe_json TEXT NOT NULL, recipe_sha256 TEXT NOT NULL,
+  rig_json TEXT NOT NULL, rig_sha256 TEXT NOT NULL,
+  seed TEXT NOT NULL, software_version TEXT NOT NULL,
+  taxels INTEGER NOT NULL,
+  taxel_rate_hz REAL NOT NULL, wrench_rate_hz REAL NOT NULL, stage_rate_hz REAL NOT NULL,
+  trials_planned INTEGER NOT NULL, created_utc_ns INTEGER NOT NULL,
+  finished INTEGER NOT NULL DEFAULT 0
+) STRICT;
+CREATE TABLE axis (
+  position INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, rotary INTEGER NOT NULL
+) STRICT;
+CREATE TABLE device (
+  name TEXT PRIMARY KEY, driver TEXT NOT NULL, identity_json TEXT NOT NULL
+) STRICT;
+CREATE TABLE trial (
+  id INTEGER PRIMARY KEY,
+  plan_index INTEGER NOT NULL, attempt INTEGER NOT NULL,
+  label TEXT NOT NULL, trial_group TEXT NOT NULL, exploration TEXT NOT NULL,
+  repetition INTEGER NOT NULL, patch_seed TEXT NOT NULL,
+  began_ns INTEGER NOT NULL, ended_ns INTEGER, outcome TEXT,
+  force_rms_error_n REAL, force_in_band_fraction REAL,
+  UNIQUE (plan_index, attempt)
+) STRICT;
+CREATE TABLE chunk (
+  trial INTEGER NOT NULL REFERENCES trial (id), stream INTEGER NOT NULL, number INTEGER NOT NULL,
+  first_sequence INTEGER NOT NULL, rows INTEGER NOT NULL, lost_before INTEGER NOT NULL,
+  t0_ns INTEGER NOT NULL, crc32 INTEGER NOT NULL, data BLOB NOT NULL,
+  PRIMARY KEY (trial, stream, number)
+) STRICT;
+CREATE TABLE journal (
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT,
+  t_ns INTEGER NOT NULL, kind TEXT NOT NULL, payload_json TEXT NOT NULL
+) STRICT;
+)sql";
+
+}  // namespace weft::daemon

@@ -1,0 +1,128 @@
+#include "daemon/recorder/sqlite.hpp"
+
+namespace weft::daemon::sqlite {
+namespace {
+
+Errc code_of(int sqlite_code) {
+  switch (sqlite_code & 0xFF) {
+    case SQLITE_CORRUPT:
+      return Errc::corrupt;
+    case SQLITE_NOTADB:
+      return Errc::parse;
+    default:
+      return Errc::io;
+  }
+}
+
+tl::unexpected<Error> database_error(sqlite3* database, std::string what) {
+  const int code = sqlite3_extended_errcode(database);
+  const bool full = (code & 0xFF) == SQLITE_FULL;
+  return fail(code_of(code), std::move(what), {}, {},
+              std::string(sqlite3_errmsg(database)) + " (SQLite " + std::to_string(code) + ")",
+              full ? "Free some space on the disk" : "");
+}
+
+}  // namespace
+
+Statement& Statement::bind(int index, std::int64_t value) {
+  bind_result_ |= sqlite3_bind_int64(raw_.get(), index, value);
+  return *this;
+}
+
+Statement& Statement::bind(int index, double value) {
+  bind_result_ |= sqlite3_bind_double(raw_.get(), index, value);
+  return *this;
+}
+
+Statement& Statement::bind(int index, std::optional<double> value) {
+  if (value) return bind(index, *value);
+  bind_result_ |= sqlite3_bind_null(raw_.get(), index);
+  return *this;
+}
+
+Statement& Statement::bind(int index, std::string_view text) {
+  bind_result_ |= sqlite3_bind_text64(raw_.get(), index, text.empty() ? "" : text.data(),
+                                      text.size(), SQLITE_STATIC, SQLITE_UTF8);
+  return *this;
+}
+
+Statement& Statement::bind(int index, ByteView blob) {
+  bind_result_ |= sqlite3_bind_blob64(raw_.get(), index, blob.data(), blob.size(), SQLITE_STATIC);
+  return *this;
+}
+
+Status Statement::run() {
+  auto row = step();
+  if (!row) return pass(std::move(row).error());
+  sqlite3_reset(raw_.get());
+  return {};
+}
+
+Result<bool> Statement::step() {
+  sqlite3* database = sqlite3_db_handle(raw_.get());
+  if (std::exchange(bind_result_, SQLITE_OK) != SQLITE_OK)
+    return database_error(database, "cannot bind a value");
+  const int code = sqlite3_step(raw_.get());
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) {
+    sqlite3_reset(raw_.get());
+    return false;
+  }
+  auto failure = database_error(database, "the campaign file refused a statement");
+  sqlite3_reset(raw_.get());
+  return failure;
+}
+
+bool Statement::is_null(int column) const {
+  return sqlite3_column_type(raw_.get(), column) == SQLITE_NULL;
+}
+
+std::int64_t Statement::integer(int column) const {
+  return sqlite3_column_int64(raw_.get(), column);
+}
+
+double Statement::real(int column) const {
+  return sqlite3_column_double(raw_.get(), column);
+}
+
+std::string Statement::text(int column) const {
+  const auto* characters = sqlite3_column_text(raw_.get(), column);
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(raw_.get(), column));
+  if (characters == nullptr) return {};
+  return {reinterpret_cast<const char*>(characters), size};
+}
+
+ByteView Statement::blob(int column) const {
+  const auto* bytes = static_cast<const std::uint8_t*>(sqlite3_column_blob(raw_.get(), column));
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(raw_.get(), column));
+  return bytes == nullptr ? ByteView{} : ByteView(bytes, size);
+}
+
+Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
+  const int flags =
+      mode == Mode::create ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  sqlite3* raw = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &raw, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  Database database;
+  database.raw_.reset(raw);
+  if (raw == nullptr) return fail(Errc::io, "no memory to open the campaign file", path.string());
+  if (code != SQLITE_OK)
+    return pass(database_error(raw, "cannot open the campaign file").value(), path.string());
+  return database;
+}
+
+Status Database::execute(const char* sql) {
+  if (sqlite3_exec(raw_.get(), sql, nullptr, nullptr, nullptr) != SQLITE_OK)
+    return database_error(raw_.get(), "the campaign file refused a statement");
+  return {};
+}
+
+Result<Statement> Database::prepare(std::string_view sql) {
+  sqlite3_stmt* raw = nullptr;
+  if (sqlite3_prepare_v3(raw_.get(), sql.data(), static_cast<int>(sql.size()),
+                         SQLITE_PREPARE_PERSISTENT, &raw, nullptr) != SQLITE_OK)
+    return database_error(raw_.get(), "cannot prepare a statement");
+  return Statement(raw);
+}
+
+}  // namespace weft::daemon::sqlite

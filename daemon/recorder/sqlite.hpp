@@ -1,0 +1,68 @@
+#pragma once
+// The few SQLite calls that the recorder needs, with errors as values.
+
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocols/base/bytes.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::sqlite {
+
+enum class Mode { read_only, create };
+
+/// A prepared statement. Bound text and blobs must outlive the next run() or step().
+class Statement {
+ public:
+  Statement() = default;
+  explicit Statement(sqlite3_stmt* raw) : raw_(raw) {}
+
+  Statement& bind(int index, std::int64_t value);
+  Statement& bind(int index, double value);
+  Statement& bind(int index, std::optional<double> value);  ///< nothing is NULL
+  Statement& bind(int index, std::string_view text);
+  Statement& bind(int index, ByteView blob);
+
+  /// For statements that return no row: executes and makes ready for the next bindings.
+  Status run();
+  /// True while there is a row to read. The statement is reset at the end and on failure.
+  Result<bool> step();
+
+  [[nodiscard]] bool is_null(int column) const;
+  [[nodiscard]] std::int64_t integer(int column) const;
+  [[nodiscard]] double real(int column) const;
+  [[nodiscard]] std::string text(int column) const;
+  [[nodiscard]] ByteView blob(int column) const;  ///< valid until the next step()
+
+ private:
+  struct Finalize {
+    void operator()(sqlite3_stmt* raw) const { sqlite3_finalize(raw); }
+  };
+  std::unique_ptr<sqlite3_stmt, Finalize> raw_;
+  int bind_result_ = SQLITE_OK;
+};
+
+/// An open database file, used by one thread at a time.
+class Database {
+ public:
+  static Result<Database> open(const std::filesystem::path& path, Mode mode);
+
+  /// Runs statements that return nothing of interest.
+  Status execute(const char* sql);
+  Result<Statement> prepare(std::string_view sql);
+  [[nodiscard]] std::int64_t last_row_id() const { return sqlite3_last_insert_rowid(raw_.get()); }
+
+ private:
+  struct Close {
+    void operator()(sqlite3* raw) const { sqlite3_close_v2(raw); }
+  };
+  std::unique_ptr<sqlite3, Close> raw_;
+};
+
+}  // namespace weft::daemon::sqlite
