@@ -19,7 +19,8 @@ struct Direction {
 };
 
 struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
-  Shared(Loop& l, Duration d) : loop(l), latency(d) {}
+  Shared(Loop& first, Loop& second, Duration d) : loops{&first, &second}, latency(d) {}
+  Loop& loop(int side) { return *loops[static_cast<std::size_t>(side)]; }
 
   void send(int to, ByteView bytes) {
     Direction& way = ways[static_cast<std::size_t>(to)];
@@ -29,7 +30,7 @@ struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
       way.spare.pop_back();
     }
     buffer.assign(bytes.begin(), bytes.end());
-    way.under_way.push_back({loop.now() + latency, std::move(buffer)});
+    way.under_way.push_back({loop(to).now() + latency, std::move(buffer)});
     schedule(to);
   }
 
@@ -37,7 +38,7 @@ struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
     Direction& way = ways[static_cast<std::size_t>(to)];
     if (way.timer_set || way.under_way.empty()) return;
     way.timer_set = true;
-    loop.at(way.under_way.front().arrival, [weak = weak_from_this(), to] {
+    loop(to).at(way.under_way.front().arrival, [weak = weak_from_this(), to] {
       if (const auto self = weak.lock()) self->deliver(to);
     });
   }
@@ -45,7 +46,7 @@ struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
   void deliver(int to) {
     Direction& way = ways[static_cast<std::size_t>(to)];
     way.timer_set = false;
-    while (!way.under_way.empty() && way.under_way.front().arrival <= loop.now()) {
+    while (!way.under_way.empty() && way.under_way.front().arrival <= loop(to).now()) {
       Direction::Piece piece = std::move(way.under_way.front());
       way.under_way.pop_front();
       if (!cut && way.receiver) way.receiver(piece.bytes, piece.arrival);
@@ -63,15 +64,15 @@ struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
       }
   }
 
-  Loop& loop;
+  std::array<Loop*, 2> loops;
   Duration latency;
   bool cut = false;
   std::array<Direction, 2> ways;  ///< indexed by the receiving side
 };
 
 std::pair<std::unique_ptr<MemoryLink>, std::unique_ptr<MemoryLink>> MemoryLink::make_pair(
-    Loop& loop, Duration latency) {
-  auto shared = std::make_shared<Shared>(loop, latency);
+    Loop& first, Loop& second, Duration latency) {
+  auto shared = std::make_shared<Shared>(first, second, latency);
   return {std::unique_ptr<MemoryLink>(new MemoryLink(shared, 0)),
           std::unique_ptr<MemoryLink>(new MemoryLink(shared, 1))};
 }
@@ -96,6 +97,8 @@ void MemoryLink::on_closed(Closed closed) {
   shared_->ways[static_cast<std::size_t>(side_)].closed = std::move(closed);
 }
 
-void MemoryLink::unplug() { shared_->unplug(); }
+void MemoryLink::unplug() {
+  shared_->unplug();
+}
 
 }  // namespace weft::daemon

@@ -1,6 +1,6 @@
 #pragma once
-// Two ends of an in-memory byte pipe for virtual time: what one end writes, the other receives after a
-// fixed latency, in order.
+// Two ends of an in-memory byte pipe for virtual time: what one end writes, the other receives
+// after a fixed latency, in order.
 
 #include <memory>
 #include <utility>
@@ -13,10 +13,10 @@ namespace weft::daemon {
 /// One end. Thread-bound to its loop.
 class MemoryLink final : public Link {
  public:
-  /// Both ends of a pipe. Each write is delivered as one piece `latency` later on `loop`, which
-  /// outlives the pipe.
+  /// Both ends of a pipe. Each write is delivered as one piece `latency` later, to the first end on
+  /// `first`, to the second on `second`: two views of one clock, which outlive the pipe.
   static std::pair<std::unique_ptr<MemoryLink>, std::unique_ptr<MemoryLink>> make_pair(
-      Loop& loop, Duration latency);
+      Loop& first, Loop& second, Duration latency);
   ~MemoryLink() override;
 
   Status write(ByteView bytes) override;

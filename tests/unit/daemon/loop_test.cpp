@@ -42,7 +42,7 @@ TEST_CASE("a timer in the past runs at once, never backwards") {
 
 TEST_CASE("bytes arrive in order, after the latency, stamped with their arrival") {
   VirtualLoop loop;
-  auto [host, device] = MemoryLink::make_pair(loop, 2ms);
+  auto [host, device] = MemoryLink::make_pair(loop, loop, 2ms);
   Bytes got;
   std::vector<TimePoint> stamps;
   device->on_receive([&](ByteView b, TimePoint t) {
@@ -61,7 +61,7 @@ TEST_CASE("bytes arrive in order, after the latency, stamped with their arrival"
 
 TEST_CASE("unplugging tells both ends once, drops what is under way and refuses writes") {
   VirtualLoop loop;
-  auto [host, device] = MemoryLink::make_pair(loop, 1ms);
+  auto [host, device] = MemoryLink::make_pair(loop, loop, 1ms);
   int told = 0;
   int received = 0;
   host->on_closed([&](const Error&) { ++told; });
@@ -80,7 +80,7 @@ TEST_CASE("unplugging tells both ends once, drops what is under way and refuses 
 
 TEST_CASE("a link end that is destroyed while bytes are under way is not called") {
   VirtualLoop loop;
-  auto [host, device] = MemoryLink::make_pair(loop, 1ms);
+  auto [host, device] = MemoryLink::make_pair(loop, loop, 1ms);
   bool called = false;
   device->on_receive([&](ByteView, TimePoint) { called = true; });
   const Bytes data{1};

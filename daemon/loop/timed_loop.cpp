@@ -1,0 +1,16 @@
+#include "daemon/loop/timed_loop.hpp"
+
+#include <utility>
+
+namespace weft::daemon {
+
+TimerId TimedLoop::at(TimePoint when, Callback callback) {
+  if (++count_ % stride != 0) return inner_->at(when, std::move(callback));
+  return inner_->at(when, [this, callback = std::move(callback)] {
+    const auto begin = steady_wall_now();
+    callback();
+    spent_ += stride * (steady_wall_now() - begin);
+  });
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,135 @@
+#include "daemon/run/bench.hpp"
+
+#include <algorithm>
+
+namespace weft::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration look_period = 10ms;
+constexpr Duration ready_limit = 5s;
+constexpr Duration home_limit = 180s;  // 150 mm at the slowest homing speed of the stages, 1 mm/s
+constexpr std::array home_order{StageAxis::z, StageAxis::rx, StageAxis::ry, StageAxis::x,
+                                StageAxis::y};
+
+std::optional<StageAxis> axis_of_role(std::string_view role) {
+  for (const StageAxis axis : recipes::all_axes)
+    if (recipes::to_string(axis) == role) return axis;
+  return std::nullopt;
+}
+
+}  // namespace
+
+recipes::Joints Snapshot::joints() const {
+  recipes::Joints joints;
+  for (std::size_t i = 0; i < stage.size(); ++i) joints.value[i] = stage[i].position;
+  return joints;
+}
+
+Result<std::unique_ptr<Bench>> Bench::create(const RigFile& rig, Loop& loop,
+                                             const LinkFactory& links) {
+  std::unique_ptr<Bench> bench(new Bench(loop));
+  for (const DeviceEntry& entry : rig.devices) {
+    Result<std::unique_ptr<Link>> link = links(entry);
+    if (!link) return pass(link.error(), entry.name);
+    Result<std::unique_ptr<Device>> device = Device::create(entry, loop, std::move(*link));
+    if (!device) return pass(device.error());
+    bench->devices_.push_back(std::move(*device));
+    bench->connect(*bench->devices_.back());
+  }
+  return bench;
+}
+
+Bench::~Bench() {
+  loop_->cancel(look_timer_);
+  for (const auto& device : devices_) device->driver().close();
+}
+
+void Bench::connect(Device& device) {
+  const std::string& role = device.entry().role;
+  if (const std::optional<StageAxis> axis = axis_of_role(role)) {
+    const std::size_t i = recipes::index(*axis);
+    stages_[i] = &device;
+    device.on_sample([this, i](const Sample& sample) {
+      snapshot_.stage[i] = std::get<StageSample>(sample.value);
+      snapshot_.stage_at[i] = sample.host;
+    });
+  } else if (role == "wrench") {
+    wrench_ = &device;
+    device.on_sample([this](const Sample& sample) {
+      snapshot_.wrench = std::get<WrenchSample>(sample.value);
+      snapshot_.wrench_at = sample.host;
+      if (sensor_sink_) sensor_sink_(sample);
+    });
+  } else {
+    taxels_ = &device;
+    device.on_sample([this](const Sample& sample) {
+      snapshot_.taxels_at = sample.host;
+      if (sensor_sink_) sensor_sink_(sample);
+    });
+  }
+}
+
+const Error* Bench::fault() const {
+  for (const auto& device : devices_)
+    if (device->fault_seen()) return &*device->fault_seen();
+  return nullptr;
+}
+
+void Bench::stop() {
+  for (Device* stage : stages_) stage->driver().stop();
+}
+
+void Bench::finish(Status outcome) {
+  loop_->cancel(look_timer_);
+  if (const auto done = std::exchange(done_, {})) done(std::move(outcome));
+}
+
+void Bench::await(std::function<bool()> ready, Duration limit, std::string what,
+                  std::function<void()> then) {
+  ready_ = std::move(ready);
+  then_ = std::move(then);
+  awaited_ = std::move(what);
+  deadline_ = loop_->now() + limit;
+  look();
+}
+
+void Bench::look() {
+  if (const Error* error = fault()) return finish(pass(*error));
+  if (ready_()) return std::exchange(then_, {})();
+  if (loop_->now() >= deadline_)
+    return finish(fail(Errc::timeout, awaited_ + " was not reached in time", "bench"));
+  look_timer_ = loop_->after(look_period, [this] { look(); });
+}
+
+void Bench::bring_up(std::function<void(Status)> done) {
+  done_ = std::move(done);
+  const auto all_in = [this](DriverState state) {
+    return std::all_of(devices_.begin(), devices_.end(),
+                       [&](const auto& d) { return d->driver().state() == state; });
+  };
+  for (const auto& device : devices_)
+    if (Status ok = device->driver().open(); !ok)
+      return finish(pass(ok.error(), device->entry().name));
+  await([all_in] { return all_in(DriverState::open); }, ready_limit, "state open",
+        [this, all_in] {
+          for (const auto& device : devices_)
+            if (Status ok = device->driver().arm(); !ok)
+              return finish(pass(ok.error(), device->entry().name));
+          await([all_in] { return all_in(DriverState::armed); }, ready_limit, "state armed",
+                [this] { home(0); });
+        });
+}
+
+void Bench::home(std::size_t position) {
+  if (position == home_order.size()) return finish({});
+  const std::size_t i = recipes::index(home_order[position]);
+  const Result<std::uint32_t> id = stages_[i]->driver().command(HomeCommand{});
+  if (!id) return finish(pass(id.error(), stages_[i]->entry().name));
+  await(
+      [this, i, id = *id] { return snapshot_.stage[i].move_id == id && snapshot_.stage[i].homed; },
+      home_limit, "home of " + stages_[i]->entry().name, [this, position] { home(position + 1); });
+}
+
+}  // namespace weft::daemon

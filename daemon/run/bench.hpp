@@ -1,0 +1,79 @@
+#pragma once
+// The devices of one rig behind the roles that a campaign needs: five stages, a wrench, taxels.
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "daemon/run/device.hpp"
+#include "daemon/run/rig_file.hpp"
+#include "recipes/control/guards.hpp"
+
+namespace weft::daemon {
+
+using StageAxis = recipes::Axis;
+using LinkFactory = std::function<Result<std::unique_ptr<Link>>(const DeviceEntry&)>;
+
+/// What the bench said last. SI; joints as recipes::Joints counts them.
+struct Snapshot {
+  std::array<StageSample, recipes::axis_count> stage{};
+  std::array<std::optional<TimePoint>, recipes::axis_count> stage_at{};
+  WrenchSample wrench;
+  std::optional<TimePoint> wrench_at;
+  std::optional<TimePoint> taxels_at;
+  [[nodiscard]] recipes::Joints joints() const;
+};
+
+/// Owns the devices; keeps the newest readings. Thread-bound to its loop.
+class Bench {
+ public:
+  /// Makes every device of the rig file. Errors carry the device's name.
+  static Result<std::unique_ptr<Bench>> create(const RigFile& rig, Loop& loop,
+                                               const LinkFactory& links);
+  ~Bench();
+
+  /// Opens and arms every device, then homes the stages, z first (up, away from the cloth).
+  /// `done` is called once, with the first fault or the device that did not get ready in time.
+  void bring_up(std::function<void(Status)> done);
+  /// Ends motion on every stage now.
+  void stop();
+
+  [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
+  /// The first fault of any device.
+  [[nodiscard]] const Error* fault() const;
+  Device& stage(StageAxis axis) { return *stages_[recipes::index(axis)]; }
+  Device& wrench() { return *wrench_; }
+  Device& taxels() { return *taxels_; }
+  [[nodiscard]] const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
+  /// Sees every sample of wrench and taxels after the snapshot was updated.
+  void on_sensor_sample(Device::SampleSink sink) { sensor_sink_ = std::move(sink); }
+
+ private:
+  explicit Bench(Loop& loop) : loop_(&loop) {}
+  void connect(Device& device);
+  void await(std::function<bool()> ready, Duration limit, std::string what,
+             std::function<void()> then);
+  void look();
+  void home(std::size_t position);
+  void finish(Status outcome);
+
+  Loop* loop_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  std::array<Device*, recipes::axis_count> stages_{};
+  Device* wrench_ = nullptr;
+  Device* taxels_ = nullptr;
+  Snapshot snapshot_;
+  Device::SampleSink sensor_sink_;
+
+  // bringing up: what is awaited, until when, and what follows
+  std::function<bool()> ready_;
+  std::function<void()> then_;
+  std::string awaited_;
+  TimePoint deadline_;
+  TimerId look_timer_ = 0;
+  std::function<void(Status)> done_;
+};
+
+}  // namespace weft::daemon

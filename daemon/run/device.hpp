@@ -1,0 +1,53 @@
+#pragma once
+// One device of a bench: its link, its driver and what it said last.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/run/rig_file.hpp"
+#include "drivers/api/driver.hpp"
+
+namespace weft::daemon {
+
+/// The host of one driver. Thread-bound to the bench's loop.
+class Device final : public DriverHost {
+ public:
+  using SampleSink = std::function<void(const Sample&)>;
+  using LogSink = std::function<void(LogLevel, std::string_view device, std::string_view text)>;
+
+  /// Makes the driver that `entry` names. Errors: not_found, unsupported, and the driver's own,
+  /// each with the device's name in front.
+  static Result<std::unique_ptr<Device>> create(const DeviceEntry& entry, Loop& loop,
+                                                std::unique_ptr<Link> link);
+  ~Device() override;
+
+  Driver& driver() { return *driver_; }
+  [[nodiscard]] const DeviceEntry& entry() const { return entry_; }
+  /// The fault that the driver reported, if any.
+  [[nodiscard]] const std::optional<Error>& fault_seen() const { return fault_; }
+
+  void on_sample(SampleSink sink) { sink_ = std::move(sink); }
+  void on_log(LogSink sink) { log_ = std::move(sink); }
+
+  Loop& loop() override { return *loop_; }
+  Link& link() override { return *link_; }
+  void publish(const Sample& sample) override;
+  void state_changed(DriverState) override {}
+  void fault(const Error& error) override;
+  void log(LogLevel level, std::string_view text) override;
+
+ private:
+  Device(DeviceEntry entry, Loop& loop, std::unique_ptr<Link> link);
+
+  DeviceEntry entry_;
+  Loop* loop_;
+  std::unique_ptr<Link> link_;
+  SampleSink sink_;
+  LogSink log_;
+  std::optional<Error> fault_;
+  std::unique_ptr<Driver> driver_;  ///< last: it uses the members above until it is gone
+};
+
+}  // namespace weft::daemon

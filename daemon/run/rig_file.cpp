@@ -1,0 +1,108 @@
+#include "daemon/run/rig_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wrench", "taxels"};
+
+Result<std::string> text_member(const json& object, const char* key, const std::string& where) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_string())
+    return fail(Errc::invalid_argument, "missing or not a string", where + "/" + key, "a string",
+                found == object.end() ? "nothing" : std::string(found->type_name()));
+  return found->get<std::string>();
+}
+
+Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
+  if (!object.is_object())
+    return fail(Errc::invalid_argument, "not a device", where, "an object", object.type_name());
+  DeviceEntry device;
+  for (auto [key, member] :
+       {std::pair{"name", &device.name}, {"role", &device.role}, {"driver", &device.driver}}) {
+    Result<std::string> value = text_member(object, key, where);
+    if (!value) return pass(value.error());
+    *member = *value;
+  }
+  if (std::find(roles.begin(), roles.end(), device.role) == roles.end())
+    return fail(Errc::invalid_argument, "unknown role", where + "/role",
+                "x, y, z, rx, ry, wrench or taxels", device.role);
+  device.config_json = object.value("config", json::object()).dump();
+  const json link = object.value("link", json::object());
+  device.link_kind = link.is_object() ? link.value("kind", std::string("memory")) : "";
+  return device;
+}
+
+Result<BenchKind> bench_kind(const std::string& word) {
+  if (word == "simulated" || word == "emulated") return BenchKind::simulated;
+  if (word == "real") return BenchKind::real;
+  return fail(Errc::invalid_argument, "unknown bench", "/bench", "simulated, emulated or real",
+              word);
+}
+
+Status every_role_once(const std::vector<DeviceEntry>& devices) {
+  for (const std::string_view role : roles) {
+    const auto count = std::count_if(devices.begin(), devices.end(),
+                                     [&](const DeviceEntry& d) { return d.role == role; });
+    if (count != 1)
+      return fail(Errc::invalid_argument, "role " + std::string(role) + " is not filled once",
+                  "/devices", "one device", std::to_string(count) + " devices");
+  }
+  return {};
+}
+
+Result<RigFile> from_json(const json& root) {
+  if (!root.is_object() || !root.contains("devices") || !root["devices"].is_array())
+    return fail(Errc::invalid_argument, "not a rig file", "/devices", "an array of devices");
+  RigFile rig;
+  Result<std::string> name = text_member(root, "name", "");
+  if (!name) return pass(name.error());
+  Result<std::string> bench = text_member(root, "bench", "");
+  if (!bench) return pass(bench.error());
+  Result<BenchKind> kind = bench_kind(*bench);
+  if (!kind) return pass(kind.error());
+  rig.name = *name;
+  rig.bench = *kind;
+  for (std::size_t i = 0; i < root["devices"].size(); ++i) {
+    Result<DeviceEntry> device = device_entry(root["devices"][i], "/devices/" + std::to_string(i));
+    if (!device) return pass(device.error());
+    rig.devices.push_back(std::move(*device));
+  }
+  if (Status ok = every_role_once(rig.devices); !ok) return pass(ok.error());
+  return rig;
+}
+
+}  // namespace
+
+Result<RigFile> parse_rig_file(std::string_view text) {
+  try {
+    Result<RigFile> rig = from_json(json::parse(text));
+    if (rig) rig->text = text;
+    return rig;
+  } catch (const json::exception& e) {
+    return fail(Errc::parse, "not JSON", {}, {}, e.what());
+  }
+}
+
+Result<std::string> read_text_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return fail(Errc::not_found, "cannot read the file", path, {}, error.message());
+  if (size > max_bytes)
+    return fail(Errc::range, "file too large", path,
+                "at most " + std::to_string(max_bytes) + " bytes", std::to_string(size) + " bytes");
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in) return fail(Errc::io, "cannot read the file", path);
+  return std::move(text).str();
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,152 @@
+#include "daemon/run/supervisor.hpp"
+
+#include <utility>
+
+namespace weft::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+
+// How old a reading may be before the bench counts as blind: several periods of each stream.
+constexpr Duration wrench_max_age = 100ms;
+constexpr Duration taxels_max_age = 500ms;
+constexpr Duration stage_max_age = 500ms;
+
+recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
+  recipes::GuardLimits limits;
+  limits.force_cap_n = rig.force_cap_n;
+  limits.torque_cap_nm = rig.torque_cap_nm;
+  limits.travel = rig.geometry.travel;
+  limits.wrench_max_age = wrench_max_age;
+  limits.taxels_max_age = taxels_max_age;
+  limits.stage_max_age = stage_max_age;
+  return limits;
+}
+
+}  // namespace
+
+Supervisor::Supervisor(const recipes::Plan& plan, Loop& loop, Bench& bench,
+                       TrialRecording& recording, SupervisorHooks hooks)
+    : plan_(&plan),
+      loop_(&loop),
+      bench_(&bench),
+      recording_(&recording),
+      hooks_(std::move(hooks)),
+      guard_limits_(guard_limits(plan.limits)),
+      period_(from_seconds(1.0 / plan.limits.cycle_hz)) {
+  force_config_.cycle_s = 1.0 / plan.limits.cycle_hz;
+  bench_->on_sensor_sample([this](const Sample& sample) { recording_->sensor(sample); });
+}
+
+Supervisor::~Supervisor() {
+  bench_->on_sensor_sample({});
+  loop_->cancel(cycle_timer_);
+  loop_->cancel(engine_timer_);
+}
+
+void Supervisor::start(std::size_t first_trial) {
+  last_cycle_ = loop_->now();
+  cycle_timer_ = loop_->after(period_, [this] { cycle(); });
+  dispatch(recipes::Start{first_trial});
+}
+
+void Supervisor::request(recipes::Event event) {
+  dispatch(std::move(event));
+}
+
+// Events that effects cause wait in line, so that the engine never runs inside itself.
+void Supervisor::dispatch(recipes::Event event) {
+  events_.push_back(std::move(event));
+  if (std::exchange(dispatching_, true)) return;
+  while (!events_.empty()) {
+    const recipes::Event next = std::move(events_.front());
+    events_.pop_front();
+    recipes::Transition transition = recipes::step(*plan_, state_, next, loop_->now());
+    state_ = std::move(transition.next);
+    for (const recipes::Effect& effect : transition.effects)
+      std::visit([this](const auto& e) { carry_out(e); }, effect);
+  }
+  dispatching_ = false;
+}
+
+std::uint32_t Supervisor::command(StageAxis axis, const Command& command) {
+  const Result<std::uint32_t> id = bench_->stage(axis).driver().command(command);
+  if (id) return *id;
+  dispatch(recipes::Fault{Error(id.error()).in(bench_->stage(axis).entry().name)});
+  return 0;
+}
+
+void Supervisor::stand_still(StageAxis axis) {
+  if (!bench_->stage(axis).driver().command(ServoCommand{})) bench_->stage(axis).driver().stop();
+}
+
+void Supervisor::carry_out(const recipes::TrialBegin& effect) {
+  recording_->begin(effect.trial, loop_->now());
+}
+
+void Supervisor::carry_out(const recipes::MountFabric& effect) {
+  const Status mounted = hooks_.mount(effect.fabric, effect.patch_seed, loop_->now());
+  if (mounted) return dispatch(recipes::Mounted{effect.ticket});
+  dispatch(recipes::Fault{Error(mounted.error()).in("mount " + effect.fabric)});
+}
+
+void Supervisor::carry_out(const recipes::MoveTo& effect) {
+  descent_.reset();
+  motion_ = Motion{effect.ticket, {}};
+  for (const recipes::AxisMove& move : effect.moves)
+    motion_->moves.push_back({move.axis, command(move.axis, MoveCommand{move.target, move.speed})});
+}
+
+void Supervisor::carry_out(const recipes::BiasSensors& effect) {
+  const Result<std::uint32_t> sent = bench_->wrench().driver().command(BiasCommand{});
+  if (!sent) return dispatch(recipes::Fault{Error(sent.error()).in("wrench")});
+  biasing_ = Biasing{effect.ticket, loop_->now(), 0, {}};
+}
+
+void Supervisor::carry_out(const recipes::Descend& effect) {
+  motion_.reset();
+  descent_ =
+      Descent{effect, command(StageAxis::z, MoveCommand{effect.target_z_m, effect.speed_mps})};
+}
+
+void Supervisor::carry_out(const recipes::HoldForce& effect) {
+  descent_.reset();
+  const recipes::SettleDetector settle{effect.band_n, effect.dwell_s};
+  regulation_ = Regulation{effect, {}, settle};
+}
+
+void Supervisor::carry_out(const recipes::ReleaseForce&) {
+  if (!std::exchange(regulation_, {})) return;
+  stand_still(StageAxis::z);
+}
+
+void Supervisor::carry_out(const recipes::SetPhase& effect) {
+  recording_->set_phase(effect.phase);
+}
+
+void Supervisor::carry_out(const recipes::ArmTimer& effect) {
+  loop_->cancel(engine_timer_);
+  engine_timer_ = loop_->at(
+      effect.deadline, [this, ticket = effect.ticket] { dispatch(recipes::TimerExpired{ticket}); });
+}
+
+void Supervisor::carry_out(const recipes::StopMotion&) {
+  motion_.reset();
+  descent_.reset();
+  biasing_.reset();
+  regulation_.reset();
+  for (const StageAxis axis : recipes::all_axes) stand_still(axis);
+}
+
+void Supervisor::carry_out(const recipes::TrialDone& effect) {
+  recording_->end(effect.outcome, loop_->now());
+  if (hooks_.trial_done) hooks_.trial_done(effect, recording_->trial_force());
+}
+
+void Supervisor::carry_out(const recipes::CampaignDone& effect) {
+  loop_->cancel(cycle_timer_);
+  loop_->cancel(engine_timer_);
+  result_ = effect;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,117 @@
+#include "daemon/run/trial_recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/loop/wall_clock.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr unsigned timing_stride = 16;
+
+TrialOutcome recorded(recipes::Outcome outcome) {
+  switch (outcome) {
+    case recipes::Outcome::complete:
+      return TrialOutcome::complete;
+    case recipes::Outcome::stopped:
+      return TrialOutcome::stopped;
+    case recipes::Outcome::aborted:
+      return TrialOutcome::aborted;
+    case recipes::Outcome::failed:
+      return TrialOutcome::failed;
+    case recipes::Outcome::interrupted:
+      return TrialOutcome::interrupted;
+  }
+  return TrialOutcome::failed;
+}
+
+}  // namespace
+
+void ForceTally::add(double error_n, double band_n) {
+  ++samples;
+  in_band += std::abs(error_n) <= band_n ? 1 : 0;
+  sum_squares_n2 += error_n * error_n;
+  worst_n = std::max(worst_n, std::abs(error_n));
+}
+
+double ForceTally::rms_n() const {
+  return samples == 0 ? 0 : std::sqrt(sum_squares_n2 / static_cast<double>(samples));
+}
+
+// Every call of the recorder goes through here: the first error is kept, one call in sixteen timed.
+template <class Write>
+void TrialRecording::write(Write&& write) {
+  const bool timed = ++writes_ % timing_stride == 0;
+  const auto begin = timed ? steady_wall_now() : std::chrono::nanoseconds{};
+  const Status ok = write();
+  if (timed) spent_ += timing_stride * (steady_wall_now() - begin);
+  if (!ok && !error_) error_ = ok.error();
+}
+
+double TrialRecording::seconds() const {
+  return std::chrono::duration<double>(spent_).count();
+}
+
+void TrialRecording::begin(std::size_t trial, TimePoint now) {
+  trial_ = trial;
+  phase_ = Phase::none;
+  trial_force_ = {};
+  const recipes::TrialSpec& planned = plan_->trials[trial];
+  TrialSpec spec;
+  spec.index = static_cast<std::uint32_t>(planned.index);
+  spec.label = plan_->fabrics[planned.fabric];
+  spec.group = std::to_string(planned.repetition);
+  spec.exploration = plan_->explorations[planned.exploration].name;
+  spec.repetition = planned.repetition;
+  spec.patch_seed = planned.patch_seed;
+  write([&] { return recorder_->begin_trial(spec, now); });
+}
+
+void TrialRecording::sensor(const Sample& sample) {
+  if (phase_ == Phase::none) return;
+  const Stamp stamp{sample.host, sample.sequence, sample.lost};
+  if (const auto* taxels = std::get_if<TaxelSample>(&sample.value)) {
+    write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
+  } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
+    write([&] { return recorder_->wrench(stamp, *wrench); });
+    if (phase_ != Phase::motion) return;
+    const recipes::Exploration& exploration =
+        plan_->explorations[plan_->trials[trial_].exploration];
+    const recipes::PhaseStep& step = exploration.step(Phase::motion);
+    trial_force_.add(wrench->force_n[2] - step.force_n, step.force_band_n);
+  }
+}
+
+void TrialRecording::stages(const Snapshot& snapshot, TimePoint now) {
+  if (phase_ == Phase::none) return;
+  const recipes::Joints joints = snapshot.joints();
+  write([&] { return recorder_->stages({now, ++stage_sequence_, 0}, joints.value); });
+}
+
+void TrialRecording::end(recipes::Outcome outcome, TimePoint now) {
+  phase_ = Phase::none;
+  TrialQuality quality;
+  if (trial_force_.samples > 0) {
+    quality.force_rms_error_n = trial_force_.rms_n();
+    quality.force_in_band_fraction =
+        static_cast<double>(trial_force_.in_band) / static_cast<double>(trial_force_.samples);
+  }
+  if (outcome == recipes::Outcome::complete) {
+    campaign_force_.samples += trial_force_.samples;
+    campaign_force_.in_band += trial_force_.in_band;
+    campaign_force_.sum_squares_n2 += trial_force_.sum_squares_n2;
+    campaign_force_.worst_n = std::max(campaign_force_.worst_n, trial_force_.worst_n);
+  }
+  write([&] { return recorder_->end_trial(recorded(outcome), quality, now); });
+}
+
+void TrialRecording::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
+  write([&] { return recorder_->journal(now, kind, payload_json); });
+}
+
+void TrialRecording::commit_if_due() {
+  write([&] { return recorder_->commit_if_due(steady_wall_now()); });
+}
+
+}  // namespace weft::daemon

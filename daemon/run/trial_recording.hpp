@@ -1,0 +1,62 @@
+#pragma once
+// What is recorded of a trial, and how well its force was held.
+
+#include <optional>
+
+#include "daemon/recorder/recorder.hpp"
+#include "daemon/run/bench.hpp"
+#include "recipes/engine/engine.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon {
+
+/// Force error against the set point over the wrench samples of one phase.
+struct ForceTally {
+  std::size_t samples = 0;
+  std::size_t in_band = 0;
+  double sum_squares_n2 = 0;
+  double worst_n = 0;
+  void add(double error_n, double band_n);
+  [[nodiscard]] double rms_n() const;
+};
+
+/// Routes samples of the open trial into the recorder. A failed write is kept as `error()`.
+class TrialRecording {
+ public:
+  TrialRecording(Recorder& recorder, const recipes::Plan& plan)
+      : recorder_(&recorder), plan_(&plan) {}
+
+  void begin(std::size_t trial, TimePoint now);
+  void set_phase(Phase phase) { phase_ = phase; }
+  void sensor(const Sample& sample);
+  void stages(const Snapshot& snapshot, TimePoint now);
+  void end(recipes::Outcome outcome, TimePoint now);
+  void journal(TimePoint now, std::string_view kind, std::string_view payload_json);
+  /// Lets the recorder commit when its budget of wall time is used up.
+  void commit_if_due();
+
+  [[nodiscard]] Phase phase() const { return phase_; }
+  [[nodiscard]] const std::optional<Error>& error() const { return error_; }
+  /// Phase M of the trial that ended last, and of all complete trials together.
+  [[nodiscard]] const ForceTally& trial_force() const { return trial_force_; }
+  [[nodiscard]] const ForceTally& campaign_force() const { return campaign_force_; }
+  /// Wall seconds spent in the recorder, estimated as in TimedLoop.
+  [[nodiscard]] double seconds() const;
+
+ private:
+  template <class Write>
+  void write(Write&& write);
+
+  Recorder* recorder_;
+  const recipes::Plan* plan_;
+  Phase phase_ = Phase::none;
+  std::size_t trial_ = 0;
+  std::uint32_t stage_sequence_ = 0;
+  ForceTally trial_force_;
+  ForceTally campaign_force_;
+  std::optional<Error> error_;
+  unsigned writes_ = 0;
+  std::chrono::nanoseconds spent_{};
+};
+
+}  // namespace weft::daemon
