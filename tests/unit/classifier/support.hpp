@@ -1,0 +1,69 @@
+#pragma once
+// Trials and tables that several classifier tests use.
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "classifier/features/feature_matrix.hpp"
+#include "classifier/features/trial.hpp"
+#include "classifier/learn/random.hpp"
+
+namespace weft::classifier::testing {
+
+/// A trial of phase M only, from rows of samples.
+inline Trial motion_trial(const std::vector<std::vector<double>>& rows) {
+  Trial out;
+  out.file = "trial.csv";
+  out.taxels = rows.empty() ? 1 : rows.front().size();
+  for (const auto& row : rows) out.counts.insert(out.counts.end(), row.begin(), row.end());
+  out.phase.assign(rows.size(), Phase::motion);
+  return out;
+}
+
+/// One taxel.
+inline Trial motion_trial(const std::vector<double>& signal) {
+  std::vector<std::vector<double>> rows;
+  for (const double v : signal) rows.push_back({v});
+  return motion_trial(rows);
+}
+
+/// Standard normal by the polar method, from the portable engine.
+inline double normal(RandomEngine& engine) {
+  for (;;) {
+    const double u = 2.0 * static_cast<double>(engine() >> 11) * 0x1p-53 - 1.0;
+    const double v = 2.0 * static_cast<double>(engine() >> 11) * 0x1p-53 - 1.0;
+    const double s = u * u + v * v;
+    if (s > 0.0 && s < 1.0) return u * std::sqrt(-2.0 * std::log(s) / s);
+  }
+}
+
+/// `per_class` rows of every class; feature k of class c has mean separation * ((c >> k) & 1), unit
+/// noise.
+inline FeatureMatrix gaussian_classes(std::size_t classes, std::size_t per_class,
+                                      std::size_t features, double separation, std::uint64_t seed) {
+  RandomEngine engine(seed);
+  FeatureMatrix out;
+  out.values = Matrix(classes * per_class, features);
+  for (std::size_t k = 0; k < features; ++k) out.names.push_back("f" + std::to_string(k));
+  for (std::size_t r = 0; r < out.values.rows(); ++r) {
+    const std::size_t c = r / per_class;
+    for (std::size_t k = 0; k < features; ++k) {
+      const bool high = k < 16 && ((c >> k) & 1U) != 0;
+      out.values(r, k) = (high ? separation : 0.0) + normal(engine);
+    }
+    out.labels.push_back(std::string("class") + static_cast<char>('a' + c));
+    out.groups.push_back(std::to_string(r % per_class));
+    out.files.push_back("row" + std::to_string(r));
+  }
+  return out;
+}
+
+/// |a - b| relative to the larger; 0 when both are 0.
+inline double relative_difference(double a, double b) {
+  const double top = std::max(std::abs(a), std::abs(b));
+  return top == 0.0 ? 0.0 : std::abs(a - b) / top;
+}
+
+}  // namespace weft::classifier::testing
