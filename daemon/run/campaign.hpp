@@ -1,0 +1,80 @@
+#pragma once
+// One campaign from recipe to data set: check, bring the bench up, run, record, export.
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "daemon/dataset/dataset.hpp"
+#include "daemon/run/trial_recording.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon {
+
+struct CampaignRequest {
+  std::filesystem::path recipe;
+  std::filesystem::path rig;
+  std::filesystem::path out;  ///< folder for campaign.sqlite and dataset.h5; made when missing
+  std::optional<std::uint64_t> seed;  ///< in place of the recipe's
+};
+
+/// Where the wall time of the run went, estimated by sampling [s].
+struct TimeShare {
+  double plant_and_emulators_s = 0;
+  double drivers_and_control_s = 0;
+  double recorder_s = 0;
+  double export_s = 0;
+};
+
+/// One line of progress, after each trial.
+struct TrialProgress {
+  std::size_t done = 0;
+  std::size_t planned = 0;
+  std::string fabric;
+  std::string exploration;
+  std::uint32_t repetition = 0;
+  recipes::Outcome outcome = recipes::Outcome::complete;
+  double force_rms_error_n = 0;  ///< phase M
+  double virtual_s = 0;          ///< of the campaign so far
+  double wall_s = 0;
+  double wall_left_s = 0;  ///< forecast from the plan's share that is done
+};
+
+struct CampaignSummary {
+  std::string name;
+  BenchKind bench = BenchKind::unknown;
+  std::string level;  ///< fidelity of the plant, empty on a real bench
+  recipes::Outcome outcome = recipes::Outcome::complete;
+  recipes::Cleanup cleanup = recipes::Cleanup::done;
+  recipes::RigFact rig = recipes::RigFact::safe;
+  std::optional<Error> error;  ///< the first thing that went wrong
+  std::size_t trials_planned = 0;
+  std::size_t trials_complete = 0;
+  double forecast_s = 0;  ///< of the plan
+  double virtual_s = 0;   ///< time on the bench's clock
+  double wall_s = 0;      ///< bringing up, running and recording; export apart
+  ForceTally force;       ///< phase M of all complete trials
+  std::string dataset_sha256;
+  std::filesystem::path campaign_file;
+  std::filesystem::path dataset_file;
+  TimeShare time;
+  std::uint64_t events = 0;  ///< callbacks of the virtual loop
+};
+
+using ProgressSink = std::function<void(const TrialProgress&)>;
+
+/// Plan and rig of a request, everything refused that can be refused. The error lists all problems.
+struct CheckedRequest {
+  recipes::Plan plan;
+  std::string recipe_text;
+  std::string rig_text;
+  std::vector<recipes::Diagnostic> warnings;
+};
+Result<CheckedRequest> check_request(const CampaignRequest& request);
+
+/// Runs on the simulated bench in virtual time. Refuses an `out` that holds a campaign already.
+/// An incomplete campaign is a summary, not an error: its file is kept.
+Result<CampaignSummary> run_campaign(const CampaignRequest& request, const ProgressSink& progress);
+
+}  // namespace weft::daemon

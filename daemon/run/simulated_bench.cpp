@@ -1,0 +1,46 @@
+#include "daemon/run/simulated_bench.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace weft::daemon {
+namespace {
+
+// One USB or network hop; a real FTDI chip holds small packets up to 16 ms unless told otherwise,
+// its latency timer is set to 1 ms by the drivers' start-up.
+constexpr Duration link_latency = std::chrono::milliseconds(1);
+
+}  // namespace
+
+Result<std::unique_ptr<SimulatedBench>> SimulatedBench::create(const RigFile& rig_file,
+                                                               std::string_view fabrics_json,
+                                                               std::uint64_t seed) {
+  if (rig_file.bench != BenchKind::simulated)
+    return fail(Errc::unsupported, "this rig file is not of a simulated bench", rig_file.name,
+                "bench simulated", std::string(to_string(rig_file.bench)));
+  auto made = std::make_unique<SimulatedBench>();
+  Result<std::unique_ptr<sim::Rig>> rig = sim::Rig::create(rig_file.text, fabrics_json, seed);
+  if (!rig) return pass(rig.error());
+  made->rig = std::move(*rig);
+  const LinkFactory links = [&made](const DeviceEntry& entry) -> Result<std::unique_ptr<Link>> {
+    auto [host, device] = MemoryLink::make_pair(made->host_time, made->rig_time, link_latency);
+    if (Status ok = made->rig->attach(entry.name, *device, made->rig_time); !ok)
+      return pass(ok.error());
+    made->far_ends.push_back(std::move(device));
+    return std::unique_ptr<Link>(std::move(host));
+  };
+  Result<std::unique_ptr<Bench>> bench = Bench::create(rig_file, made->host_time, links);
+  if (!bench) return pass(bench.error());
+  made->bench = std::move(*bench);
+  return made;
+}
+
+Result<std::string> read_fabrics(const RigFile& rig_file, const std::filesystem::path& rig_path) {
+  const auto root = nlohmann::json::parse(rig_file.text, nullptr, false);
+  const auto pointer = nlohmann::json::json_pointer("/simulation/fabrics");
+  if (root.is_discarded() || !root.contains(pointer) || !root[pointer].is_string())
+    return fail(Errc::invalid_argument, "the rig file names no cloth table",
+                rig_path.string() + ": /simulation/fabrics", "a path relative to the rig file");
+  return read_text_file(rig_path.parent_path() / root[pointer].get<std::string>());
+}
+
+}  // namespace weft::daemon

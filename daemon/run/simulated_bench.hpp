@@ -1,0 +1,33 @@
+#pragma once
+// A simulated bench ready to be driven: virtual time, emulated devices, links between them.
+
+#include <filesystem>
+#include <memory>
+
+#include "daemon/link/memory_link.hpp"
+#include "daemon/loop/timed_loop.hpp"
+#include "daemon/loop/virtual_loop.hpp"
+#include "daemon/run/bench.hpp"
+#include "sim/rig/rig.hpp"
+
+namespace weft::daemon {
+
+/// Members are destroyed last to first: drivers before links, links before the rig, the loop last.
+struct SimulatedBench {
+  VirtualLoop loop;
+  TimedLoop rig_time{loop};   ///< callbacks of emulators and plant
+  TimedLoop host_time{loop};  ///< callbacks of drivers and supervisor
+  std::unique_ptr<sim::Rig> rig;
+  std::vector<std::unique_ptr<MemoryLink>> far_ends;
+  std::unique_ptr<Bench> bench;
+
+  /// `rig_file` must describe a simulated bench; `fabrics_json` is the text of its cloth table.
+  static Result<std::unique_ptr<SimulatedBench>> create(const RigFile& rig_file,
+                                                        std::string_view fabrics_json,
+                                                        std::uint64_t seed);
+};
+
+/// Text of the cloth table that the rig file names (`simulation.fabrics`, relative to it).
+Result<std::string> read_fabrics(const RigFile& rig_file, const std::filesystem::path& rig_path);
+
+}  // namespace weft::daemon
