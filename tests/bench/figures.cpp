@@ -1,0 +1,58 @@
+#include "tests/bench/figures.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+namespace weft::bench {
+namespace {
+
+std::string cpu_model() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+}  // namespace
+
+double median(std::vector<double>& values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+int report(const std::string& name, const std::vector<Figure>& figures) {
+  nlohmann::json list = nlohmann::json::array();
+  std::printf("%-44s %12s %-10s %-34s %12s %9s\n", name.c_str(), "value", "unit", "peer or limit",
+              "peer value", "ratio");
+  for (const Figure& f : figures) {
+    const double ratio = f.value / f.peer_value;
+    std::printf("%-44s %12.6g %-10s %-34s %12.6g %9.3g\n", f.figure.c_str(), f.value,
+                f.unit.c_str(), f.peer.c_str(), f.peer_value, ratio);
+    if (!f.note.empty()) std::printf("    %s\n", f.note.c_str());
+    list.push_back({{"figure", f.figure},
+                    {"value", f.value},
+                    {"unit", f.unit},
+                    {"peer", f.peer},
+                    {"peer_value", f.peer_value},
+                    {"ratio", ratio},
+                    {"note", f.note}});
+  }
+  const char* commit = std::getenv("WEFT_COMMIT");
+  const nlohmann::json root{
+      {"name", name},
+      {"figures", list},
+      {"machine", {{"cpu", cpu_model()}, {"threads", std::thread::hardware_concurrency()}}},
+      {"commit", commit != nullptr ? commit : "unknown"}};
+  std::filesystem::create_directories("out/bench");
+  std::ofstream out("out/bench/" + name + ".json");
+  out << root.dump(2) << '\n';
+  out.flush();
+  return out.good() && !figures.empty() ? 0 : 1;
+}
+
+}  // namespace weft::bench
