@@ -1,0 +1,176 @@
+#include "drivers/api/config.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+namespace weft {
+namespace {
+
+std::string range_text(NumberRange range) {
+  return nlohmann::json(range.low).dump() + " to " + nlohmann::json(range.high).dump();
+}
+
+// Levenshtein's distance, one row at a time.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t change = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({change, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+struct ConfigReader::Document {
+  nlohmann::json object;
+
+  const nlohmann::json* find(std::string_view key) const {
+    const auto at = object.find(key);
+    return at == object.end() ? nullptr : &*at;
+  }
+};
+
+ConfigReader::ConfigReader(std::string_view json) : document_(std::make_unique<Document>()) {
+  document_->object = nlohmann::json::parse(json, nullptr, /*allow_exceptions=*/false);
+  if (document_->object.is_object()) return;
+  document_->object = nlohmann::json::object();
+  note(
+      {Errc::parse, "the configuration is not a JSON object", {}, "{\"key\": value, ...}", {}, {}});
+}
+
+ConfigReader::~ConfigReader() = default;
+
+void ConfigReader::note(Error error) {
+  if (!problem_) problem_ = std::move(error);
+}
+
+void ConfigReader::refuse(std::string_view key, std::string message, std::string expected,
+                          std::string got) {
+  note({Errc::range,
+        std::move(message),
+        "/" + std::string(key),
+        std::move(expected),
+        std::move(got),
+        {}});
+}
+
+double ConfigReader::number(std::string_view key, double fallback, NumberRange range) {
+  known_.emplace_back(key);
+  const nlohmann::json* value = document_->find(key);
+  if (value == nullptr) return fallback;
+  if (!value->is_number()) {
+    note({Errc::invalid_argument,
+          "not a number",
+          "/" + known_.back(),
+          range_text(range),
+          value->type_name(),
+          {}});
+    return fallback;
+  }
+  const double x = value->get<double>();
+  if (x >= range.low && x <= range.high) return x;
+  refuse(key, "out of range", range_text(range), value->dump());
+  return fallback;
+}
+
+std::int64_t ConfigReader::integer(std::string_view key, std::int64_t fallback, NumberRange range) {
+  const double x = number(key, static_cast<double>(fallback), range);
+  if (x != std::floor(x)) refuse(key, "not a whole number", range_text(range), std::to_string(x));
+  return static_cast<std::int64_t>(x);
+}
+
+bool ConfigReader::flag(std::string_view key, bool fallback) {
+  known_.emplace_back(key);
+  const nlohmann::json* value = document_->find(key);
+  if (value == nullptr) return fallback;
+  if (value->is_boolean()) return value->get<bool>();
+  note({Errc::invalid_argument,
+        "not true or false",
+        "/" + known_.back(),
+        {},
+        value->type_name(),
+        {}});
+  return fallback;
+}
+
+std::string ConfigReader::choice(std::string_view key, std::string_view fallback,
+                                 const std::vector<std::string_view>& choices) {
+  known_.emplace_back(key);
+  const nlohmann::json* value = document_->find(key);
+  if (value == nullptr) return std::string(fallback);
+  if (value->is_string()) {
+    const auto& text = value->get_ref<const std::string&>();
+    if (std::find(choices.begin(), choices.end(), text) != choices.end()) return text;
+  }
+  std::string expected;
+  for (const std::string_view c : choices)
+    expected += (expected.empty() ? "" : ", ") + std::string(c);
+  note({Errc::invalid_argument,
+        "not one of the choices",
+        "/" + known_.back(),
+        expected,
+        value->is_string() ? value->get<std::string>() : value->type_name(),
+        {}});
+  return std::string(fallback);
+}
+
+std::vector<double> ConfigReader::numbers(std::string_view key, std::vector<double> fallback,
+                                          NumberRange range) {
+  known_.emplace_back(key);
+  const nlohmann::json* value = document_->find(key);
+  if (value == nullptr) return fallback;
+  const std::string expected =
+      std::to_string(fallback.size()) + " numbers, each " + range_text(range);
+  if (!value->is_array() || value->size() != fallback.size()) {
+    note({Errc::invalid_argument,
+          "not a list of the right length",
+          "/" + known_.back(),
+          expected,
+          value->is_array() ? std::to_string(value->size()) + " entries" : value->type_name(),
+          {}});
+    return fallback;
+  }
+  std::vector<double> out;
+  for (const nlohmann::json& entry : *value) {
+    if (!entry.is_number() || entry < range.low || entry > range.high) {
+      refuse(key, "an entry is out of range", expected,
+             entry.is_number() ? entry.dump() : entry.type_name());
+      return fallback;
+    }
+    out.push_back(entry.get<double>());
+  }
+  return out;
+}
+
+Status ConfigReader::finish() {
+  if (problem_) return pass(*problem_);
+  for (const auto& [key, value] : document_->object.items()) {
+    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    const std::string near = nearest_name(key, known_);
+    return fail(Errc::invalid_argument, "unknown key", "/" + key, {}, {},
+                near.empty() ? std::string() : "Perhaps \"" + near + "\" is meant");
+  }
+  return {};
+}
+
+std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
+  std::string best;
+  std::size_t best_distance = std::max<std::size_t>(2, name.size() / 2);
+  for (const std::string& candidate : candidates) {
+    const std::size_t distance = edit_distance(name, candidate);
+    if (distance > best_distance || (distance == best_distance && !best.empty())) continue;
+    best = candidate;
+    best_distance = distance;
+  }
+  return best;
+}
+
+}  // namespace weft

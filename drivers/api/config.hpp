@@ -1,0 +1,60 @@
+#pragma once
+// Strict reading of a driver's configuration: unknown keys, wrong types and values out of range are
+// refused, each with a sentence.
+
+#include <cstdint>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft {
+
+struct NumberRange {
+  double low;
+  double high;
+};
+
+/// Reads one flat JSON object. Each reader returns `fallback` where the key is absent or wrong; the
+/// first problem is kept and comes out of finish(), which is called last.
+class ConfigReader {
+ public:
+  explicit ConfigReader(std::string_view json);
+  ~ConfigReader();
+  ConfigReader(const ConfigReader&) = delete;
+  ConfigReader& operator=(const ConfigReader&) = delete;
+
+  double number(std::string_view key, double fallback, NumberRange range);
+  std::int64_t integer(std::string_view key, std::int64_t fallback, NumberRange range);
+  bool flag(std::string_view key, bool fallback);
+  std::string choice(std::string_view key, std::string_view fallback,
+                     const std::vector<std::string_view>& choices);
+  /// Exactly as many numbers as `fallback` has, each within `range`.
+  std::vector<double> numbers(std::string_view key, std::vector<double> fallback,
+                              NumberRange range);
+
+  /// Adds a problem that only the caller can see, at "/key".
+  void refuse(std::string_view key, std::string message, std::string expected = {},
+              std::string got = {});
+
+  /// The first problem; unknown keys come last, with a did-you-mean.
+  /// Errors: parse (not a JSON object), invalid_argument (key or type), range.
+  Status finish();
+
+ private:
+  struct Document;
+  void note(Error error);
+
+  std::unique_ptr<Document> document_;
+  std::vector<std::string> known_;
+  std::optional<Error> problem_;
+};
+
+/// The candidate with the smallest edit distance, or empty when none is near.
+std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
+
+}  // namespace weft

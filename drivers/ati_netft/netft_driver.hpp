@@ -1,0 +1,52 @@
+#pragma once
+// The state machine of one Net F/T box.
+
+#include "drivers/api/driver_base.hpp"
+#include "drivers/api/timer.hpp"
+#include "drivers/ati_netft/settings.hpp"
+#include "protocols/rdt/rdt.hpp"
+
+namespace weft::drivers {
+
+/// Publishes each record of the stream as a WrenchSample in SI. Records that come twice or too late
+/// are dropped; the records missing before one are its `lost`. Nothing allocates while streaming.
+class NetftDriver final : public DriverBase {
+ public:
+  NetftDriver(const NetftSettings& settings, DriverHost& driver_host);
+
+  /// Open when the answer to a one-sample request has come.
+  Status open() noexcept override;
+  /// Armed when the first record of the stream has come.
+  Status arm() noexcept override;
+  /// BiasCommand only. Errors: wrong_state, unsupported.
+  Result<std::uint32_t> command(const Command& command) noexcept override;
+  /// Ends the stream: armed -> open.
+  void stop() noexcept override;
+  void close() noexcept override;
+
+ private:
+  void received(ByteView datagram, TimePoint arrival) override;
+  void make_safe() noexcept override;
+
+  void on_record(const protocols::rdt::Record& record, TimePoint arrival);
+  void on_opening_timeout();
+  void on_stale();
+  void on_bad_datagram(const Error& error);
+  Sample to_sample(const protocols::rdt::Record& record, std::uint32_t lost, TimePoint arrival);
+  bool within_rating(const WrenchSample& wrench);
+  bool request(protocols::rdt::RequestCommand command, std::uint32_t sample_count);
+  void end_stream();
+
+  NetftSettings settings_;
+  protocols::rdt::SequenceTracker sequence_;
+  bool streaming_ = false;  ///< a start request went out
+  bool overrange_ = false;  ///< said once per episode
+  std::uint64_t bad_datagrams_ = 0;
+  std::uint64_t late_records_ = 0;
+  int opening_tries_ = 0;
+
+  Timer opening_;
+  Watchdog stale_;
+};
+
+}  // namespace weft::drivers

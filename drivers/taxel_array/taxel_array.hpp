@@ -1,0 +1,10 @@
+#pragma once
+// Driver for the tactile array, in either of its framings. One page about it: README.md.
+
+#include "drivers/api/driver.hpp"
+
+namespace weft::drivers {
+
+extern const DriverEntryV1 taxel_array_entry;
+
+}  // namespace weft::drivers

@@ -1,0 +1,68 @@
+#include "drivers/thorlabs_apt/identity.hpp"
+
+#include <array>
+#include <string>
+
+namespace weft::drivers {
+namespace {
+
+using protocols::apt::Family;
+using protocols::apt::HardwareInfo;
+
+struct Controller {
+  std::string_view prefix;
+  Family family;
+  bool has_own_stage;  ///< the model names the stage: an LTS300 is not an LTS150
+};
+
+// Families by the status message that they send (reference A.3, A.6).
+constexpr std::array controllers{
+    Controller{"LTS", Family::stepper, true},  Controller{"K10CR", Family::stepper, true},
+    Controller{"BSC", Family::stepper, false}, Controller{"TST", Family::stepper, false},
+    Controller{"SCC", Family::stepper, false}, Controller{"KST", Family::stepper, false},
+    Controller{"KDC", Family::servo, false},   Controller{"TDC", Family::servo, false},
+    Controller{"BBD", Family::servo, false},   Controller{"KBD", Family::servo, false},
+};
+
+const Controller* find_controller(std::string_view model) {
+  for (const Controller& c : controllers)
+    if (model.starts_with(c.prefix)) return &c;
+  return nullptr;
+}
+
+// Stage ids of KDC101/TDC001 (reference A.5): 1 is none, 12 a stage of another maker.
+constexpr bool names_a_stage(std::uint16_t stage_id) {
+  return stage_id >= 2 && stage_id <= 11;
+}
+
+}  // namespace
+
+Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
+  const std::string model = info.model.str();
+  const std::string stage(settings.model->name);
+  const char* hint = "Check the rig file's port and stage";
+  const Controller* controller = find_controller(model);
+  if (controller == nullptr || controller->family != settings.family)
+    return fail(Errc::device, "the controller is of another kind", {},
+                settings.family == Family::servo ? "a DC servo controller such as KDC101"
+                                                 : "a stepper controller such as LTS150",
+                '"' + model + '"', hint);
+  if (controller->has_own_stage && !model.starts_with(stage))
+    return fail(Errc::device, "the unit is another stage", {}, stage, model, hint);
+  if (names_a_stage(info.stage_id) && info.stage_id != settings.model->stage_id)
+    return fail(Errc::device, "the controller is set up for another stage", {},
+                "stage id " + std::to_string(settings.model->stage_id),
+                std::to_string(info.stage_id), hint);
+  if (info.channels != 0 && settings.channel > info.channels)
+    return fail(Errc::device, "the controller does not have this channel", "/channel",
+                "1 to " + std::to_string(info.channels), std::to_string(settings.channel));
+  return {};
+}
+
+std::string describe(const HardwareInfo& info) {
+  return info.model.str() + ", serial " + std::to_string(info.serial) + ", firmware " +
+         std::to_string(info.firmware_major) + "." + std::to_string(info.firmware_interim) + "." +
+         std::to_string(info.firmware_minor);
+}
+
+}  // namespace weft::drivers

@@ -1,0 +1,127 @@
+#include "drivers/thorlabs_apt/settings.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "drivers/api/config.hpp"
+#include "protocols/base/units.hpp"
+
+namespace weft::drivers {
+namespace {
+
+using protocols::apt::Axis;
+using protocols::apt::Family;
+using protocols::apt::StageModel;
+using protocols::apt::StageScale;
+
+double si_per_unit(const StageModel& model) {
+  return model.axis == Axis::linear ? m_per_mm : rad_per_deg;
+}
+
+StageScale per_si(const StageScale& scale, double si) {
+  return {scale.counts_per_unit / si, scale.velocity_counts / si, scale.acceleration_counts / si};
+}
+
+const StageModel& read_model(ConfigReader& config) {
+  std::vector<std::string_view> names;
+  for (const StageModel& model : protocols::apt::stage_models()) names.push_back(model.name);
+  return *protocols::apt::find_stage(config.choice("stage", names.front(), names));
+}
+
+Family read_family(ConfigReader& config, const StageModel& model) {
+  const std::string_view usual = model.family == Family::servo ? "servo" : "stepper";
+  return config.choice("family", usual, {"stepper", "servo"}) == "servo" ? Family::servo
+                                                                         : Family::stepper;
+}
+
+// Fits for every stage of the table, whose limits are far inside the 32-bit fields.
+std::int32_t counts_of(Result<std::int32_t> counts) {
+  WEFT_ASSERT(counts.has_value());
+  return *counts;
+}
+
+struct Names {
+  std::string max_speed, acceleration, travel;
+};
+
+Names names_for(const StageModel& model) {
+  const std::string unit = model.axis == Axis::linear ? "mm" : "deg";
+  return {"max_speed_" + unit + "_s", "acceleration_" + unit + "_s2", "travel_" + unit};
+}
+
+void read_limits(ConfigReader& config, StageSettings& settings) {
+  const StageModel& model = *settings.model;
+  const Names names = names_for(model);
+  const double si = si_per_unit(model);
+  const double speed = config.number(names.max_speed, model.max_speed, {1e-3, model.max_speed});
+  const double acceleration =
+      config.number(names.acceleration, model.default_acceleration, {0.1, model.max_acceleration});
+  // A rotary stage turns both ways from home; a linear one has its switch there.
+  const double lowest = model.axis == Axis::rotary ? -model.travel_high : model.travel_low;
+  const std::vector<double> travel = config.numbers(
+      names.travel, {model.travel_low, model.travel_high}, {lowest, model.travel_high});
+  if (travel[0] >= travel[1])
+    config.refuse(names.travel, "the travel is empty", "[low, high] with low below high");
+  settings.max_speed = speed * si;
+  settings.acceleration = acceleration * si;
+  const StageScale& scale = model.scale;
+  settings.max_velocity_counts = counts_of(velocity_to_counts(scale, speed));
+  settings.default_velocity_counts =
+      counts_of(velocity_to_counts(scale, std::min(model.default_speed, speed)));
+  settings.acceleration_counts = counts_of(acceleration_to_counts(scale, acceleration));
+  settings.travel_low_counts = counts_of(position_to_counts(scale, travel[0]));
+  settings.travel_high_counts = counts_of(position_to_counts(scale, travel[1]));
+}
+
+void read_timing(ConfigReader& config, StageSettings& settings) {
+  settings.home_timeout = from_seconds(config.number("home_timeout_s", 120, {0.1, 3600}));
+  settings.reply_timeout = from_seconds(config.number("reply_timeout_s", 1, {0.01, 60}));
+  const double poll_hz = config.number("poll_hz", 0, {0, 1000});
+  if (poll_hz > 0) settings.poll_period = from_seconds(1 / poll_hz);
+}
+
+}  // namespace
+
+const char* const stage_config_schema = R"({
+  "$schema": "http://json-schema.org/draft-07/schema#",
+  "title": "Thorlabs stage behind an APT controller",
+  "type": "object",
+  "additionalProperties": false,
+  "properties": {
+    "stage": {"enum": ["LTS150", "NRT150", "PRM1-Z8", "CR1-Z7", "K10CR1"], "default": "LTS150"},
+    "family": {"enum": ["stepper", "servo"], "description": "status messages of the controller; follows the stage"},
+    "channel": {"type": "integer", "minimum": 1, "maximum": 8, "default": 1},
+    "destination": {"type": "integer", "minimum": 17, "maximum": 80, "default": 80, "description": "80 (0x50): USB unit; 33 (0x21): bay 0"},
+    "max_speed_mm_s": {"type": "number", "exclusiveMinimum": 0, "description": "linear stages; default: the stage's own limit"},
+    "max_speed_deg_s": {"type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
+    "acceleration_mm_s2": {"type": "number", "exclusiveMinimum": 0, "description": "linear stages"},
+    "acceleration_deg_s2": {"type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
+    "travel_mm": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "linear stages: [low, high] from home"},
+    "travel_deg": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "rotary stages: [low, high] from home"},
+    "in_position_counts": {"type": "integer", "minimum": 0, "maximum": 10000, "default": 4, "description": "a finished move may be this far from its target"},
+    "require_homed": {"type": "boolean", "default": true, "description": "refuse motion before homing"},
+    "home_timeout_s": {"type": "number", "minimum": 0.1, "maximum": 3600, "default": 120},
+    "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 1},
+    "poll_hz": {"type": "number", "minimum": 0, "maximum": 1000, "default": 0, "description": "status readings without being asked; 0: only on PollCommand"}
+  }
+})";
+
+Result<StageSettings> read_stage_settings(std::string_view config_json) {
+  ConfigReader config(config_json);
+  StageSettings settings;
+  settings.model = &read_model(config);
+  settings.family = read_family(config, *settings.model);
+  settings.scale = per_si(settings.model->scale, si_per_unit(*settings.model));
+  settings.channel = static_cast<std::uint8_t>(config.integer("channel", 1, {1, 8}));
+  settings.destination =
+      static_cast<std::uint8_t>(config.integer("destination", 0x50, {0x11, 0x50}));
+  settings.in_position_counts =
+      static_cast<std::int32_t>(config.integer("in_position_counts", 4, {0, 10000}));
+  settings.require_homed = config.flag("require_homed", true);
+  read_limits(config, settings);
+  read_timing(config, settings);
+  if (Status status = config.finish(); !status) return pass(status.error());
+  return settings;
+}
+
+}  // namespace weft::drivers

@@ -1,0 +1,42 @@
+#pragma once
+// The configuration of one stage, checked and turned into SI and counts once.
+
+#include <cstdint>
+#include <string_view>
+
+#include "protocols/apt/stage_scale.hpp"
+#include "protocols/base/result.hpp"
+#include "protocols/base/time.hpp"
+
+namespace weft::drivers {
+
+/// Lengths are m or rad, from home; speeds m/s or rad/s.
+struct StageSettings {
+  const protocols::apt::StageModel* model = nullptr;
+  protocols::apt::Family family = protocols::apt::Family::stepper;
+  /// Counts per SI unit, not per mm or degree.
+  protocols::apt::StageScale scale;
+  std::uint8_t channel = 1;
+  std::uint8_t destination = 0x50;
+  double max_speed = 0;
+  double acceleration = 0;
+  std::int32_t acceleration_counts = 0;
+  std::int32_t max_velocity_counts = 0;
+  std::int32_t default_velocity_counts = 0;  ///< until the first motion names a speed
+  std::int32_t travel_low_counts = 0;
+  std::int32_t travel_high_counts = 0;
+  /// A finished move may be this far from its target.
+  std::int32_t in_position_counts = 4;
+  bool require_homed = true;
+  Duration home_timeout{};
+  Duration reply_timeout{};
+  Duration poll_period{};  ///< zero: only on PollCommand
+};
+
+/// JSON Schema of the configuration.
+extern const char* const stage_config_schema;
+
+/// Errors: parse, invalid_argument (key, type, unknown stage), range; each at its JSON pointer.
+Result<StageSettings> read_stage_settings(std::string_view config_json);
+
+}  // namespace weft::drivers

@@ -1,0 +1,317 @@
+// Lifecycle, commands and the bytes that go out. What comes in is in stage_status.cpp.
+
+#include "drivers/thorlabs_apt/stage_driver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace weft::drivers {
+namespace {
+
+using namespace protocols::apt;
+
+constexpr Duration watch_period = std::chrono::milliseconds(250);
+/// A stage on its way whose position stays the same for so long is stuck.
+constexpr Duration stall_limit = std::chrono::seconds(3);
+/// At least once a second (APT16 p. 98).
+constexpr Duration keep_alive_period = std::chrono::milliseconds(500);
+constexpr std::uint8_t enable = 1;
+constexpr auto stop_now = static_cast<std::uint8_t>(StopMode::immediate);
+constexpr auto stop_profiled = static_cast<std::uint8_t>(StopMode::profiled);
+
+std::string with_unit(double value, const StageSettings& settings) {
+  return std::to_string(value) + (settings.model->axis == Axis::linear ? " m" : " rad");
+}
+
+tl::unexpected<Error> link_failed() {
+  return fail(Errc::io, "the link refused the command");
+}
+
+}  // namespace
+
+StageDriver::StageDriver(const StageSettings& settings, DriverHost& driver_host)
+    : DriverBase(driver_host),
+      settings_(settings),
+      route_{settings.destination, address::host},
+      opening_(driver_host.loop(), [this] { on_opening_timeout(); }),
+      motion_limit_(driver_host.loop(), [this] { on_motion_timeout(); }),
+      watch_(driver_host.loop(), [this] { on_watch(); }),
+      poll_(driver_host.loop(), [this] { on_poll(); }),
+      keep_alive_(driver_host.loop(), [this] { on_keep_alive(); }),
+      reply_(driver_host.loop(), [this] { on_reply_timeout(); }) {}
+
+Status StageDriver::open() noexcept {
+  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
+  if (Status taken = attach(); !taken) return taken;
+  splitter_.clear();
+  last_ = {};
+  motion_ = {};
+  stops_under_way_ = unacknowledged_ = 0;
+  // LTS units do not list 0x0018 (reference A.6); a unit left streaming by a dead host is silenced.
+  if (is_servo_family()) put_short(MessageId::hw_no_flash_programming, 0, 0);
+  put_short(MessageId::hw_stop_updatemsgs, 0, 0);
+  put_short(MessageId::hw_req_info, 0, 0);
+  opening_.start(settings_.reply_timeout);
+  if (!flush()) return link_failed();
+  return {};
+}
+
+Status StageDriver::arm() noexcept {
+  if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
+  if (arming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
+  arming_ = true;
+  put_arming();
+  put_status_request();
+  if (!flush()) return link_failed();
+  return {};
+}
+
+// SET messages have no answer: the status reply that follows them is the evidence.
+void StageDriver::put_arming() {
+  const std::uint16_t channel = settings_.channel;
+  const StageModel& model = *settings_.model;
+  put_short(MessageId::mod_set_chanenablestate, settings_.channel, enable);
+  velocity_counts_ = 0;
+  put_velocity(settings_.default_velocity_counts);
+  HomeParams home{channel, model.home_direction, model.home_limit_switch, 0, 0};
+  home.velocity_counts = velocity_to_counts(model.scale, model.home_speed).value_or(0);
+  home.offset_counts = position_to_counts(model.scale, model.home_offset).value_or(0);
+  append_message(out_, MessageId::set_homeparams, home, route_);
+  LimitSwitchParams limits{channel, model.forward_limit, model.reverse_limit, 0, 0, 1};
+  if (model.axis == Axis::rotary) limits.soft_mode |= 0x80;
+  append_message(out_, MessageId::set_limswitchparams, limits, route_);
+  // Backlash correction would drive past each target of the force loop and come back.
+  append_message(out_, MessageId::set_genmoveparams, ChannelCounts{channel, 0}, route_);
+}
+
+Result<std::uint32_t> StageDriver::command(const Command& command) noexcept {
+  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+    return pass(std::move(allowed.error()));
+  return std::visit([this](const auto& c) { return run(c); }, command);
+}
+
+Result<std::uint32_t> StageDriver::run(const HomeCommand&) {
+  const std::uint32_t id = begin(MotionKind::home, 0, settings_.home_timeout);
+  put_short(MessageId::move_home, settings_.channel, 0);
+  if (!flush()) return link_failed();
+  return id;
+}
+
+Result<std::uint32_t> StageDriver::run(const MoveCommand& move) {
+  if (Status homed = require_homed(); !homed) return pass(std::move(homed.error()));
+  const Result<std::int32_t> velocity = speed_counts(move.speed);
+  if (!velocity) return pass(velocity.error());
+  const Result<std::int32_t> target = position_to_counts(settings_.scale, move.target);
+  if (!target) return pass(target.error());
+  if (*target < settings_.travel_low_counts || *target > settings_.travel_high_counts)
+    return fail(Errc::range, "the target is outside the travel", {},
+                with_unit(to_si(settings_.travel_low_counts), settings_) + " to " +
+                    with_unit(to_si(settings_.travel_high_counts), settings_),
+                with_unit(move.target, settings_));
+  const double distance = std::abs(move.target - to_si(last_.position_counts));
+  const std::uint32_t id = begin(MotionKind::move, *target,
+                                 move_time_limit(distance, move.speed, settings_.acceleration));
+  put_velocity(*velocity);
+  put_absolute(*target);
+  if (!flush()) return link_failed();
+  return id;
+}
+
+Result<std::uint32_t> StageDriver::run(const ServoCommand& servo) {
+  if (Status homed = require_homed(); !homed) return pass(std::move(homed.error()));
+  if (servo.horizon <= Duration::zero())
+    return fail(Errc::range, "the horizon of a velocity command must be above zero");
+  if (servo.velocity == 0) {
+    end_servo();
+    return 0;
+  }
+  const Result<std::int32_t> velocity = speed_counts(std::abs(servo.velocity));
+  if (!velocity) return pass(velocity.error());
+  const double reach_counts =
+      servo.velocity * to_seconds(servo.horizon) * settings_.scale.counts_per_unit;
+  const double target =
+      std::clamp<double>(std::round(last_.position_counts + reach_counts),
+                         settings_.travel_low_counts, settings_.travel_high_counts);
+  if (motion_.awaited()) end_motion();
+  motion_.kind = MotionKind::servo;
+  motion_.target_counts = static_cast<std::int32_t>(target);
+  put_velocity(*velocity);
+  put_absolute(motion_.target_counts);
+  if (!flush()) return link_failed();
+  return 0;
+}
+
+Result<std::uint32_t> StageDriver::run(const PollCommand&) {
+  put_status_request();
+  if (!flush()) return link_failed();
+  return 0;
+}
+
+Result<std::uint32_t> StageDriver::run(const BiasCommand&) {
+  return fail(Errc::unsupported, "a stage has no bias");
+}
+
+// Before homing, positions have no origin, and the travel cannot be kept.
+Status StageDriver::require_homed() const {
+  if (!settings_.require_homed || (last_.status_bits & status::homed) != 0) return {};
+  return fail(Errc::wrong_state, "motion is refused: the stage has not been homed", {}, {}, {},
+              "Home it first");
+}
+
+/// A speed below one count is raised to one count: it is slow, not zero.
+Result<std::int32_t> StageDriver::speed_counts(double speed) const {
+  Result<std::int32_t> counts = velocity_to_counts(settings_.scale, speed);
+  if (!counts) return counts;
+  if (speed > 0 && *counts <= settings_.max_velocity_counts) return std::max(*counts, 1);
+  return fail(Errc::range, "the speed is outside the stage's limits", {},
+              "above 0, up to " + with_unit(settings_.max_speed, settings_) + "/s",
+              with_unit(speed, settings_) + "/s");
+}
+
+std::uint32_t StageDriver::begin(MotionKind kind, std::int32_t target_counts, Duration limit) {
+  motion_ = {kind, ++last_id_, target_counts, false, last_.position_counts, now()};
+  motion_limit_.start(limit);
+  watch_.start(watch_period);
+  return motion_.id;
+}
+
+void StageDriver::end_motion() {
+  motion_ = {};
+  motion_limit_.cancel();
+  watch_.cancel();
+}
+
+// The status in hand may be older than the last command, so a motion that we started counts as
+// moving until the device has reported its end.
+void StageDriver::end_servo() {
+  const bool seen_moving = (last_.status_bits & status::any_motion) != 0 && stops_under_way_ == 0;
+  if (motion_.kind == MotionKind::none && !seen_moving) return;
+  end_motion();
+  ++stops_under_way_;
+  put_short(MessageId::move_stop, settings_.channel, stop_profiled);
+  flush();
+}
+
+void StageDriver::stop() noexcept {
+  if (!attached()) return;
+  end_motion();
+  ++stops_under_way_;
+  put_short(MessageId::move_stop, settings_.channel, stop_now);
+  flush();
+}
+
+void StageDriver::close() noexcept {
+  cancel_timers();
+  if (attached()) {
+    out_.clear();
+    if (state() == DriverState::armed) put_short(MessageId::move_stop, settings_.channel, stop_now);
+    put_short(MessageId::hw_stop_updatemsgs, 0, 0);
+    send_last(out_);
+    out_.clear();
+    splitter_.clear();
+    detach();
+  }
+  enter(LifecycleEvent::close);
+}
+
+void StageDriver::make_safe() noexcept {
+  cancel_timers();
+  out_.clear();
+  splitter_.clear();
+  if (state() == DriverState::closed) return;  // not known to be our stage
+  put_short(MessageId::move_stop, settings_.channel, stop_now);
+  send_last(out_);
+  out_.clear();
+}
+
+void StageDriver::cancel_timers() {
+  end_motion();
+  arming_ = false;
+  opening_.cancel();
+  poll_.cancel();
+  keep_alive_.cancel();
+  reply_.stop();
+}
+
+void StageDriver::on_opening_timeout() {
+  raise({Errc::timeout,
+         "the controller does not answer HW_REQ_INFO",
+         {},
+         "a reply within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
+         "silence",
+         "Check the port, the destination address and the power"});
+}
+
+void StageDriver::on_reply_timeout() {
+  raise({Errc::timeout,
+         "the controller does not answer status requests",
+         {},
+         "a reply within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
+         "silence",
+         {}});
+}
+
+void StageDriver::on_motion_timeout() {
+  raise({Errc::timeout,
+         motion_.kind == MotionKind::home ? "homing took too long" : "the motion took too long",
+         {},
+         with_unit(to_si(motion_.target_counts), settings_),
+         with_unit(to_si(last_.position_counts), settings_),
+         {}});
+}
+
+void StageDriver::on_watch() {
+  if (now() - motion_.progress_at > stall_limit) {
+    raise({Errc::device,
+           "the stage does not move",
+           {},
+           with_unit(to_si(motion_.target_counts), settings_),
+           with_unit(to_si(last_.position_counts), settings_),
+           "Look for an obstacle, and at the limit switches"});
+    return;
+  }
+  if (now() - last_at_ >= watch_period) put_status_request();
+  if (out_.empty() || flush()) watch_.start(watch_period);
+}
+
+void StageDriver::on_poll() {
+  put_status_request();
+  if (flush()) poll_.start(settings_.poll_period);
+}
+
+void StageDriver::on_keep_alive() {
+  put_short(MessageId::ack_dcstatusupdate, 0, 0);
+  if (flush()) keep_alive_.start(keep_alive_period);
+}
+
+void StageDriver::put_short(MessageId id, std::uint8_t param1, std::uint8_t param2) {
+  append_short(out_, id, param1, param2, route_);
+}
+
+void StageDriver::put_velocity(std::int32_t velocity_counts) {
+  if (velocity_counts == velocity_counts_) return;
+  velocity_counts_ = velocity_counts;
+  append_message(
+      out_, MessageId::set_velparams,
+      VelocityParams{settings_.channel, 0, settings_.acceleration_counts, velocity_counts}, route_);
+}
+
+void StageDriver::put_absolute(std::int32_t target_counts) {
+  append_message(out_, MessageId::move_absolute, ChannelCounts{settings_.channel, target_counts},
+                 route_);
+}
+
+void StageDriver::put_status_request() {
+  put_short(is_servo_family() ? MessageId::req_dcstatusupdate : MessageId::req_statusupdate,
+            settings_.channel, 0);
+  reply_.expect_reply_within(settings_.reply_timeout);
+}
+
+bool StageDriver::flush() {
+  const bool sent = send(out_);
+  out_.clear();
+  return sent;
+}
+
+}  // namespace weft::drivers

@@ -1,0 +1,105 @@
+#pragma once
+// The state machine of one stage.
+
+#include "drivers/api/driver_base.hpp"
+#include "drivers/api/timer.hpp"
+#include "drivers/thorlabs_apt/motion.hpp"
+#include "drivers/thorlabs_apt/settings.hpp"
+#include "protocols/apt/apt.hpp"
+
+namespace weft::drivers {
+
+/// One stage on one link. Motion commands are finite, and are followed by a time limit. In steady
+/// state neither a command nor a status message allocates.
+class StageDriver final : public DriverBase {
+ public:
+  StageDriver(const StageSettings& settings, DriverHost& driver_host);
+
+  Status open() noexcept override;
+  Status arm() noexcept override;
+  /// Errors: wrong_state (not armed, not homed), range (target, speed, horizon), unsupported.
+  Result<std::uint32_t> command(const Command& command) noexcept override;
+  /// Stops at once; stays armed, so that the stage can be driven out of contact.
+  void stop() noexcept override;
+  void close() noexcept override;
+
+ private:
+  using MessageId = protocols::apt::MessageId;
+
+  void received(ByteView bytes, TimePoint arrival) override;
+  void make_safe() noexcept override;
+
+  Result<std::uint32_t> run(const HomeCommand&);
+  Result<std::uint32_t> run(const MoveCommand& move);
+  Result<std::uint32_t> run(const ServoCommand& servo);
+  Result<std::uint32_t> run(const PollCommand&);
+  Result<std::uint32_t> run(const BiasCommand&);
+  Status require_homed() const;
+  Result<std::int32_t> speed_counts(double speed) const;
+  std::uint32_t begin(MotionKind kind, std::int32_t target_counts, Duration limit);
+  void end_motion();
+  void end_servo();
+
+  void handle(const protocols::apt::Message& message, TimePoint arrival);
+  void on_info(const protocols::apt::Message& message);
+  void on_completed(const protocols::apt::Message& message, TimePoint arrival);
+  void on_stopped(const protocols::apt::Message& message, TimePoint arrival);
+  void on_homed();
+  void on_status(const protocols::apt::Message& message, TimePoint arrival);
+  void on_rich_response(const protocols::apt::Message& message);
+  std::optional<StageReading> read_status(const protocols::apt::Message& message) const;
+  bool accept(const StageReading& reading, TimePoint arrival);
+  bool finish_arming(const StageReading& reading);
+  void confirm(bool device_says_at_rest);
+  void confirm_home();
+  void publish(TimePoint arrival);
+  void acknowledge();
+
+  void on_opening_timeout();
+  void on_reply_timeout();
+  void on_motion_timeout();
+  void on_watch();
+  void on_poll();
+  void on_keep_alive();
+
+  void put_short(MessageId id, std::uint8_t param1, std::uint8_t param2);
+  void put_velocity(std::int32_t velocity_counts);
+  void put_arming();
+  void put_absolute(std::int32_t target_counts);
+  void put_status_request();
+  bool flush();
+  void cancel_timers();
+
+  [[nodiscard]] double to_si(std::int32_t counts) const {
+    return counts / settings_.scale.counts_per_unit;
+  }
+  [[nodiscard]] bool is_servo_family() const {
+    return settings_.family == protocols::apt::Family::servo;
+  }
+
+  StageSettings settings_;
+  protocols::apt::Route route_;
+  protocols::apt::Splitter splitter_;
+  protocols::apt::Message message_;
+  Bytes out_;
+
+  StageReading last_;
+  TimePoint last_at_{};
+  Motion motion_;
+  std::uint32_t last_id_ = 0;
+  std::uint32_t confirmed_id_ = 0;
+  std::uint32_t sequence_ = 0;
+  std::int32_t velocity_counts_ = 0;  ///< what the controller was told last
+  std::uint32_t stops_under_way_ = 0;
+  std::uint32_t unacknowledged_ = 0;
+  bool arming_ = false;
+
+  Timer opening_;
+  Timer motion_limit_;
+  Timer watch_;
+  Timer poll_;
+  Timer keep_alive_;
+  Watchdog reply_;
+};
+
+}  // namespace weft::drivers
