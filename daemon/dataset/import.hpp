@@ -2,11 +2,9 @@
 // Other people's recordings into a Dataset, and features out as text.
 
 #include <filesystem>
-#include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
+#include "classifier/features/feature_matrix.hpp"
 #include "daemon/dataset/dataset.hpp"
 
 namespace weft::daemon {
@@ -21,16 +19,9 @@ Result<Dataset> import_manifest(const std::filesystem::path& manifest);
 Result<Dataset> import_fabricslide(const std::filesystem::path& folder,
                                    std::string_view filter = "*");
 
-/// One row of a feature table.
-struct FeatureRow {
-  std::string file;
-  std::string label;
-  std::string group;
-  std::vector<double> values;  ///< NaN where the trial has no such phase: written as an empty field
-};
-
-/// Writes `file,label,group,<names>`, 17 significant digits; temporary name, renamed on success.
-Status export_features_csv(const std::filesystem::path& path, std::span<const std::string> names,
-                           std::span<const FeatureRow> rows);
+/// Writes `file,label,group` and the features, a row a trial, with 17 significant digits so that
+/// every double comes back. A temporary name, renamed on success.
+Status export_features_csv(const std::filesystem::path& path,
+                           const classifier::FeatureMatrix& features);
 
 }  // namespace weft::daemon
