@@ -1,0 +1,162 @@
+#include "sim/plant/config_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace weft::sim {
+
+namespace {
+
+std::string short_dump(const nlohmann::json& value) {
+  std::string text = value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  if (text.size() > 40) text = text.substr(0, 37) + "...";
+  return text;
+}
+
+std::string plain(double value) {
+  return nlohmann::json(value).dump();
+}
+
+}  // namespace
+
+ConfigReader::ConfigReader(const nlohmann::json& object, std::string pointer)
+    : object_(object), pointer_(std::move(pointer)) {
+  if (!object_.is_object())
+    refuse({Errc::parse, "not an object", pointer_, "an object", short_dump(object_), {}});
+}
+
+std::string ConfigReader::at(std::string_view key) const {
+  return pointer_ + "/" + std::string(key);
+}
+
+void ConfigReader::refuse(Error error) {
+  if (!error_) error_ = std::move(error);
+}
+
+const nlohmann::json* ConfigReader::take(std::string_view key) {
+  known_.emplace_back(key);
+  if (!object_.is_object()) return nullptr;
+  const auto found = object_.find(known_.back());
+  return found == object_.end() ? nullptr : &*found;
+}
+
+const nlohmann::json* ConfigReader::child(std::string_view key) {
+  return take(key);
+}
+
+ConfigReader& ConfigReader::ignore(std::string_view key) {
+  take(key);
+  return *this;
+}
+
+ConfigReader& ConfigReader::standing_required(const nlohmann::json& sources) {
+  sources_ = &sources;
+  return *this;
+}
+
+/// The bare number of a value with its standing, or nullptr after a complaint.
+const nlohmann::json* ConfigReader::stood(const nlohmann::json& value, std::string_view key) {
+  if (sources_ == nullptr) return &value;
+  const bool estimated = value.is_array() && value.size() == 2 && value[1] == "estimated";
+  const bool sourced = value.is_array() && value.size() == 3 && value[1] == "sourced" &&
+                       value[2].is_string() && sources_->contains(value[2]);
+  if (estimated || sourced) return &value[0];
+  refuse({Errc::parse,
+          "a number without its standing",
+          at(key),
+          "[value, \"estimated\"] or [value, \"sourced\", a key of /sources]",
+          short_dump(value),
+          {}});
+  return nullptr;
+}
+
+std::optional<double> ConfigReader::finite(const nlohmann::json& value, std::string_view key,
+                                           double low, double high) {
+  const double number = value.is_number() ? value.get<double>() : NAN;
+  if (number >= low && number <= high) return number;
+  refuse({value.is_number() ? Errc::range : Errc::parse,
+          "not a usable number",
+          at(key),
+          plain(low) + " to " + plain(high),
+          short_dump(value),
+          {}});
+  return std::nullopt;
+}
+
+ConfigReader& ConfigReader::number(std::string_view key, double& value, double low, double high,
+                                   double to_si) {
+  const nlohmann::json* found = take(key);
+  if (found != nullptr) found = stood(*found, key);
+  if (found == nullptr) return *this;
+  if (const auto read = finite(*found, key, low, high)) value = *read * to_si;
+  return *this;
+}
+
+ConfigReader& ConfigReader::required(std::string_view key, double& value, double low, double high,
+                                     double to_si) {
+  if (object_.is_object() && !object_.contains(std::string(key)))
+    refuse({Errc::parse, "a key is missing", at(key), plain(low) + " to " + plain(high), {}, {}});
+  return number(key, value, low, high, to_si);
+}
+
+ConfigReader& ConfigReader::flag(std::string_view key, bool& value) {
+  const nlohmann::json* found = take(key);
+  if (found == nullptr) return *this;
+  if (found->is_boolean())
+    value = found->get<bool>();
+  else
+    refuse({Errc::parse, "not a switch", at(key), "true or false", short_dump(*found), {}});
+  return *this;
+}
+
+ConfigReader& ConfigReader::text(std::string_view key, std::string& value) {
+  const nlohmann::json* found = take(key);
+  if (found == nullptr) return *this;
+  if (found->is_string())
+    value = found->get<std::string>();
+  else
+    refuse({Errc::parse, "not a text", at(key), "a text", short_dump(*found), {}});
+  return *this;
+}
+
+ConfigReader& ConfigReader::pair(std::string_view key, double& first, double& second, double low,
+                                 double high, double to_si) {
+  const nlohmann::json* found = take(key);
+  if (found != nullptr) found = stood(*found, key);
+  if (found == nullptr) return *this;
+  if (!found->is_array() || found->size() != 2) {
+    refuse({Errc::parse, "not a pair of numbers", at(key), "[a, b]", short_dump(*found), {}});
+    return *this;
+  }
+  const auto a = finite((*found)[0], key, low, high);
+  const auto b = finite((*found)[1], key, low, high);
+  if (a && b) {
+    first = *a * to_si;
+    second = *b * to_si;
+  }
+  return *this;
+}
+
+ConfigReader& ConfigReader::interval(std::string_view key, double& first, double& second,
+                                     double low, double high, double to_si) {
+  pair(key, first, second, low, high, to_si);
+  if (first > second)
+    refuse({Errc::range,
+            "an interval that ends before it begins",
+            at(key),
+            "low <= high",
+            plain(first / to_si) + " to " + plain(second / to_si),
+            {}});
+  return *this;
+}
+
+Status ConfigReader::finish() const {
+  if (error_) return tl::unexpected<Error>(*error_);
+  for (const auto& [key, value] : object_.items())
+    if (std::find(known_.begin(), known_.end(), key) == known_.end())
+      return fail(Errc::parse, "unknown key", at(key));
+  return {};
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,61 @@
+#pragma once
+// Reads one JSON object whose keys are all known: absent keys keep their default, unknown keys,
+// wrong types and values out of range are errors with a JSON pointer. The first error is kept.
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::sim {
+
+class ConfigReader {
+ public:
+  /// `object` must outlive the reader; `pointer` is its place in the file ("/simulation").
+  ConfigReader(const nlohmann::json& object, std::string pointer);
+
+  /// Sets `value` to the number at `key`, times `to_si`, when it is there. Bounds are in the file's
+  /// unit.
+  ConfigReader& number(std::string_view key, double& value, double low, double high,
+                       double to_si = 1);
+  ConfigReader& required(std::string_view key, double& value, double low, double high,
+                         double to_si = 1);
+  ConfigReader& flag(std::string_view key, bool& value);
+  ConfigReader& text(std::string_view key, std::string& value);
+  /// Two numbers, in the file's unit within the bounds, the first not above the second.
+  ConfigReader& interval(std::string_view key, double& first, double& second, double low,
+                         double high, double to_si = 1);
+  /// Like interval() without an order.
+  ConfigReader& pair(std::string_view key, double& first, double& second, double low, double high,
+                     double to_si = 1);
+  /// Numbers are [value, "estimated"] or [value, "sourced", id] with an id in `sources`.
+  ConfigReader& standing_required(const nlohmann::json& sources);
+  /// A key that somebody else reads.
+  ConfigReader& ignore(std::string_view key);
+  /// The value at `key`, or nullptr when absent; counts as read.
+  const nlohmann::json* child(std::string_view key);
+  /// Keeps an error found by the caller, unless there is one already.
+  void refuse(Error error);
+
+  /// The first error, or the complaint about a key that nobody asked for.
+  [[nodiscard]] Status finish() const;
+
+ private:
+  const nlohmann::json* take(std::string_view key);
+  std::optional<double> finite(const nlohmann::json& value, std::string_view key, double low,
+                               double high);
+  const nlohmann::json* stood(const nlohmann::json& value, std::string_view key);
+  [[nodiscard]] std::string at(std::string_view key) const;
+
+  const nlohmann::json& object_;
+  std::string pointer_;
+  const nlohmann::json* sources_ = nullptr;
+  std::vector<std::string> known_;
+  std::optional<Error> error_;
+};
+
+}  // namespace weft::sim

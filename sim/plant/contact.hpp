@@ -1,0 +1,87 @@
+#pragma once
+// Level L1 of the probe on the cloth: quasi-static with memory. One scalar balance per step,
+//   weight + mount force = cloth force,
+// no inertia. Source: reference sim.md 1.1 and 3.1 (L1).
+
+#include "sim/plant/fabric_law.hpp"
+#include "sim/plant/friction.hpp"
+#include "sim/plant/hysteresis.hpp"
+#include "sim/plant/mount.hpp"
+#include "sim/plant/pose.hpp"
+#include "sim/plant/relaxation.hpp"
+#include "sim/plant/waviness.hpp"
+
+namespace weft::sim {
+
+/// The cloth as the contact sees it.
+struct ContactMaterial {
+  FabricLaw law = bare_plate_law();  ///< its `hysteresis` is used through the Hysteresis below
+  double thickness_m = 0;
+  Relaxation relaxation;
+  Hysteresis hysteresis;
+  Friction friction;
+  Waviness waviness;
+};
+
+/// What stays when the cloth is changed.
+struct ContactGeometry {
+  double plate_z_m = 0;             ///< z stage reading with the probe's face on the bare plate
+  double face_half_width_m = 8e-3;  ///< 4 x 4 pads at 4 mm: 16 x 16 mm
+  double tilt_x = 0;  ///< slope of the face against the plate along x at rx = ry = 0 [E]
+  double tilt_y = 0;
+
+  [[nodiscard]] double face_area_m2() const { return 4 * face_half_width_m * face_half_width_m; }
+};
+
+/// State at the end of a step, and what follows from it.
+struct ContactState {
+  Pose pose;
+  double exponent = -1e9;  ///< s = (indentation + waviness)/lambda + ln(tilt average); > 0 touches
+  double branch = -1;      ///< of the hysteresis
+  RelaxationState relaxation;
+  Vector2 bristle{};         ///< share of full sliding, |.| <= 1
+  double normal_n = 0;       ///< cloth's force on the face, >= 0
+  double indentation_m = 0;  ///< of the face's centre into the mean surface; negative above it
+  double extension_m = 0;    ///< of the mount, z_stage - z_probe
+  double load_ratio =
+      0;               ///< normal force / elastic loading force: memory of the cloth, 0 untouched
+  double slope_x = 0;  ///< of the face against the cloth: extra indentation per metre along x
+  double slope_y = 0;
+  Vector2 friction_n{};  ///< force on the cloth along the fabric frame's axes
+
+  [[nodiscard]] double probe_z_m() const { return pose.z_m - extension_m; }
+};
+
+/// Immutable law of motion; states are values, so that a step can be tried and thrown away.
+class ContactModel {
+ public:
+  ContactModel(const ContactGeometry& geometry, const Mount& mount, const ContactMaterial& material)
+      : geometry_(geometry), mount_(mount), material_(material) {}
+
+  /// The state `dt_s` later with the stages at `pose`, moved there in a straight line. dt_s >= 0.
+  [[nodiscard]] ContactState step(const ContactState& from, const Pose& pose, double dt_s) const;
+  /// Pressure on the cloth, averaged over nothing, at an offset from the face's centre [Pa], for a
+  /// local texture response `texture` = e^{h/lambda}/<e^{h/lambda}>.
+  [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,
+                                   double texture) const;
+
+  [[nodiscard]] const ContactMaterial& material() const { return material_; }
+  [[nodiscard]] const Mount& mount() const { return mount_; }
+
+ private:
+  struct Balance;
+  [[nodiscard]] double surface_z_m(const Pose& pose) const;
+  [[nodiscard]] double log_average(const ContactState& state) const;
+  void press(ContactState& state, const RelaxationStep& relaxation, double log_average) const;
+  void hang(ContactState& state, const RelaxationStep& relaxation, double log_average) const;
+  void slide(ContactState& state, const Pose& from) const;
+
+  ContactGeometry geometry_;
+  Mount mount_;
+  ContactMaterial material_;
+};
+
+/// ln(sinh(x)/x): average of e^{x t} over t in [-1, 1], safe for any finite x.
+double log_sinhc(double x);
+
+}  // namespace weft::sim

@@ -1,0 +1,83 @@
+#pragma once
+// One cloth of the table, one patch cut from it, and what differs from trial to trial.
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "protocols/base/result.hpp"
+#include "sim/plant/contact.hpp"
+#include "sim/plant/fabric_law.hpp"
+#include "sim/plant/height_field.hpp"
+#include "sim/plant/texture_map.hpp"
+
+namespace weft::sim {
+
+/// A row of sim/fabrics.json in SI.
+struct Fabric {
+  std::string name;
+  double thickness_m = 0;
+  KesCompression kes;
+  double friction_mean = 0;       ///< MIU
+  double friction_deviation = 0;  ///< MMD; kept for the record, level L1 has no use for it
+  double roughness_m = 0;         ///< SMD
+  double warp_per_m = 0;          ///< yarns, wales or ribs per metre along x; 0 without a lattice
+  double weft_per_m = 0;          ///< along y
+  Structure structure;
+};
+
+/// What holds for all cloths; every number [E], from `parameters` of sim/fabrics.json.
+struct MaterialParams {
+  /// Relaxation shares g_i = base + slope * eta.
+  std::array<double, Relaxation::terms> relaxation_base{0.12, 0.10};
+  std::array<double, Relaxation::terms> relaxation_slope{0.25, 0.2};
+  std::array<double, Relaxation::terms> relaxation_time_s{0.3, 5};
+  double hysteresis_length = 0.3;
+  double friction_exponent = 0.9;
+  double friction_reference_n = 5;
+  double bristle_length_m = 150e-6;
+  double height_per_roughness = 2;  ///< std(h) = this * SMD: the KES contactor averages over 5 mm
+  WavinessSpec waviness;
+};
+
+/// Standard deviations from trial to trial, of ratios unless named otherwise; every number [E].
+struct TrialSpread {
+  double lambda = 0.03;
+  double pressure = 0.06;
+  double friction = 0.04;
+  double gain = 0.01;
+  double thickness = 0.01;
+  double tilt = 1e-4;        ///< [rad]
+  double skew_rad = 0.0175;  ///< of the yarns against the stages: the cloth is fixed by hand
+};
+
+/// Mechanisms that a rig file may switch off.
+struct MaterialSwitches {
+  bool relaxation = true;
+  bool hysteresis = true;
+  bool friction = true;
+  bool texture = true;
+  bool waviness = true;
+  bool trial_spread = true;
+};
+
+/// One trial's piece of cloth.
+struct Patch {
+  ContactMaterial material;
+  HeightField field;
+  double skew_rad = 0;
+  double gain_scale = 1;
+  double tilt_x = 0, tilt_y = 0;  ///< added to the rig's own
+  std::uint64_t seed = 0;         ///< names the trial's noise
+};
+
+/// Cuts a patch: amplitudes, pitches and material are the fabric's, phases, wander and random waves
+/// the patch's. Errors: range, for a cloth that no law fits.
+Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params,
+                        const TrialSpread& spread, const MaterialSwitches& switches,
+                        std::uint64_t patch_seed);
+
+/// No cloth: stiff, smooth, without memory.
+Patch bare_plate();
+
+}  // namespace weft::sim

@@ -1,0 +1,50 @@
+#include "sim/plant/fabric_law.hpp"
+
+#include <cmath>
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double smallest_x = 1e-3;
+constexpr double largest_x = 500;
+
+/// LC of the exponential law, x = (compression at the peak pressure)/lambda. Falls from 1 to 0.
+double linearity_at(double x) {
+  return 2 * (1 / x - 1 / std::expm1(x));
+}
+
+double solve_linearity(double linearity) {
+  double low = smallest_x, high = largest_x;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (low + high);
+    (linearity_at(middle) > linearity ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+bool inside(double value, double low, double high) {
+  return value >= low && value <= high;
+}
+
+}  // namespace
+
+Result<FabricLaw> law_from_kes(const KesCompression& kes) {
+  // Written so that NaN fails each test.
+  if (!inside(kes.linearity, linearity_at(largest_x), linearity_at(smallest_x)))
+    return fail(Errc::range, "no exponential law has this linearity", "LC", "0.004 to 0.999",
+                std::to_string(kes.linearity));
+  if (!inside(kes.work_j_m2, 1e-6, 1e3))
+    return fail(Errc::range, "work of compression outside what cloth can take", "WC",
+                "1e-6 to 1e3 J/m2", std::to_string(kes.work_j_m2));
+  if (!inside(kes.resilience, 0.01, 1))
+    return fail(Errc::range, "resilience is not a fraction", "RC", "0.01 to 1",
+                std::to_string(kes.resilience));
+  const double x = solve_linearity(kes.linearity);
+  const double compression_m = 2 * kes.work_j_m2 / (kes.linearity * kes_peak_pressure_pa);
+  return FabricLaw{.lambda_m = compression_m / x,
+                   .pressure_pa = kes_peak_pressure_pa / std::expm1(x),
+                   .hysteresis = (1 - kes.resilience) / (1 + kes.resilience)};
+}
+
+}  // namespace weft::sim

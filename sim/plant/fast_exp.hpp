@@ -1,0 +1,30 @@
+#pragma once
+// e^x in float without branches, so that loops over height fields vectorise. Relative error below
+// 2e-7. Method: x = n ln 2 + f, polynomial in f (coefficients of Cephes expf, public domain),
+// exponent n put in by bits.
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+
+namespace weft::sim {
+
+/// Arguments are held to [-87, 87].
+inline float fast_exp(float x) {
+  x = std::min(std::max(x, -87.0F), 87.0F);
+  constexpr float shifter = 12582912.0F;  // 1.5 * 2^23: adding it rounds to an integer
+  const float shifted = x * 1.44269504F + shifter;
+  const float n = shifted - shifter;
+  const float f = (x - n * 0.693359375F) + n * 2.12194440e-4F;  // ln 2 in two parts
+  float p = 1.9875691500e-4F;
+  p = p * f + 1.3981999507e-3F;
+  p = p * f + 8.3334519073e-3F;
+  p = p * f + 4.1665795894e-2F;
+  p = p * f + 1.6666665459e-1F;
+  p = p * f + 5.0000001201e-1F;
+  p = p * f * f + f + 1.0F;
+  const std::uint32_t scale = (std::bit_cast<std::uint32_t>(shifted) + 127U) << 23;
+  return p * std::bit_cast<float>(scale);
+}
+
+}  // namespace weft::sim

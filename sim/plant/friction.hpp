@@ -1,0 +1,36 @@
+#pragma once
+// Tangential force of the cloth: bristles with the pre-sliding part of LuGre, exact for a straight
+// piece of path. Fabrics are not Amonton: F_C = mu N0 (N/N0)^n (reference sim.md 2.3, [S11],
+// [S12]).
+
+#include <array>
+#include <cmath>
+
+namespace weft::sim {
+
+struct Friction {
+  double coefficient = 0.2;          ///< mu at the reference load; 0 switches friction off
+  double reference_load_n = 5;       ///< N0
+  double exponent = 0.9;             ///< n, 0.7 to 1 [E]
+  double bristle_length_m = 150e-6;  ///< shear of the cloth before it slides [E]
+
+  /// Friction of full sliding under the load `normal_n`.
+  [[nodiscard]] double sliding_n(double normal_n) const {
+    if (normal_n <= 0) return 0;
+    return coefficient * reference_load_n * std::pow(normal_n / reference_load_n, exponent);
+  }
+};
+
+using Vector2 = std::array<double, 2>;
+
+/// The bristle's deflection as a share of full sliding, along the motion, after `displacement_m`.
+/// |share| <= 1; closed form 1 - e^{-d/l} from rest.
+inline Vector2 bristle_after(const Vector2& share, const Vector2& displacement_m, double length_m) {
+  const double distance = std::hypot(displacement_m[0], displacement_m[1]);
+  if (distance <= 0) return share;
+  const double keep = std::exp(-distance / length_m);
+  return {displacement_m[0] / distance * (1 - keep) + keep * share[0],
+          displacement_m[1] / distance * (1 - keep) + keep * share[1]};
+}
+
+}  // namespace weft::sim

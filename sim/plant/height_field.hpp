@@ -1,0 +1,77 @@
+#pragma once
+// The surface of a cloth as a sum of plane waves: the lattice of its yarns and a random part. All
+// waves are separable, cos(a + b) = cos a cos b - sin a sin b with a along one axis and b along the
+// other, so that a field costs no trigonometry per point. Source: reference sim.md 2.1.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace weft::sim {
+
+/// How the surface of one kind of cloth is made up. Shares are of the height's variance;
+/// together 1.
+struct Structure {
+  struct Line {
+    double warp = 0;  ///< cycles per warp pitch, along x
+    double weft = 0;  ///< cycles per weft pitch, along y
+    double share = 0;
+    double phase_rad = 0;
+  };
+  std::vector<Line> lines;
+  double isotropic_share = 0;  ///< random, any direction
+  double streak_share = 0;  ///< random, along one yarn system or the other (thick and thin yarns)
+  double low_per_m = 100;   ///< band of the random parts, spread evenly over the logarithm
+  double high_per_m = 3000;
+  double jitter_rad = 0;  ///< rms of the slow wander of the yarns' spacing
+};
+
+/// One cloth's surface before a patch is cut.
+struct SurfaceSpec {
+  double warp_pitch_m = 0;  ///< spacing along x; 0 where there is no lattice
+  double weft_pitch_m = 0;  ///< spacing along y (the direction of M1)
+  double height_rms_m = 0;  ///< 0: smooth
+  Structure structure;
+};
+
+/// A patch's surface in the frame of its yarns (u along x, v along y when not skewed).
+class HeightField {
+ public:
+  /// One separable term: phase_u(u) + phase_v(v).
+  struct Term {
+    double amplitude_m = 0;
+    double ku = 0, kv = 0;  ///< [rad/m]
+    double phase_rad = 0;
+    double jitter_u = 0, jitter_v = 0;  ///< cycles per pitch: share of the yarns' wander
+  };
+  enum class Axis { u, v };
+
+  HeightField() = default;
+  HeightField(const SurfaceSpec& spec, std::uint64_t seed);
+
+  [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
+  /// Phase of `term` along one axis; its constant phase belongs to u.
+  [[nodiscard]] double phase(const Term& term, Axis axis, double at_m) const;
+  /// Height at one point, for tests and pictures: slow [m].
+  [[nodiscard]] double height_m(double u_m, double v_m) const;
+  /// ln of the mean of e^{h/lambda} over an unbounded cloth: the lattice by quadrature over its
+  /// cells, the random waves in closed form (modified Bessel function I0).
+  [[nodiscard]] double log_mean_response(double lambda_m) const;
+
+ private:
+  struct Wander {
+    static constexpr std::size_t waves = 4;
+    std::array<double, waves> number{}, phase{};
+    double amplitude = 0;
+    [[nodiscard]] double at(double coordinate_m) const;
+  };
+  [[nodiscard]] int lattice_repeat() const;
+  [[nodiscard]] double lattice_height_m(int i, int j) const;
+  void add_lines(const SurfaceSpec& spec, double offset_u_rad, double offset_v_rad);
+
+  std::vector<Term> terms_;
+  std::size_t lattice_terms_ = 0;  ///< these come first
+  Wander wander_u_, wander_v_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,28 @@
+#pragma once
+// Rate-independent hysteresis of compression. The factor on the elastic force runs between 1
+// (loading curve, which is what KES prints) and (1 - eta)/(1 + eta) (unloading), so that a whole
+// cycle has the resilience RC. The passage between the two is smooth in s = indentation/lambda: a
+// Maxwell-slip element with one length.
+
+#include <cmath>
+
+namespace weft::sim {
+
+struct Hysteresis {
+  double eta = 0;       ///< 0 switches it off
+  double length = 0.3;  ///< change of s over which 1 - 1/e of a reversal is done [E]
+};
+
+/// The branch after moving from `s_from` to `s_to`: +1 loading, -1 unloading. Exact for any step.
+inline double branch_after(double branch, double s_from, double s_to,
+                           const Hysteresis& hysteresis) {
+  const double moved = s_to - s_from;
+  const double target = moved > 0 ? 1 : -1;
+  return target + (branch - target) * std::exp(-std::abs(moved) / hysteresis.length);
+}
+
+inline double branch_factor(double branch, double eta) {
+  return (1 + eta * branch) / (1 + eta);
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,62 @@
+#pragma once
+// The whole plant: contact, texture and pads of one mounted patch. Steps between given poses; knows
+// no clock.
+
+#include <array>
+#include <cstdint>
+
+#include "sim/plant/contact.hpp"
+#include "sim/plant/fabric.hpp"
+#include "sim/plant/pads.hpp"
+#include "sim/plant/texture_map.hpp"
+
+namespace weft::sim {
+
+struct PlantParams {
+  ContactGeometry geometry;
+  Mount mount;
+  PadParams pads;
+  double rig_tilt =
+      1e-4;  ///< standard deviation of the probe's own tilt, drawn once per rig [rad, E]
+};
+
+class Plant {
+ public:
+  Plant(const PlantParams& params, std::uint64_t rig_seed);
+
+  /// A fresh patch under the probe at `pose`: no memory of what was there before.
+  void mount(const Patch& patch, const Pose& pose);
+  /// Moves in a straight line to `pose` within `dt_s` >= 0.
+  void advance(const Pose& pose, double dt_s) { contact_ = model_.step(contact_, pose, dt_s); }
+  /// What advance() would lead to; changes nothing.
+  [[nodiscard]] ContactState peek(const Pose& pose, double dt_s) const {
+    return model_.step(contact_, pose, dt_s);
+  }
+  /// Converts the two pads of one stage of frame `frame` in the present state.
+  void convert(int stage, std::uint64_t frame);
+
+  [[nodiscard]] const ContactState& contact() const { return contact_; }
+  [[nodiscard]] const std::array<std::uint16_t, pad_count>& pad_counts() const {
+    return pads_.counts();
+  }
+  [[nodiscard]] const std::array<double, pad_count>& pad_pressures_pa() const {
+    return pressure_pa_;
+  }
+  [[nodiscard]] std::size_t texture_tiles() const { return texture_.tiles(); }
+
+ private:
+  void convert_pad(std::size_t pad, std::uint64_t frame);
+
+  PlantParams params_;
+  std::uint64_t rig_seed_;
+  double rig_tilt_x_, rig_tilt_y_;
+  ContactModel model_;
+  ContactState contact_;
+  TextureMap texture_;
+  double skew_cos_ = 1, skew_sin_ = 0;
+  std::array<TextureMap::Cursor, pad_count> cursors_{};
+  PadArray pads_;
+  std::array<double, pad_count> pressure_pa_{};
+};
+
+}  // namespace weft::sim

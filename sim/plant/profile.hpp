@@ -1,0 +1,44 @@
+#pragma once
+// A point-to-point move with limited speed and acceleration, in closed form: position and velocity
+// at any time, from any initial velocity. Works in metres or radians. Source: reference sim.md 3.2
+// (7).
+
+#include <array>
+
+namespace weft::sim {
+
+struct MotionLimits {
+  double speed = 1;         ///< [1/s], > 0
+  double acceleration = 1;  ///< [1/s2], > 0
+};
+
+class Profile {
+ public:
+  /// Stands at `position`.
+  explicit Profile(double position = 0) : position_(position), target_(position) {}
+  /// From `position` with `velocity` to rest at `target`: brakes, turns round, cruises as needed. A
+  /// move too short to reach the speed limit is a triangle.
+  static Profile to_target(double position, double velocity, double target,
+                           const MotionLimits& limits);
+  /// From `velocity` to rest as soon as the acceleration allows.
+  static Profile to_rest(double position, double velocity, double acceleration);
+
+  /// `t_s` is counted from the start of the profile; before it and after the end it stands.
+  [[nodiscard]] double position(double t_s) const;
+  [[nodiscard]] double velocity(double t_s) const;
+  [[nodiscard]] double duration_s() const;
+  [[nodiscard]] double target() const { return target_; }
+
+ private:
+  struct Segment {
+    double duration_s = 0;
+    double acceleration = 0;
+  };
+
+  double position_;
+  double velocity_ = 0;
+  double target_;
+  std::array<Segment, 3> segments_{};
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,55 @@
+#pragma once
+// Seeded numbers that are the same on every machine and standard library. A stream is named by
+// mixing the seeds of what it belongs to, so that drawing more of one never shifts another.
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <string_view>
+
+namespace weft::sim {
+
+/// SplitMix64's finaliser (Steele, Lea, Flood 2014): every bit of the input moves every bit.
+constexpr std::uint64_t scramble(std::uint64_t x) {
+  x += 0x9E3779B97F4A7C15ULL;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBULL;
+  return x ^ (x >> 31);
+}
+
+/// The seed of a part of something: order matters.
+constexpr std::uint64_t mix(std::uint64_t whole, std::uint64_t part) {
+  return scramble(scramble(whole) ^ (part * 0xD6E8FEB86659FD93ULL));
+}
+
+/// FNV-1a, for streams that are named in words.
+constexpr std::uint64_t mix(std::uint64_t whole, std::string_view part) {
+  std::uint64_t hash = 0xCBF29CE484222325ULL;
+  for (const char c : part) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
+  return mix(whole, hash);
+}
+
+/// A sequence of numbers from one seed.
+class Random {
+ public:
+  explicit constexpr Random(std::uint64_t seed) : state_(seed) {}
+
+  constexpr std::uint64_t bits() {
+    state_ += 0x9E3779B97F4A7C15ULL;
+    return scramble(state_);
+  }
+  /// In [0, 1).
+  constexpr double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
+  constexpr double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  double angle() { return uniform(0, 2 * std::numbers::pi); }
+  /// Mean 0, standard deviation 1 (Box-Muller; the second number is not kept).
+  double gaussian() {
+    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+    return radius * std::cos(angle());
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,60 @@
+#pragma once
+// Stress relaxation of cloth: a Prony series (quasi-linear viscoelasticity),
+//   F = F_e - sum q_i,   dq_i/dt = (g_i F_e - q_i)/tau_i,
+// updated exactly for an F_e that is linear within the step. Source: reference sim.md 1.1, 3.2 (3).
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace weft::sim {
+
+struct Relaxation {
+  static constexpr std::size_t terms = 2;
+  std::array<double, terms> share{};       ///< g_i, sum below 1; 0 switches a term off
+  std::array<double, terms> time_s{1, 1};  ///< tau_i > 0
+};
+
+/// The memory of a series: relaxed force and the elastic force it was last told.
+struct RelaxationState {
+  std::array<double, Relaxation::terms> relaxed_n{};
+  double elastic_n = 0;
+};
+
+/// The effect of one step on the force, linear in the elastic force at its end: F = gain F_e -
+/// offset.
+struct RelaxationStep {
+  std::array<double, Relaxation::terms> keep{};      ///< e^{-dt/tau}
+  std::array<double, Relaxation::terms> at_begin{};  ///< weight of F_e at the step's begin
+  std::array<double, Relaxation::terms> at_end{};    ///< weight of F_e at the step's end
+  double gain = 1;
+
+  /// `dt_s` = 0 is a jump of F_e: nothing relaxes.
+  RelaxationStep(const Relaxation& relaxation, double dt_s) {
+    for (std::size_t i = 0; i < Relaxation::terms; ++i) {
+      const double x = dt_s / relaxation.time_s[i];
+      const double decayed = -std::expm1(-x);
+      const double average = x > 0 ? decayed / x : 1;  // mean of e^{-s} over the step
+      keep[i] = 1 - decayed;
+      at_end[i] = relaxation.share[i] * (1 - average);
+      at_begin[i] = relaxation.share[i] * (average - keep[i]);
+      gain -= at_end[i];
+    }
+  }
+
+  [[nodiscard]] double offset_n(const RelaxationState& state) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < Relaxation::terms; ++i)
+      sum += keep[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n;
+    return sum;
+  }
+
+  void advance(RelaxationState& state, double elastic_n) const {
+    for (std::size_t i = 0; i < Relaxation::terms; ++i)
+      state.relaxed_n[i] =
+          keep[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n + at_end[i] * elastic_n;
+    state.elastic_n = elastic_n;
+  }
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,34 @@
+#pragma once
+// Slow waviness of the cloth's thickness: common to the force and to all pads. Few plane waves,
+// longer than the face is wide.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace weft::sim {
+
+struct WavinessSpec {
+  double rms_m = 3e-6;             ///< [E]; 0 switches it off
+  double shortest_wave_m = 20e-3;  ///< longer than the 16 mm face
+  double longest_wave_m = 80e-3;
+};
+
+class Waviness {
+ public:
+  static constexpr std::size_t waves = 4;
+  Waviness() = default;
+  Waviness(const WavinessSpec& spec, std::uint64_t seed);
+
+  /// Height of the cloth above its mean thickness at a point of the fabric frame [m].
+  [[nodiscard]] double height_m(double x_m, double y_m) const;
+
+ private:
+  struct Wave {
+    double amplitude_m = 0, kx = 0, ky = 0, phase = 0;
+  };
+  std::array<Wave, waves> waves_{};
+  bool flat_ = true;
+};
+
+}  // namespace weft::sim
