@@ -28,16 +28,16 @@ Trip check_wrench(const GuardLimits& limits, const GuardReadings& readings) {
   if (const double force = magnitude(readings.force_n); over(force, limits.force_cap_n))
     return trip(Guard::force_cap, GuardAction::fail_trial, "the force is over the cap", "wrench",
                 "<= " + std::to_string(limits.force_cap_n) + " N", std::to_string(force) + " N",
-                "look at the cloth and at the probe's mount");
+                "Look at the cloth and at the probe's mount");
   if (const double torque = magnitude(readings.torque_nm); over(torque, limits.torque_cap_nm))
     return trip(Guard::torque_cap, GuardAction::fail_trial, "the torque is over the cap", "wrench",
                 "<= " + std::to_string(limits.torque_cap_nm) + " N m",
-                std::to_string(torque) + " N m", "look whether the probe is caught in the cloth");
+                std::to_string(torque) + " N m", "Look whether the probe is caught in the cloth");
   if (!readings.wrench_valid)
     return trip(Guard::stale_wrench, GuardAction::end_campaign,
                 "the force/torque sensor marks its readings as wrong", "wrench",
                 "a good status word", "an error bit",
-                "read the sensor's status; it may be saturated");
+                "Read the sensor's status; it may be saturated");
   return {};
 }
 
@@ -51,7 +51,7 @@ Trip check_travel(const GuardLimits& limits, const GuardReadings& readings) {
     return trip(Guard::travel, GuardAction::end_campaign, "a stage is outside its travel",
                 "stage " + std::string(to_string(axis)),
                 std::to_string(range.min) + " to " + std::to_string(range.max) + unit,
-                std::to_string(position) + unit, "home the stage again");
+                std::to_string(position) + unit, "Home the stage again");
   }
   return {};
 }
@@ -65,7 +65,7 @@ Trip check_age(Guard guard, std::string_view device, const std::optional<TimePoi
   const std::string where = (guard == Guard::stale_stage ? "stage " : "") + std::string(device);
   return trip(guard, GuardAction::end_campaign, "readings have stopped", where,
               "a reading at most " + std::to_string(to_seconds(max_age)) + " s old", got,
-              "check the device's cable and power");
+              "Check the device's cable and power");
 }
 
 Trip check_ages(const GuardLimits& limits, const GuardReadings& readings, TimePoint now) {

@@ -347,7 +347,7 @@ class Machine {
             place(),
             "an answer before the timer",
             "",
-            "look at the log of the devices involved"};
+            "Look at the log of the devices involved"};
   }
 
   [[nodiscard]] Error no_contact() const {
@@ -356,7 +356,7 @@ class Machine {
             place(),
             "contact above the plate",
             "none",
-            "check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
+            "Check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
   }
 
   [[nodiscard]] Error rest_out_of_travel() const {
@@ -365,7 +365,7 @@ class Machine {
             place(),
             "within the stage's travel",
             std::to_string(state_.rest_z_m) + " m",
-            "check plate.surface_z_mm and probe.rest_travel_mm"};
+            "Check plate.surface_z_mm and probe.rest_travel_mm"};
   }
 
   const Plan& plan_;

@@ -13,6 +13,7 @@
 #include "protocols/base/phase.hpp"
 #include "recipes/engine/rig_limits.hpp"
 #include "recipes/kinematics/kinematics.hpp"
+#include "recipes/schema/diagnostic.hpp"
 
 namespace weft::recipes {
 
@@ -84,18 +85,6 @@ struct Plan {
   /// provenance. Two texts that plan the same campaign have the same normal form.
   std::string canonical_json;
 };
-
-/// One finding of the checker.
-struct Diagnostic {
-  std::string pointer;  ///< RFC 6901, "" for the whole document
-  std::string message;
-  std::string expected;
-  std::string got;
-  std::string hint;
-};
-
-/// "/explorations/M1: message (expected X, got Y). Hint."
-std::string to_string(const Diagnostic& diagnostic);
 
 /// All problems at once. `plan` is there exactly when `problems` is empty.
 struct CheckReport {

@@ -1,0 +1,65 @@
+#include "recipes/engine/canonical.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace weft::recipes {
+namespace {
+
+using nlohmann::json;
+
+json normal(const Vec2& point) {
+  return {{"x_m", point.x_m}, {"y_m", point.y_m}};
+}
+
+json normal(const PhaseStep& step) {
+  json out{{"phase", std::string(1, to_char(step.phase))}};
+  if (step.phase != Phase::motion) out["duration_s"] = step.duration_s;
+  if (step.phase == Phase::press || step.phase == Phase::motion) {
+    out["force_n"] = step.force_n;
+    out["force_band_n"] = step.force_band_n;
+  }
+  if (step.phase == Phase::motion) {
+    out["speed_mps"] = step.speed_mps;
+    for (const Vec2& corner : step.path_m) out["corners"].push_back(normal(corner));
+  }
+  return out;
+}
+
+json normal(const Exploration& exploration) {
+  json phases = json::array();
+  for (const PhaseStep& step : exploration.phases) phases.push_back(normal(step));
+  return {{"phases", std::move(phases)}, {"start", normal(exploration.start_m)}};
+}
+
+json normal_order(const StatedRecipe& stated) {
+  if (stated.order == Order::blocked) return {{"kind", "blocked"}};
+  return {{"kind", "randomised"}, {"seed", stated.order_seed}};
+}
+
+}  // namespace
+
+std::string canonical_json(const StatedRecipe& stated) {
+  json explorations = json::object();
+  for (const StatedExploration& e : stated.explorations)
+    explorations[e.exploration.name] = normal(e.exploration);
+  const bool stops = stated.on_trial_failure == OnTrialFailure::stop;
+  const json document{
+      {"schema_version", 1},
+      {"name", stated.name},
+      {"seed", stated.seed},
+      {"fabrics", stated.fabrics},
+      {"repetitions", stated.repetitions},
+      {"order", normal_order(stated)},
+      {"explorations", std::move(explorations)},
+      {"approach",
+       {{"speed_mps", stated.approach.speed_mps},
+        {"seat_speed_mps", stated.approach.seat_speed_mps},
+        {"transfer_speed_mps", stated.approach.transfer_speed_mps},
+        {"contact_force_n", stated.approach.contact_force_n}}},
+      {"settle", {{"dwell_s", stated.settle.dwell_s}, {"timeout_s", stated.settle.timeout_s}}},
+      {"on_trial_failure", stops ? "stop" : "continue"},
+      {"mount_timeout_s", stated.mount_timeout_s}};
+  return document.dump();
+}
+
+}  // namespace weft::recipes

@@ -1,0 +1,75 @@
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "recipes/engine/canonical.hpp"
+#include "recipes/engine/forecast.hpp"
+#include "recipes/engine/layout.hpp"
+#include "recipes/engine/plan.hpp"
+#include "recipes/engine/recipe_reader.hpp"
+#include "recipes/engine/trial_order.hpp"
+#include "recipes/schema/json_text.hpp"
+
+namespace weft::recipes {
+namespace {
+
+void check_trial_count(const StatedRecipe& stated, Problems& problems) {
+  const std::uint64_t trials =
+      std::uint64_t{stated.fabrics.size()} * stated.explorations.size() * stated.repetitions;
+  if (trials > max_trials)
+    problems.add({"", "the campaign has too many trials", "at most " + std::to_string(max_trials),
+                  std::to_string(trials), "lower \"repetitions\""});
+}
+
+/// Free of problems by now, so everything is there.
+Plan make_plan(StatedRecipe stated, const RigLimits& limits) {
+  Plan plan;
+  plan.canonical_json = canonical_json(stated);
+  plan.trials = ordered_trials(stated);
+  plan.name = std::move(stated.name);
+  plan.seed = stated.seed;
+  plan.fabrics = std::move(stated.fabrics);
+  for (StatedExploration& exploration : stated.explorations)
+    plan.explorations.push_back(std::move(exploration.exploration));
+  plan.approach = stated.approach;
+  plan.settle = stated.settle;
+  plan.on_trial_failure = stated.on_trial_failure;
+  plan.mount_timeout_s = stated.mount_timeout_s;
+  plan.limits = limits;
+  for (Exploration& exploration : plan.explorations)
+    for (PhaseStep& phase : exploration.phases)
+      if (phase.phase == Phase::motion)
+        phase.duration_s = motion_duration_s(exploration, limits.max_acceleration_mps2);
+  plan.forecast = forecast(plan);
+  return plan;
+}
+
+std::vector<Diagnostic> warnings_about(const Plan& plan) {
+  std::vector<Diagnostic> warnings;
+  const double cycles = plan.limits.cycle_hz * plan.settle.dwell_s;
+  if (cycles < 5)
+    warnings.push_back({"/settle/dwell_s", "the force is judged settled after very few cycles",
+                        "at least 5 cycles", std::to_string(cycles), "lengthen dwell_s"});
+  if (plan.limits.fabrics.empty())
+    warnings.push_back(
+        {"/fabrics", "the rig names no fabrics, so these names were not checked", "", "", ""});
+  return warnings;
+}
+
+}  // namespace
+
+CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits) {
+  Problems problems;
+  nlohmann::json document;
+  if (!parse_json(recipe_json, {.max_bytes = max_recipe_bytes}, document, problems))
+    return {std::nullopt, problems.take(), {}};
+  StatedRecipe stated = read_recipe(document, limits, problems);
+  check_trial_count(stated, problems);
+  for (StatedExploration& exploration : stated.explorations)
+    place_on_plate(exploration, limits, problems);
+  if (!problems.empty()) return {std::nullopt, problems.take(), {}};
+  Plan plan = make_plan(std::move(stated), limits);
+  std::vector<Diagnostic> warnings = warnings_about(plan);
+  return {std::move(plan), {}, std::move(warnings)};
+}
+
+}  // namespace weft::recipes

@@ -1,0 +1,183 @@
+#include "recipes/engine/exploration_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "recipes/schema/object_reader.hpp"
+#include "recipes/schema/quantities.hpp"
+
+namespace weft::recipes {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array phase_order{Phase::rest, Phase::press, Phase::motion, Phase::end};
+constexpr Bounds recorded_s{0.1, 3600, {}};
+constexpr Bounds displacement_m{-10, 10, {}};
+constexpr double least_speed_mps = 1e-6;
+constexpr double least_leg_m = 1e-6;  // the stages' precision, paper section IV-A
+constexpr std::size_t most_legs = 1000;
+/// A tenth of a newton less than the cap: regulation needs room on both sides.
+constexpr double default_band_n = 0.25;
+
+std::string letter(Phase phase) {
+  return std::string(1, to_char(phase));
+}
+
+/// Reads the phases of one exploration; the members are what its parts share.
+class PhaseReader {
+ public:
+  PhaseReader(const RigLimits& limits, Problems& problems, StatedExploration& out)
+      : limits_(limits), problems_(problems), out_(out) {}
+
+  void read(const json& list, const std::string& place) {
+    if (list.size() > 2 * phase_order.size())
+      return problems_.add({place, "there are too many phases", "S, P, M, E",
+                            std::to_string(list.size()) + " phases", ""});
+    for (std::size_t i = 0; i < list.size(); ++i) read_phase(list[i], child(place, i));
+    check_order(place);
+    check_constant_force(place);
+  }
+
+ private:
+  void read_phase(const json& value, const std::string& place) {
+    ObjectReader reader(value, place, problems_);
+    const auto kind = reader.choice("phase", {"S", "P", "M", "E"});
+    if (!kind) return;  // which keys belong here is not known
+    PhaseStep step;
+    step.phase = phase_order[*kind];
+    if (step.phase == Phase::motion)
+      read_motion(reader, step);
+    else
+      step.duration_s = reader.quantity(quantities::duration(), recorded_s).value_or(0);
+    if (step.phase == Phase::press) read_force(reader, step, Need::required);
+    if (step.phase == Phase::rest || step.phase == Phase::end) explain_force(reader, step.phase);
+    reader.finish();
+    out_.exploration.phases.push_back(std::move(step));
+  }
+
+  void read_force(ObjectReader& reader, PhaseStep& step, Need need) {
+    const Bounds force{limits_.probe_weight_n, limits_.force_cap_n,
+                       "from the probe's own weight to the rig's cap"};
+    step.force_n = reader.quantity(quantities::force(), force, need).value_or(0);
+    const Bounds band{0.01, limits_.force_cap_n, {}};
+    step.force_band_n =
+        reader.quantity(quantities::force_band(), band, Need::optional).value_or(default_band_n);
+    const double top = step.force_n + step.force_band_n;
+    if (step.force_n > 0 && top > limits_.force_cap_n)
+      problems_.add({reader.at(quantities::force()), "force and band together are over the cap",
+                     "at most " + json(limits_.force_cap_n).dump() + " N", json(top).dump() + " N",
+                     "lower the force or narrow force_band_N"});
+  }
+
+  void read_motion(ObjectReader& reader, PhaseStep& step) {
+    reader.explain("duration_s", "phase M lasts as long as its path takes at its speed");
+    read_force(reader, step, Need::optional);
+    const Bounds speed{least_speed_mps, limits_.max_speed_mps, "the rig's limit"};
+    step.speed_mps = reader.quantity(quantities::speed(), speed).value_or(0);
+    if (const json* path = reader.array("path")) read_path(*path, reader.at("path"), step);
+  }
+
+  void read_path(const json& path, const std::string& place, PhaseStep& step) {
+    if (path.empty() || path.size() > most_legs)
+      return problems_.add({place, path.empty() ? "the path is empty" : "the path is too long",
+                            "1 to " + std::to_string(most_legs) + " legs",
+                            std::to_string(path.size()), ""});
+    Vec2 corner;
+    bool good = true;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      const std::optional<Vec2> leg = read_leg(path[i], child(place, i));
+      good = good && leg.has_value();
+      if (!leg) continue;
+      corner = {corner.x_m + leg->x_m, corner.y_m + leg->y_m};
+      step.path_m.push_back(corner);
+    }
+    if (good) out_.path_pointer = place;
+  }
+
+  std::optional<Vec2> read_leg(const json& value, const std::string& place) {
+    ObjectReader reader(value, place, problems_);
+    const auto dx = reader.quantity(quantities::dx(), displacement_m);
+    const auto dy = reader.quantity(quantities::dy(), displacement_m);
+    reader.finish();
+    if (!dx || !dy) return std::nullopt;
+    if (std::hypot(*dx, *dy) >= least_leg_m) return Vec2{*dx, *dy};
+    problems_.add({place, "the leg leads nowhere", "at least 0.001 mm", "", "remove it"});
+    return std::nullopt;
+  }
+
+  void explain_force(ObjectReader& reader, Phase phase) {
+    for (const char* key : {"force_N", "force_n"})
+      reader.explain(
+          key, "phase " + letter(phase) + " has no force control: the probe's weight alone acts");
+  }
+
+  void check_order(const std::string& place) {
+    const std::vector<PhaseStep>& phases = out_.exploration.phases;
+    bool once = true;
+    for (const Phase phase : phase_order) {
+      const auto count = std::count_if(phases.begin(), phases.end(),
+                                       [&](const PhaseStep& p) { return p.phase == phase; });
+      if (count == 1) continue;
+      once = false;
+      problems_.add({place,
+                     "phase " + letter(phase) + (count == 0 ? " is missing" : " is given twice"),
+                     "S, P, M, E, each once", "", "the classifier needs all four"});
+    }
+    const auto same = [](const PhaseStep& p, Phase phase) { return p.phase == phase; };
+    if (once && !std::equal(phases.begin(), phases.end(), phase_order.begin(), same))
+      problems_.add({place, "the phases are in another order", "S, P, M, E", "", ""});
+  }
+
+  /// One set point per trial: the force loop is switched on once, for P and M together.
+  void check_constant_force(const std::string& place) {
+    std::vector<PhaseStep>& phases = out_.exploration.phases;
+    const auto find = [&](Phase phase) {
+      return std::find_if(phases.begin(), phases.end(),
+                          [&](const PhaseStep& p) { return p.phase == phase; });
+    };
+    const auto press = find(Phase::press);
+    const auto motion = find(Phase::motion);
+    if (press == phases.end() || motion == phases.end() || press->force_n == 0) return;
+    if (motion->force_n == 0) motion->force_n = press->force_n;
+    if (motion->force_n != press->force_n)
+      problems_.add({place, "phases P and M have different forces",
+                     json(press->force_n).dump() + " N in both",
+                     json(motion->force_n).dump() + " N in M", "leave force_N out of phase M"});
+  }
+
+  const RigLimits& limits_;
+  Problems& problems_;
+  StatedExploration& out_;
+};
+
+void read_start(ObjectReader& reader, StatedExploration& stated, Problems& problems) {
+  const json* value = reader.object("start", Need::optional);
+  if (value == nullptr) return;
+  ObjectReader start(*value, reader.at("start"), problems);
+  const auto x = start.quantity(quantities::x(), displacement_m);
+  const auto y = start.quantity(quantities::y(), displacement_m);
+  start.finish();
+  if (x && y) stated.start_m = Vec2{*x, *y};
+}
+
+}  // namespace
+
+StatedExploration read_exploration(const std::string& name, const json& value,
+                                   const std::string& pointer, const RigLimits& limits,
+                                   Problems& problems) {
+  StatedExploration stated;
+  stated.exploration.name = name;
+  stated.pointer = pointer;
+  ObjectReader reader(value, pointer, problems);
+  reader.text("description", Need::optional);
+  read_start(reader, stated, problems);
+  if (const json* phases = reader.array("phases"))
+    PhaseReader(limits, problems, stated).read(*phases, reader.at("phases"));
+  reader.finish();
+  return stated;
+}
+
+}  // namespace weft::recipes

@@ -1,0 +1,132 @@
+#include "recipes/engine/forecast.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "recipes/engine/motion.hpp"
+
+namespace weft::recipes {
+namespace {
+
+// What cannot be known before the cloth is touched, as measured on the simulated bench with its
+// seventeen fabrics. The forecast is meant to be right within a few per cent, not to the second.
+constexpr double cloth_height_m = 1.2e-3;    ///< mean height at first contact
+constexpr double seat_travel_m = 0.15e-3;    ///< from first contact until the cloth bears the probe
+constexpr double bias_s = 0.5;               ///< settling and averaging of the sensors
+constexpr double press_s = 0.8;              ///< force rise, without the dwell
+constexpr double release_travel_m = 0.4e-3;  ///< from the set point's z back to the rest position
+/// Confirmation of each move: the last status message and the look at the position.
+constexpr double confirm_s = 0.1;
+
+/// Recorded row sizes, docs/dataset.md "Chunks": stamps, counters and values.
+constexpr double taxel_row_overhead_bytes = 17;
+constexpr double wrench_row_bytes = 37;
+constexpr double stage_row_bytes = 28;
+
+struct Moves {
+  double acceleration_mps2;
+  [[nodiscard]] double operator()(double distance_m, double speed_mps) const {
+    return move_duration_s(distance_m, speed_mps, acceleration_mps2) + confirm_s;
+  }
+};
+
+double transfer_s(const Plan& plan, Vec2 from, Vec2 to) {
+  const Moves move{plan.limits.max_acceleration_mps2};
+  const double longest_m = std::max(std::abs(to.x_m - from.x_m), std::abs(to.y_m - from.y_m));
+  return move(longest_m, plan.approach.transfer_speed_mps);
+}
+
+Vec2 end_of(const Exploration& exploration) {
+  const std::vector<Vec2>& path = exploration.step(Phase::motion).path_m;
+  return path_leg(exploration, path.size() - 1).to_m;
+}
+
+double recorded_s(const Plan& plan, const Exploration& exploration) {
+  return exploration.step(Phase::rest).duration_s + exploration.step(Phase::press).duration_s +
+         motion_duration_s(exploration, plan.limits.max_acceleration_mps2) +
+         exploration.step(Phase::end).duration_s;
+}
+
+double bytes_per_second(const RigLimits& limits) {
+  const double taxel_row = taxel_row_overhead_bytes + 2 * static_cast<double>(limits.taxels);
+  return limits.taxel_rate_hz * taxel_row + limits.wrench_rate_hz * wrench_row_bytes +
+         limits.cycle_hz * stage_row_bytes;
+}
+
+void widen(Range& range, double value) {
+  range.min = std::min(range.min, value);
+  range.max = std::max(range.max, value);
+}
+
+void widen_by(std::array<Range, axis_count>& envelope, const Plan& plan, Vec2 point_m) {
+  const Result<Joints> joints = over(plan.limits.geometry, point_m, plan.limits.clearance_m);
+  if (!joints) return;
+  for (const Axis axis : all_axes) widen(envelope[index(axis)], (*joints)[axis]);
+}
+
+std::array<Range, axis_count> envelope_of(const Plan& plan) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  std::array<Range, axis_count> envelope;
+  envelope.fill({inf, -inf});
+  for (const Exploration& exploration : plan.explorations) {
+    widen_by(envelope, plan, exploration.start_m);
+    for (std::size_t i = 0; i < exploration.step(Phase::motion).path_m.size(); ++i)
+      widen_by(envelope, plan, path_leg(exploration, i).to_m);
+  }
+  widen(envelope[index(Axis::z)], lowest_z_m(plan.limits));
+  return envelope;
+}
+
+Range force_range(const Plan& plan) {
+  Range force{plan.limits.probe_weight_n, plan.limits.probe_weight_n};
+  for (const Exploration& exploration : plan.explorations)
+    widen(force, exploration.step(Phase::press).force_n);
+  return force;
+}
+
+}  // namespace
+
+double motion_duration_s(const Exploration& exploration, double acceleration_mps2) {
+  const PhaseStep& motion = exploration.step(Phase::motion);
+  const Moves move{acceleration_mps2};
+  double total_s = 0;
+  for (std::size_t i = 0; i < motion.path_m.size(); ++i)
+    total_s += move(path_leg(exploration, i).length_m, motion.speed_mps);
+  return total_s;
+}
+
+double trial_duration_s(const Plan& plan, const Exploration& exploration, Vec2 from_m) {
+  const RigLimits& limits = plan.limits;
+  const Approach& approach = plan.approach;
+  const Moves move{limits.max_acceleration_mps2};
+  return transfer_s(plan, from_m, exploration.start_m) + bias_s +
+         move(limits.clearance_m - cloth_height_m, approach.speed_mps) +
+         move(seat_travel_m, approach.seat_speed_mps) +
+         move(limits.rest_travel_m, approach.seat_speed_mps) + press_s + plan.settle.dwell_s +
+         recorded_s(plan, exploration) + move(release_travel_m, approach.speed_mps) +
+         move(limits.clearance_m - cloth_height_m, approach.transfer_speed_mps);
+}
+
+Forecast forecast(const Plan& plan) {
+  Forecast out;
+  double total_recorded_s = 0;
+  Vec2 at = plan.explorations[plan.trials.front().exploration].start_m;
+  for (const TrialSpec& trial : plan.trials) {
+    const Exploration& exploration = plan.explorations[trial.exploration];
+    out.duration_s += trial_duration_s(plan, exploration, at);
+    total_recorded_s += recorded_s(plan, exploration);
+    at = end_of(exploration);
+  }
+  out.bytes = static_cast<std::uint64_t>(total_recorded_s * bytes_per_second(plan.limits));
+  out.envelope = envelope_of(plan);
+  for (const Axis axis : all_axes) {
+    const Range& travel = plan.limits.geometry.travel[index(axis)];
+    const Range& used = out.envelope[index(axis)];
+    out.margin[index(axis)] = std::min(used.min - travel.min, travel.max - used.max);
+  }
+  out.force_n = force_range(plan);
+  return out;
+}
+
+}  // namespace weft::recipes

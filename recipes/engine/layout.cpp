@@ -1,0 +1,89 @@
+#include "recipes/engine/layout.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "recipes/engine/motion.hpp"
+
+namespace weft::recipes {
+namespace {
+
+/// Bounds may be met exactly; sums of millimetres are not exact in binary [m].
+constexpr double rounding_m = 1e-9;
+
+std::string mm(double metres) {
+  return nlohmann::json(std::round(metres * 1e6) / 1e3).dump() + " mm";
+}
+
+/// One direction of the plate, with what the messages need to say.
+struct Direction {
+  const char* name;
+  const char* key;
+  double Vec2::*part;
+  Axis axis;
+};
+constexpr Direction directions[]{{"x", "dx_mm", &Vec2::x_m, Axis::x},
+                                 {"y", "dy_mm", &Vec2::y_m, Axis::y}};
+
+/// Where the contact point may go along one direction of the fabric frame.
+Range allowed(const RigLimits& limits, const Direction& direction) {
+  const Geometry& geometry = limits.geometry;
+  const double half_face = limits.footprint_m.*direction.part / 2;
+  const double origin = geometry.origin_m.*direction.part;
+  const Range& travel = geometry.travel[index(direction.axis)];
+  return {std::max(half_face, travel.min - origin),
+          std::min(geometry.plate_size_m.*direction.part - half_face, travel.max - origin)};
+}
+
+/// Extent of the path relative to its start.
+Range extent(const std::vector<Vec2>& path, const Direction& direction) {
+  Range range;
+  for (const Vec2& corner : path) {
+    range.min = std::min(range.min, corner.*direction.part);
+    range.max = std::max(range.max, corner.*direction.part);
+  }
+  return range;
+}
+
+std::string room_hint(const Range& room) {
+  return "the probe's face must stay on the plate and the stage within its travel: " +
+         mm(room.min) + " to " + mm(room.max);
+}
+
+/// Centres the path in the room there is; true when it fits.
+bool centre(const Direction& direction, const Range& room, const Range& path, Vec2& start) {
+  start.*direction.part = (room.min + room.max - path.min - path.max) / 2;
+  return path.width() <= room.width() + rounding_m;
+}
+
+void check_start(const Direction& direction, const Range& room, const Range& path,
+                 const StatedExploration& stated, Problems& problems) {
+  const double start = stated.exploration.start_m.*direction.part;
+  const Range reached{start + path.min, start + path.max};
+  if (reached.min >= room.min - rounding_m && reached.max <= room.max + rounding_m) return;
+  problems.add({stated.path_pointer,
+                std::string("the path leaves the plate or the travel along ") + direction.name,
+                mm(room.min) + " to " + mm(room.max), mm(reached.min) + " to " + mm(reached.max),
+                "move its start or shorten " + std::string(direction.key)});
+}
+
+}  // namespace
+
+void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems& problems) {
+  if (stated.path_pointer.empty()) return;  // already refused
+  Exploration& exploration = stated.exploration;
+  if (stated.start_m) exploration.start_m = *stated.start_m;
+  const std::vector<Vec2>& corners = exploration.step(Phase::motion).path_m;
+  for (const Direction& direction : directions) {
+    const Range room = allowed(limits, direction);
+    const Range path = extent(corners, direction);
+    if (stated.start_m)
+      check_start(direction, room, path, stated, problems);
+    else if (!centre(direction, room, path, exploration.start_m))
+      problems.add(
+          {stated.path_pointer, std::string("the path is too long along ") + direction.name,
+           "at most " + mm(std::max(0.0, room.width())), mm(path.width()), room_hint(room)});
+  }
+}
+
+}  // namespace weft::recipes

@@ -1,0 +1,151 @@
+#include "recipes/engine/recipe_reader.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "recipes/engine/exploration_reader.hpp"
+#include "recipes/schema/object_reader.hpp"
+#include "recipes/schema/quantities.hpp"
+
+namespace weft::recipes {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t largest_seed = (std::int64_t{1} << 53) - 1;  // exact in every JSON reader
+constexpr std::int64_t most_repetitions = 100'000;
+constexpr std::size_t most_fabrics = 1000;
+constexpr std::size_t most_explorations = 16;
+constexpr double least_speed_mps = 1e-6;
+constexpr double longest_wait_s = 86'400;
+
+void read_fabric(const json& value, const std::string& place, const RigLimits& limits,
+                 std::vector<std::string>& fabrics, Problems& problems) {
+  if (!value.is_string() || !is_name(value.get<std::string>()))
+    return problems.add({place, "not the name of a fabric",
+                         "1 to 64 letters, digits, '_', '-' or '.'", brief(value), ""});
+  const std::string name = value.get<std::string>();
+  if (std::find(fabrics.begin(), fabrics.end(), name) != fabrics.end())
+    return problems.add({place, "the fabric is listed twice", "every fabric once", name,
+                         "use \"repetitions\" to explore a fabric more often"});
+  fabrics.push_back(name);
+  const std::vector<std::string_view> known(limits.fabrics.begin(), limits.fabrics.end());
+  if (known.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
+  const std::string_view meant = closest(name, known);
+  problems.add({place, "the rig has no such fabric", "", name,
+                meant.empty() ? "known fabrics are " + one_of(known)
+                              : "did you mean " + std::string(meant)});
+}
+
+void read_fabrics(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated,
+                  Problems& problems) {
+  const json* list = recipe.array("fabrics");
+  if (list == nullptr) return;
+  const std::string place = recipe.at("fabrics");
+  if (list->empty() || list->size() > most_fabrics)
+    return problems.add({place, list->empty() ? "there is no fabric" : "there are too many fabrics",
+                         "1 to " + std::to_string(most_fabrics), std::to_string(list->size()), ""});
+  for (std::size_t i = 0; i < list->size(); ++i)
+    read_fabric((*list)[i], child(place, i), limits, stated.fabrics, problems);
+}
+
+void read_order(ObjectReader& recipe, StatedRecipe& stated, Problems& problems) {
+  stated.order_seed = stated.seed;
+  const json* value = recipe.object("order", Need::optional);
+  if (value == nullptr) return;
+  ObjectReader order(*value, recipe.at("order"), problems);
+  const auto kind = order.choice("kind", {"blocked", "randomised"});
+  stated.order = kind == 1 ? Order::randomised : Order::blocked;
+  const auto seed = order.integer("seed", 0, largest_seed, Need::optional);
+  if (seed) stated.order_seed = static_cast<std::uint64_t>(*seed);
+  if (kind == 0) order.explain("seed", "a blocked order has nothing to draw");
+  order.finish();
+}
+
+void read_approach(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated,
+                   Problems& problems) {
+  Approach& approach = stated.approach;
+  const double top = limits.max_speed_mps;
+  approach.speed_mps = std::min(approach.speed_mps, top);
+  approach.seat_speed_mps = std::min(approach.seat_speed_mps, top);
+  approach.transfer_speed_mps = top;
+  const json* value = recipe.object("approach", Need::optional);
+  if (value == nullptr) return;
+  ObjectReader reader(*value, recipe.at("approach"), problems);
+  const Bounds speed{least_speed_mps, top, "the rig's limit"};
+  const auto set = [&](double& target, const Quantity& quantity, const Bounds& bounds) {
+    target = reader.quantity(quantity, bounds, Need::optional).value_or(target);
+  };
+  set(approach.speed_mps, quantities::speed(), speed);
+  set(approach.seat_speed_mps, quantities::seat_speed(), speed);
+  set(approach.transfer_speed_mps, quantities::transfer_speed(), speed);
+  set(approach.contact_force_n, quantities::contact_force(),
+      {0.02, 0.8 * limits.probe_weight_n, "between sensor noise and the probe's weight"});
+  reader.finish();
+}
+
+void read_settle(ObjectReader& recipe, StatedRecipe& stated, Problems& problems) {
+  const json* value = recipe.object("settle", Need::optional);
+  if (value == nullptr) return;
+  ObjectReader reader(*value, recipe.at("settle"), problems);
+  Settle& settle = stated.settle;
+  settle.dwell_s =
+      reader.quantity(quantities::dwell(), {0, 60, {}}, Need::optional).value_or(settle.dwell_s);
+  settle.timeout_s = reader.quantity(quantities::timeout(), {0.1, 600, {}}, Need::optional)
+                         .value_or(settle.timeout_s);
+  if (settle.timeout_s <= settle.dwell_s)
+    problems.add({reader.pointer(), "the force could never settle", "timeout_s over dwell_s",
+                  json(settle.timeout_s).dump() + " s", ""});
+  reader.finish();
+}
+
+void read_explorations(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated,
+                       Problems& problems) {
+  const json* value = recipe.object("explorations");
+  if (value == nullptr) return;
+  const std::string place = recipe.at("explorations");
+  if (value->empty() || value->size() > most_explorations)
+    return problems.add({place, "the number of explorations cannot be used",
+                         "1 to " + std::to_string(most_explorations), std::to_string(value->size()),
+                         ""});
+  for (const auto& [name, exploration] : value->items()) {
+    if (!is_name(name))
+      problems.add({child(place, name), "the exploration's name cannot be used in file names",
+                    "1 to 64 letters, digits, '_', '-' or '.'", clipped(name), ""});
+    stated.explorations.push_back(
+        read_exploration(name, exploration, child(place, name), limits, problems));
+  }
+}
+
+void read_scalars(ObjectReader& recipe, StatedRecipe& stated) {
+  recipe.integer("schema_version", 1, 1);
+  for (const std::string_view key : {"$schema", "source", "description"})
+    recipe.text(key, Need::optional);
+  stated.name = recipe.name("name").value_or("");
+  stated.seed = static_cast<std::uint64_t>(
+      recipe.integer("seed", 0, largest_seed, Need::optional).value_or(1));
+  stated.repetitions =
+      static_cast<std::uint32_t>(recipe.integer("repetitions", 1, most_repetitions).value_or(0));
+  stated.mount_timeout_s =
+      recipe.quantity(quantities::mount_timeout(), {1, longest_wait_s, {}}, Need::optional)
+          .value_or(stated.mount_timeout_s);
+  const auto on_failure = recipe.choice("on_trial_failure", {"stop", "continue"}, Need::optional);
+  stated.on_trial_failure = on_failure == 1 ? OnTrialFailure::carry_on : OnTrialFailure::stop;
+}
+
+}  // namespace
+
+StatedRecipe read_recipe(const json& document, const RigLimits& limits, Problems& problems) {
+  StatedRecipe stated;
+  ObjectReader recipe(document, "", problems);
+  read_scalars(recipe, stated);
+  read_fabrics(recipe, limits, stated, problems);
+  read_order(recipe, stated, problems);
+  read_approach(recipe, limits, stated, problems);
+  read_settle(recipe, stated, problems);
+  read_explorations(recipe, limits, stated, problems);
+  recipe.finish();
+  return stated;
+}
+
+}  // namespace weft::recipes

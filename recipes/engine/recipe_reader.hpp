@@ -1,0 +1,44 @@
+#pragma once
+// A recipe document to the values it states, in SI units. What needs more than one value (does the
+// path fit the plate?) is looked at afterwards, in layout.hpp.
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "recipes/engine/plan.hpp"
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::recipes {
+
+/// As written: the start of a path may be left to the planner.
+struct StatedExploration {
+  Exploration exploration;
+  std::optional<Vec2> start_m;
+  std::string pointer;       ///< of the exploration
+  std::string path_pointer;  ///< of phase M's path; empty when there is no usable one
+};
+
+enum class Order { blocked, randomised };
+
+struct StatedRecipe {
+  std::string name;
+  std::uint64_t seed = 1;
+  std::vector<std::string> fabrics;
+  std::uint32_t repetitions = 0;
+  Order order = Order::blocked;
+  std::uint64_t order_seed = 1;
+  std::vector<StatedExploration> explorations;
+  Approach approach;
+  Settle settle;
+  OnTrialFailure on_trial_failure = OnTrialFailure::stop;
+  double mount_timeout_s = 600;
+};
+
+/// Reads what is there; the result is complete only when no problem was added.
+StatedRecipe read_recipe(const nlohmann::json& document, const RigLimits& limits,
+                         Problems& problems);
+
+}  // namespace weft::recipes

@@ -1,0 +1,195 @@
+#include "recipes/engine/rig_limits.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "protocols/base/units.hpp"
+#include "recipes/engine/motion.hpp"
+#include "recipes/schema/json_text.hpp"
+#include "recipes/schema/object_reader.hpp"
+#include "recipes/schema/quantities.hpp"
+
+namespace weft::recipes {
+namespace {
+
+using nlohmann::json;
+using quantities::deg_per_rad;
+using quantities::mm_per_m;
+
+constexpr Bounds positive_length_m{1e-6, 10, {}};
+constexpr Bounds position_m{-10, 10, {}};
+
+/// Reads the sections of one rig file; the members are what they share.
+class RigReader {
+ public:
+  RigReader(RigLimits& limits, Problems& problems) : limits_(limits), problems_(problems) {}
+
+  void read(const json& document) {
+    ObjectReader rig(document, "", problems_);
+    limits_.name = rig.text("name").value_or("");
+    constexpr std::string_view benches[]{"simulated", "emulated", "real"};
+    if (const auto bench = rig.choice("bench", {benches[0], benches[1], benches[2]}))
+      limits_.bench = benches[*bench];
+    section(rig, "limits", &RigReader::read_limits);
+    section(rig, "probe", &RigReader::read_probe);
+    section(rig, "plate", &RigReader::read_plate);
+    section(rig, "control", &RigReader::read_control);
+    read_fabrics(rig);
+  }
+
+  /// What only shows once every section is known.
+  void check_together() {
+    const Range& z = limits_.geometry.travel[index(Axis::z)];
+    if (!z.contains(limits_.geometry.surface_z_m) || !z.contains(limits_.clear_z_m()))
+      problems_.add({"/plate/surface_z_mm", "plate and clearance are not within the travel of z",
+                     mm(z.min) + " to " + mm(z.max),
+                     mm(limits_.clear_z_m()) + " to " + mm(limits_.geometry.surface_z_m),
+                     "check plate.surface_z_mm and probe.clearance_mm"});
+    for (const Axis axis : {Axis::rx, Axis::ry})
+      if (!limits_.geometry.travel[index(axis)].contains(0))
+        problems_.add(
+            {"/limits/tilt_deg", "the probe cannot stand upright", "a range around 0", "", ""});
+    if (limits_.probe_weight_n >= limits_.force_cap_n)
+      problems_.add({"/limits/force_cap_N", "the cap is not over the probe's own weight",
+                     "over " + json(limits_.probe_weight_n).dump() + " N",
+                     json(limits_.force_cap_n).dump() + " N", ""});
+  }
+
+ private:
+  using Section = void (RigReader::*)(ObjectReader&);
+
+  void section(ObjectReader& rig, std::string_view key, Section reader) {
+    const json* value = rig.object(key);
+    if (value == nullptr) return;
+    ObjectReader object(*value, rig.at(key), problems_);
+    (this->*reader)(object);
+  }
+
+  /// Strict: a limit that is misspelled is a limit that is not there.
+  void read_limits(ObjectReader& r) {
+    set(limits_.max_speed_mps, r.quantity(quantities::speed(), {1e-6, 1, {}}));
+    set(limits_.max_acceleration_mps2,
+        r.quantity({"acceleration", {{"acceleration_mm_s2", mm_per_m}, {"acceleration_mps2", 1}}},
+                   {1e-6, 100, {}}));
+    set(limits_.max_tilt_speed_radps,
+        r.quantity({"tilt_speed", {{"tilt_speed_deg_s", deg_per_rad}}}, {1e-6, 10, {}},
+                   Need::optional));
+    set(limits_.force_cap_n,
+        r.quantity(quantities::force("force_cap", "force_cap_N", "force_cap_n"), {0.1, 1000, {}}));
+    set(limits_.torque_cap_nm,
+        r.quantity({"torque_cap", {{"torque_cap_Nm", 1}, {"torque_cap_nm", 1}}}, {0.01, 100, {}}));
+    read_travel(r);
+    read_tilt(r);
+    r.finish();
+  }
+
+  void read_travel(ObjectReader& r) {
+    const json* value = r.object("travel_mm");
+    if (value == nullptr) return;
+    ObjectReader travel(*value, r.at("travel_mm"), problems_);
+    for (const Axis axis : {Axis::x, Axis::y, Axis::z})
+      read_range(travel, {to_string(axis), {{to_string(axis), mm_per_m}}}, position_m,
+                 limits_.geometry.travel[index(axis)]);
+    travel.finish();
+  }
+
+  /// One range for both tilts.
+  void read_tilt(ObjectReader& r) {
+    Range range;
+    read_range(r, {"tilt", {{"tilt_deg", deg_per_rad}}}, {-1.5, 1.5, {}}, range);
+    for (const Axis axis : {Axis::rx, Axis::ry}) limits_.geometry.travel[index(axis)] = range;
+  }
+
+  void read_range(ObjectReader& r, const Quantity& quantity, const Bounds& bounds, Range& range) {
+    const auto pair = r.pair(quantity, bounds);
+    if (!pair) return;
+    range = {pair->first, pair->second};
+    if (range.min >= range.max)
+      problems_.add({r.at(quantity), "the range is empty", "[least, greatest]", "", ""});
+  }
+
+  void read_probe(ObjectReader& r) {
+    if (const auto mass_kg = r.quantity({"mass", {{"mass_kg", 1}}}, {1e-3, 50, {}}))
+      limits_.probe_weight_n = *mass_kg * standard_gravity_mps2;
+    set(limits_.rest_travel_m,
+        r.quantity(mm_or_m("rest_travel", "rest_travel_mm", "rest_travel_m"), {0, 0.1, {}}));
+    set(limits_.clearance_m, r.quantity(mm_or_m("clearance", "clearance_mm", "clearance_m"),
+                                        positive_length_m, Need::optional));
+    set(limits_.geometry.probe_arm_m,
+        r.quantity(mm_or_m("tilt_arm", "tilt_arm_mm", "tilt_arm_m"), {0, 10, {}}, Need::optional));
+    if (const auto face =
+            r.pair(mm_or_m("footprint", "footprint_mm", "footprint_m"), positive_length_m))
+      limits_.footprint_m = {face->first, face->second};
+  }
+
+  void read_plate(ObjectReader& r) {
+    Geometry& geometry = limits_.geometry;
+    if (const auto origin = r.pair(mm_or_m("origin", "origin_mm", "origin_m"), position_m))
+      geometry.origin_m = {origin->first, origin->second};
+    if (const auto size = r.pair(mm_or_m("size", "size_mm", "size_m"), positive_length_m))
+      geometry.plate_size_m = {size->first, size->second};
+    set(geometry.surface_z_m,
+        r.quantity(mm_or_m("surface_z", "surface_z_mm", "surface_z_m"), position_m));
+    geometry.tilt_axis_y_m = geometry.plate_size_m.y_m / 2;
+    set(geometry.tilt_axis_y_m,
+        r.quantity(mm_or_m("tilt_axis_y", "tilt_axis_y_mm", "tilt_axis_y_m"), position_m,
+                   Need::optional));
+    set(geometry.tilt_axis_depth_m,
+        r.quantity(mm_or_m("tilt_axis_depth", "tilt_axis_depth_mm", "tilt_axis_depth_m"),
+                   position_m, Need::optional));
+  }
+
+  void read_control(ObjectReader& r) {
+    set(limits_.cycle_hz, r.quantity({"cycle", {{"cycle_hz", 1}}}, {10, 1000, {}}));
+  }
+
+  void read_fabrics(ObjectReader& rig) {
+    const json* list = rig.array("fabrics", Need::optional);
+    if (list == nullptr) return;
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      if ((*list)[i].is_string())
+        limits_.fabrics.push_back((*list)[i].get<std::string>());
+      else
+        problems_.add(
+            {child("/fabrics", i), "not the name of a fabric", "a text", brief((*list)[i]), ""});
+    }
+  }
+
+  static Quantity mm_or_m(std::string_view stem, std::string_view mm_key, std::string_view m_key) {
+    return {stem, {{mm_key, mm_per_m}, {m_key, 1}}};
+  }
+
+  static std::string mm(double metres) { return json(metres * mm_per_m).dump() + " mm"; }
+
+  static void set(double& target, const std::optional<double>& value) {
+    if (value) target = *value;
+  }
+
+  RigLimits& limits_;
+  Problems& problems_;
+};
+
+std::string sentences(Problems& problems) {
+  std::string text;
+  for (const Diagnostic& problem : problems.take())
+    text += (text.empty() ? "" : "\n") + to_string(problem);
+  return text;
+}
+
+}  // namespace
+
+Result<RigLimits> parse_rig_limits(std::string_view rig_json) {
+  Problems problems;
+  json document;
+  RigLimits limits;
+  if (parse_json(rig_json, {}, document, problems)) {
+    RigReader reader(limits, problems);
+    reader.read(document);
+    if (problems.empty()) reader.check_together();
+  }
+  if (!problems.empty())
+    return fail(Errc::invalid_argument, sentences(problems), "rig file", {}, {},
+                "The rig file's keys are described in recipes/README.md");
+  return limits;
+}
+
+}  // namespace weft::recipes

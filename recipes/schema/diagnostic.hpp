@@ -1,0 +1,50 @@
+#pragma once
+// Findings about a text that a person wrote: all of them at once, each with its place and a hint.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace weft::recipes {
+
+/// One finding.
+struct Diagnostic {
+  std::string pointer;  ///< RFC 6901, "" for the whole document
+  std::string message;
+  std::string expected;
+  std::string got;
+  std::string hint;
+};
+
+/// "/explorations/M1: message (expected X, got Y). Hint."
+std::string to_string(const Diagnostic& diagnostic);
+
+/// Collects findings; after a few hundred it only counts, as no person reads more.
+class Problems {
+ public:
+  /// The hint becomes a sentence: its first letter is made a capital.
+  void add(Diagnostic diagnostic);
+  [[nodiscard]] bool empty() const { return list_.empty(); }
+  /// The findings in order, closed by one that says how many were left out.
+  [[nodiscard]] std::vector<Diagnostic> take();
+
+ private:
+  std::vector<Diagnostic> list_;
+  std::size_t left_out_ = 0;
+};
+
+/// `parent` + "/" + `key`, with '~' and '/' escaped as RFC 6901 asks.
+std::string child(std::string_view parent, std::string_view key);
+std::string child(std::string_view parent, std::size_t index);
+
+/// Text from outside, cut to a length fit for a message.
+std::string clipped(std::string_view text);
+
+/// The candidate that `word` probably meant: letter case ignored, at most a third of the letters
+/// wrong, missing, extra or swapped. Empty when none comes near.
+std::string_view closest(std::string_view word, const std::vector<std::string_view>& candidates);
+
+/// "a", "b" or "c".
+std::string one_of(const std::vector<std::string_view>& words);
+
+}  // namespace weft::recipes

@@ -1,0 +1,100 @@
+#pragma once
+// Typed reading of one JSON object. Every finding is collected with its pointer; finish() refuses
+// the keys that nobody asked for.
+
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::recipes {
+
+/// One accepted spelling of a quantity: the key with its unit, and how many such units make one SI
+/// unit. Dividing by that (and not multiplying by 1e-3) makes 0.7 mm the same double as 0.0007 m.
+struct Spelling {
+  std::string_view key;
+  double per_si = 1;
+};
+
+/// What a person may write for one quantity: "speed_mm_s" or "speed_mps", but not both.
+struct Quantity {
+  std::string_view
+      stem;  ///< "speed": a key that starts like this but ends otherwise has a wrong unit
+  std::vector<Spelling> spellings;
+};
+
+/// Bounds in SI units, both included.
+struct Bounds {
+  double min = -std::numeric_limits<double>::max();
+  double max = std::numeric_limits<double>::max();
+  std::string_view why;  ///< "the rig's limit"; ends the sentence when a bound is broken
+};
+
+enum class Need { required, optional };
+
+class ObjectReader {
+ public:
+  /// Reports a value that is not an object; every later call then finds nothing and stays silent.
+  ObjectReader(const nlohmann::json& value, std::string pointer, Problems& problems);
+
+  /// The value in SI units.
+  std::optional<double> quantity(const Quantity& quantity, const Bounds& bounds,
+                                 Need need = Need::required);
+  std::optional<std::int64_t> integer(std::string_view key, std::int64_t min, std::int64_t max,
+                                      Need need = Need::required);
+  std::optional<std::string> text(std::string_view key, Need need = Need::required);
+  /// A name fit for file names: letters, digits, '_', '-' and '.', not '.' first, at most 64.
+  std::optional<std::string> name(std::string_view key, Need need = Need::required);
+  /// The index of the word in `words`.
+  std::optional<std::size_t> choice(std::string_view key,
+                                    const std::vector<std::string_view>& words,
+                                    Need need = Need::required);
+  /// The member, whatever it is; null when absent (which is reported when it is required).
+  const nlohmann::json* array(std::string_view key, Need need = Need::required);
+  const nlohmann::json* object(std::string_view key, Need need = Need::required);
+  /// Two numbers of one unit, as in "travel_mm": [0, 150]; each within bounds.
+  std::optional<std::pair<double, double>> pair(const Quantity& quantity, const Bounds& bounds,
+                                                Need need = Need::required);
+  /// A key that exists but belongs to somebody else.
+  void leave(std::string_view key);
+  /// A key that would be well meant here: the finding says why it is not.
+  void explain(std::string_view key, std::string message);
+
+  /// Reports every key that was not asked for.
+  void finish();
+
+  [[nodiscard]] const std::string& pointer() const { return pointer_; }
+  [[nodiscard]] std::string at(std::string_view key) const { return child(pointer_, key); }
+  [[nodiscard]] bool has(std::string_view key) const;
+  /// The spelling the text uses, or the first one.
+  [[nodiscard]] std::string at(const Quantity& quantity) const;
+
+ private:
+  const nlohmann::json* find(std::string_view key, Need need);
+  const nlohmann::json* typed(std::string_view key, Need need, bool array);
+  const Spelling* spelling_used(const Quantity& quantity, Need need);
+  bool report_wrong_units(const Quantity& quantity);
+  std::optional<double> number(const nlohmann::json& value, const std::string& place,
+                               const Spelling& spelling, const Bounds& bounds);
+  void wrong_type(std::string place, std::string expected, const nlohmann::json& got);
+  void report_unknown(const std::string& key);
+
+  const nlohmann::json* object_ = nullptr;  ///< null when the value is not an object
+  std::string pointer_;
+  Problems& problems_;
+  std::vector<std::string_view> known_;  ///< asked for so far
+  std::vector<std::string> reported_;    ///< keys that already have a finding
+};
+
+/// Whether `text` is a name as ObjectReader::name() takes it.
+bool is_name(std::string_view text);
+
+/// A short form of any value, for "got".
+std::string brief(const nlohmann::json& value);
+
+}  // namespace weft::recipes

@@ -1,0 +1,62 @@
+#pragma once
+// Every quantity that recipes and rig files may hold, with its accepted spellings. The JSON Schema
+// lists the same ones; a test compares them.
+
+#include <cmath>
+#include <numbers>
+
+#include "recipes/schema/object_reader.hpp"
+
+namespace weft::recipes::quantities {
+
+inline constexpr double mm_per_m = 1e3;
+inline constexpr double deg_per_rad = 180 / std::numbers::pi;
+
+inline Quantity force(std::string_view stem, std::string_view newton_upper,
+                      std::string_view newton_lower) {
+  return {stem, {{newton_upper, 1}, {newton_lower, 1}}};
+}
+inline Quantity duration() {
+  return {"duration", {{"duration_s", 1}}};
+}
+inline Quantity force() {
+  return force("force", "force_N", "force_n");
+}
+inline Quantity force_band() {
+  return force("force_band", "force_band_N", "force_band_n");
+}
+inline Quantity contact_force() {
+  return force("contact_force", "contact_force_N", "contact_force_n");
+}
+inline Quantity speed() {
+  return {"speed", {{"speed_mm_s", mm_per_m}, {"speed_mps", 1}}};
+}
+inline Quantity seat_speed() {
+  return {"seat_speed", {{"seat_speed_mm_s", mm_per_m}, {"seat_speed_mps", 1}}};
+}
+inline Quantity transfer_speed() {
+  return {"transfer_speed", {{"transfer_speed_mm_s", mm_per_m}, {"transfer_speed_mps", 1}}};
+}
+inline Quantity dx() {
+  return {"dx", {{"dx_mm", mm_per_m}, {"dx_m", 1}}};
+}
+inline Quantity dy() {
+  return {"dy", {{"dy_mm", mm_per_m}, {"dy_m", 1}}};
+}
+inline Quantity x() {
+  return {"x", {{"x_mm", mm_per_m}, {"x_m", 1}}};
+}
+inline Quantity y() {
+  return {"y", {{"y_mm", mm_per_m}, {"y_m", 1}}};
+}
+inline Quantity dwell() {
+  return {"dwell", {{"dwell_s", 1}}};
+}
+inline Quantity timeout() {
+  return {"timeout", {{"timeout_s", 1}}};
+}
+inline Quantity mount_timeout() {
+  return {"mount_timeout", {{"mount_timeout_s", 1}}};
+}
+
+}  // namespace weft::recipes::quantities
