@@ -1,0 +1,52 @@
+#pragma once
+// Comma-separated text, read strictly: every complaint carries file:line. Independent of the
+// locale.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// A file's lines, one after the other, split into fields. RFC 4180 but for quoted line breaks,
+/// which are refused. Blanks around fields, blank lines, CRLF and a UTF-8 byte order mark are
+/// accepted.
+class CsvReader {
+ public:
+  static constexpr std::size_t max_file_bytes = std::size_t{256} << 20;
+  static constexpr std::size_t max_line_bytes = std::size_t{1} << 20;
+  static constexpr std::size_t max_columns = 8192;
+
+  /// Reads the file and its header line. Errors: not_found, io, parse (empty, or too large).
+  static Result<CsvReader> open(const std::filesystem::path& path);
+
+  [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
+  /// The next line that is not blank: false at the end. As many fields as the header has.
+  Result<bool> next();
+  [[nodiscard]] const std::vector<std::string>& fields() const { return fields_; }
+
+  /// A finite number in field `column` of the current line.
+  Result<double> number(std::size_t column) const;
+  /// A failure at the current line.
+  [[nodiscard]] tl::unexpected<Error> complaint(std::string message, std::string expected = {},
+                                                std::string got = {}) const;
+  [[nodiscard]] std::string where() const { return name_ + ":" + std::to_string(line_number_); }
+
+ private:
+  Result<bool> next_line();
+  Status split(std::string_view line);
+
+  std::string name_;
+  std::string text_;
+  std::size_t at_ = 0;
+  std::size_t line_number_ = 0;
+  bool line_is_cut_ = false;  ///< the current line ends with the file instead of a line break
+  std::vector<std::string> header_;
+  std::vector<std::string> fields_;
+};
+
+}  // namespace weft::daemon

@@ -1,0 +1,48 @@
+#include <array>
+#include <charconv>
+
+#include "daemon/dataset/atomic_file.hpp"
+#include "daemon/dataset/import.hpp"
+
+namespace weft::daemon {
+namespace {
+
+/// RFC 4180: quotes where the text would break the line apart.
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+/// As printf's %.17g, which gives back the same double, but whatever the locale.
+void append_number(std::string& text, double value) {
+  std::array<char, 32> digits{};
+  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                          std::chars_format::general, 17);
+  WEFT_ASSERT(error == std::errc());
+  text.append(digits.data(), end);
+}
+
+}  // namespace
+
+Status export_features_csv(const std::filesystem::path& path,
+                           const classifier::FeatureMatrix& features) {
+  if (auto fine = classifier::check(features); !fine)
+    return pass(std::move(fine).error(), path.string());
+  std::string text = "file,label,group";
+  for (const std::string& name : features.names) text += "," + quoted(name);
+  text += '\n';
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    text += quoted(features.files[i]) + "," + quoted(features.labels[i]) + "," +
+            quoted(features.groups[i]);
+    for (const double value : features.values.row(i)) {
+      text += ',';
+      append_number(text, value);
+    }
+    text += '\n';
+  }
+  return write_text_file(path, text);
+}
+
+}  // namespace weft::daemon
