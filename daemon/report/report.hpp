@@ -1,0 +1,42 @@
+#pragma once
+// What is shown of a finished campaign: on the terminal, for programs, for people.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "daemon/dataset/dataset.hpp"
+#include "daemon/report/evaluate_campaign.hpp"
+#include "daemon/run/campaign.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// Everything a report is made of. The report reads no clock, file or machine of its own.
+struct ReportInput {
+  const CampaignSummary& run;
+  const Dataset& dataset;
+  const std::vector<ExplorationResult>& results;  ///< may be empty
+  std::string machine;                            ///< "2 x AMD EPYC, Debian 12, g++ 12.2"
+  std::string commit;                             ///< of the software; empty when unknown
+};
+
+/// Refuses a run and a data set that disagree on the kind of bench: every figure of a report bears
+/// the word, so it must not be in doubt. All three writers ask first.
+Status check(const ReportInput& input);
+
+/// report.json. Keys of issue 2 ("Main job and report") and more; docs in daemon/report/README.md.
+/// Written whole or not at all.
+Status write_report_json(const ReportInput& input, const std::filesystem::path& path);
+
+/// report.html: one file without scripts or outside resources. Written whole or not at all.
+Status write_report_html(const ReportInput& input, const std::filesystem::path& path);
+
+/// The end of a demo on a terminal: plain text, at most 80 columns, ends with a newline.
+std::string summary_text(const ReportInput& input);
+
+/// The same two documents as text.
+std::string report_json(const ReportInput& input);
+std::string report_html(const ReportInput& input);
+
+}  // namespace weft::daemon
