@@ -17,7 +17,8 @@ double threshold_of(const TrainOptions& options, std::size_t member) {
     case Reduction::pca:
       return options.grid.explained[member];
     case Reduction::all:
-      return 0.0;
+    case Reduction::best:
+      break;
   }
   return 0.0;
 }
@@ -83,6 +84,10 @@ double FabricCore::decide(std::span<const double> features) const {
 
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options) {
+  if (options.reduction == Reduction::best) {
+    return fail(Errc::invalid_argument, "a core needs one kind of reduction", "train_core",
+                "pvalue, pca or all", "best");
+  }
   const Reducer full = Reducer::fit(rows, sign, options);
   const auto grid = search_grid(rows, sign, full, folds, options);
   if (!grid) return pass(grid.error());

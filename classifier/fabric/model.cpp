@@ -32,15 +32,32 @@ Status check_labels(const RowsOfLabel& rows) {
   return {};
 }
 
+// A number per row: equal for rows that one fold must keep together.
+std::vector<std::size_t> fold_units(const FeatureMatrix& matrix,
+                                    const std::vector<std::size_t>& rows, FoldUnit kind) {
+  std::map<std::string, std::size_t> number;
+  std::vector<std::size_t> out;
+  for (const std::size_t r : rows) {
+    const std::string& file = matrix.files[r];
+    const std::string unit =
+        kind == FoldUnit::group ? matrix.groups[r] : file.substr(0, file.find('#'));
+    // rows without a name are recordings of their own
+    const std::string key = unit.empty() ? "#" + std::to_string(r) : unit;
+    out.push_back(number.emplace(key, number.size()).first->second);
+  }
+  return out;
+}
+
 Result<FabricCore> train_pair(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
                               const std::vector<std::size_t>& b, const TrainOptions& options) {
   std::vector<std::size_t> rows = a;
   rows.insert(rows.end(), b.begin(), b.end());
   std::vector<int> sign(a.size(), 1);
   sign.resize(rows.size(), -1);
-  const std::vector<Fold> folds = options.make_folds
-                                      ? options.make_folds(sign)
-                                      : stratified_folds(sign, options.folds, options.seed);
+  const std::vector<Fold> folds =
+      options.make_folds ? options.make_folds(sign)
+                         : stratified_folds(sign, fold_units(matrix, rows, options.fold_unit),
+                                            options.folds, options.seed);
   return train_core(matrix.values.take(rows), sign, folds, options);
 }
 
@@ -126,9 +143,40 @@ Result<std::vector<Vote>> FabricModel::classify(const FeatureMatrix& matrix,
   return out;
 }
 
+GridScore FabricModel::cross_validation() const {
+  GridScore sum;
+  for (const FabricCore& core : cores_) {
+    sum.errors += core.info().cv_errors;
+    sum.loss += core.info().cv_loss;
+  }
+  return sum;
+}
+
+namespace {
+
+// Decided on the training part alone: the sum of all cores' cross-validation errors, then of their
+// losses.
+Result<FabricModel> train_best(const FeatureMatrix& matrix, TrainOptions options) {
+  std::optional<FabricModel> best;
+  for (const Reduction reduction : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
+    options.reduction = reduction;
+    auto model = train(matrix, options);
+    if (!model) return model;
+    const GridScore score = model->cross_validation();
+    const GridScore least = best ? best->cross_validation() : score;
+    if (!best || std::tie(score.errors, score.loss) < std::tie(least.errors, least.loss)) {
+      best.emplace(std::move(*model));
+    }
+  }
+  return std::move(*best);
+}
+
+}  // namespace
+
 Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options) {
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   if (auto ok = check(options); !ok) return pass(ok.error());
+  if (options.reduction == Reduction::best) return train_best(matrix, options);
   const RowsOfLabel rows = rows_by_label(matrix);
   if (auto ok = check_labels(rows); !ok) return pass(ok.error());
   std::vector<std::string> labels;

@@ -45,6 +45,8 @@ class FabricModel {
   [[nodiscard]] Reduction reduction() const { return reduction_; }
   [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
   [[nodiscard]] const std::vector<FabricCore>& cores() const { return cores_; }  ///< one per pair
+  /// Cross-validation errors and hinge loss of the chosen grid points, summed over the cores.
+  [[nodiscard]] GridScore cross_validation() const;
 
   /// Votes on one feature vector, columns as feature_names(). Refuses another length and values not
   /// finite.
@@ -61,8 +63,8 @@ class FabricModel {
   std::vector<FabricCore> cores_;
 };
 
-/// Trains one core per pair of labels. Refuses: fewer than two labels, a label with one trial, what
-/// check() refuses.
+/// Trains one core per pair of labels (with Reduction::best, once for every kind). Refuses: fewer
+/// than two labels, a label with one trial, what check() refuses.
 Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options = {});
 
 }  // namespace weft::classifier

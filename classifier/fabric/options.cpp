@@ -27,15 +27,17 @@ std::string_view to_string(Reduction reduction) {
       return "pca";
     case Reduction::all:
       return "all";
+    case Reduction::best:
+      return "best";
   }
   return "?";
 }
 
 Result<Reduction> reduction_from(std::string_view text) {
-  for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
+  for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all, Reduction::best}) {
     if (text == to_string(r)) return r;
   }
-  return fail(Errc::invalid_argument, "unknown reduction", {}, "pvalue, pca or all",
+  return fail(Errc::invalid_argument, "unknown reduction", {}, "pvalue, pca, all or best",
               std::string(text));
 }
 
@@ -43,10 +45,11 @@ Status check(const TrainOptions& options) {
   constexpr double unlimited = HUGE_VAL;
   if (auto ok = check_list(options.grid.c, unlimited, "grid C"); !ok) return ok;
   if (auto ok = check_list(options.grid.gamma, unlimited, "grid gamma"); !ok) return ok;
-  if (options.reduction == Reduction::pvalue) {
+  const bool all_kinds = options.reduction == Reduction::best;
+  if (options.reduction == Reduction::pvalue || all_kinds) {
     if (auto ok = check_list(options.grid.delta, 1.0, "grid delta"); !ok) return ok;
   }
-  if (options.reduction == Reduction::pca) {
+  if (options.reduction == Reduction::pca || all_kinds) {
     if (auto ok = check_list(options.grid.explained, 1.0, "grid explained"); !ok) return ok;
   }
   if (options.cap == 0) return fail(Errc::range, "cap must be at least 1", "cap", ">= 1", "0");

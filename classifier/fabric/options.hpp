@@ -16,7 +16,9 @@ namespace weft::classifier {
 enum class Reduction {
   pvalue,  ///< features with p < delta, the paper's method
   pca,     ///< principal components of the scaled features, the paper's comparison (AMB-20)
-  all      ///< no reduction
+  all,     ///< no reduction
+  best     ///< whichever of the three has the fewest cross-validation errors over all cores of the
+           ///< training part
 };
 
 std::string_view to_string(Reduction reduction);
@@ -26,6 +28,12 @@ Result<Reduction> reduction_from(std::string_view text);
 enum class Tie {
   loss,  ///< the smaller validation hinge loss, to 1e-9; then as `order`
   order  ///< the smaller C, then gamma, then delta (or fewer components)
+};
+
+/// What stays together in a fold of the cross-validation.
+enum class FoldUnit {
+  recording,  ///< a file; windows cut from one file (name before '#') are one recording
+  group       ///< all trials of a group: parameters must survive a change of session
 };
 
 /// The grid of AMB-19. `delta` belongs to Reduction::pvalue, `explained` to Reduction::pca.
@@ -45,12 +53,13 @@ struct TrainOptions {
       true;  ///< select again inside each fold; false: once from all training rows (AMB-15)
   Tie tie = Tie::loss;
   Grid grid;
-  std::size_t cap = 20;     ///< the paper's N: most features (or components) of a core
-  std::size_t folds = 5;    ///< fewer when a class has fewer trials
+  std::size_t cap = 20;   ///< the paper's N: most features (or components) of a core
+  std::size_t folds = 5;  ///< fewer when a class has fewer trials
+  FoldUnit fold_unit = FoldUnit::recording;
   double tolerance = 1e-3;  ///< libsvm's stopping tolerance
   std::uint64_t seed = 1;   ///< of the folds
   std::size_t threads = 0;  ///< 0: one per core; the model does not depend on it
-  FoldMaker make_folds;     ///< empty: stratified_folds(sign, folds, seed)
+  FoldMaker make_folds;     ///< empty: stratified_folds() by fold_unit
 };
 
 /// Refuses empty or unusable grids, cap 0, folds < 2.

@@ -3,7 +3,10 @@
 //
 //   oracle_agreement features INDEX.csv            feature CSV, 17 digits: label, then Table I
 //   oracle_agreement pairs INDEX.csv               per pair and feature t and p, per delta the
-//   subset oracle_agreement evaluate INDEX.csv TRAIN TEST REDUCTION [WINDOW_S PERIOD_S]
+//   subset //   oracle_agreement evaluate INDEX.csv TRAIN TEST REDUCTION [WINDOW_S PERIOD_S]
+//
+// REDUCTION: pvalue, pca, all, best, each with -groups for folds by group; pvalue-paper selects
+// once outside the folds.
 //
 // INDEX.csv: header file,label,group; trial CSV: header phase,c1..cn. TRAIN and TEST are lists of
 // groups: 0,1.
@@ -131,18 +134,18 @@ void print_evaluation(const FeatureMatrix& matrix, char** argument) {
   std::string reduction = argument[2];
   options.nested = reduction != "pvalue-paper";
   if (!options.nested) reduction = "pvalue";
+  if (reduction.ends_with("-groups")) {
+    options.fold_unit = FoldUnit::group;
+    reduction.resize(reduction.size() - 7);
+  }
   options.reduction = or_exit(reduction_from(reduction));
   const Split split = or_exit(grouped_split(matrix.groups, cells(argument[0]), cells(argument[1])));
   const Evaluation e = or_exit(evaluate(matrix, std::vector{split}, options));
-  std::size_t cv_errors = 0;
-  std::size_t cv_trials = 0;
-  for (const FabricCore& core : e.model.cores()) {
-    cv_errors += core.info().cv_errors;
-    cv_trials += core.info().train_rows;
-  }
-  std::printf("%s: accuracy %.4f (%zu of %zu), 95 %% %.4f-%.4f, cross-validation %zu of %zu\n",
-              argument[2], e.accuracy, e.confusion.correct(), e.confusion.total(), e.ci95.low,
-              e.ci95.high, cv_errors, cv_trials);
+
+  std::printf(
+      "%s: accuracy %.4f (%zu of %zu), 95 %% %.4f-%.4f, %zu cross-validation errors, kind %s\n",
+      argument[2], e.accuracy, e.confusion.correct(), e.confusion.total(), e.ci95.low, e.ci95.high,
+      e.model.cross_validation().errors, std::string(to_string(e.model.reduction())).c_str());
   for (std::size_t t = 0; t < e.confusion.classes(); ++t) {
     std::printf("  %-14s", e.confusion.labels[t].c_str());
     for (std::size_t p = 0; p < e.confusion.classes(); ++p)

@@ -1,0 +1,62 @@
+#pragma once
+// Lines of a keyword and its values: the text form of stored models. Numbers are written as the
+// shortest text that reads back as the same double.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// Builds a text line by line.
+class LineWriter {
+ public:
+  /// Line breaks and backslashes in `text` are escaped.
+  void text(std::string_view keyword, std::string_view text);
+  void number(std::string_view keyword, double value) { numbers(keyword, {&value, 1}); }
+  void numbers(std::string_view keyword, std::span<const double> values);
+  void counts(std::string_view keyword, std::span<const std::size_t> values);
+  void count(std::string_view keyword, std::size_t value) { counts(keyword, {&value, 1}); }
+
+  [[nodiscard]] const std::string& str() const { return out_; }
+
+ private:
+  std::string out_;
+};
+
+/// Reads such a text in order. The first problem is kept with its line, and every later value is
+/// empty or zero, so that a sequence of reads is checked once, at its end.
+class LineReader {
+ public:
+  explicit LineReader(std::string_view text) : rest_(text) {}
+
+  std::string text(std::string_view keyword);
+  /// NaN is refused; infinity as well unless `infinite`.
+  double number(std::string_view keyword);
+  /// Exactly `count` of them.
+  std::vector<double> numbers(std::string_view keyword, std::size_t count, bool infinite = false);
+  std::vector<std::size_t> counts(std::string_view keyword, std::size_t count);
+  /// From `least` to `most`.
+  std::size_t count(std::string_view keyword, std::size_t least, std::size_t most);
+  void finish();
+
+  /// Notes a problem of the line read last, unless there is one already.
+  void refuse(std::string message, std::string expected = {}, std::string got = {});
+  [[nodiscard]] bool ok() const { return status_.has_value(); }
+  [[nodiscard]] const Status& status() const { return status_; }
+
+ private:
+  std::string_view values_of(std::string_view keyword);
+  template <class Number>
+  std::vector<Number> list(std::string_view keyword, std::size_t count);
+
+  std::string_view rest_;
+  std::size_t line_ = 0;
+  Status status_;
+};
+
+}  // namespace weft::classifier
