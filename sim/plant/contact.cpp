@@ -84,7 +84,8 @@ struct ContactModel::Balance {
 
 /// Height of the cloth's mean surface under the face's centre, downwards, in the z stage's scale.
 double ContactModel::surface_z_m(const Pose& pose) const {
-  return geometry_.plate_z_m - material_.thickness_m + pose.rx_rad * pose.y_m;
+  return geometry_.plate_z_m - material_.thickness_m -
+         pose.rx_rad * (pose.y_m - geometry_.tilt_axis_y_m);
 }
 
 /// ln of the average of e^{(waviness + slope r)/lambda} over the face.
@@ -99,7 +100,7 @@ ContactState ContactModel::step(const ContactState& from, const Pose& pose, doub
   ContactState state = from;
   state.pose = pose;
   state.slope_x = geometry_.tilt_x - pose.ry_rad;
-  state.slope_y = geometry_.tilt_y - pose.rx_rad;
+  state.slope_y = geometry_.tilt_y + pose.rx_rad;
   const double average = log_average(state);
   const RelaxationStep relaxation(material_.relaxation, dt_s);
   const double at_touch =

@@ -27,6 +27,7 @@ struct ContactMaterial {
 struct ContactGeometry {
   double plate_z_m = 0;             ///< z stage reading with the probe's face on the bare plate
   double face_half_width_m = 8e-3;  ///< 4 x 4 pads at 4 mm: 16 x 16 mm
+  double tilt_axis_y_m = 0;         ///< where the plate's axis of rotation rx is
   double tilt_x = 0;  ///< slope of the face against the plate along x at rx = ry = 0 [E]
   double tilt_y = 0;
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/units.hpp"
-#include "sim/plant/config_reader.hpp"
+#include "sim/plant/field_reader.hpp"
 
 namespace weft::sim {
 
@@ -22,7 +22,7 @@ constexpr double per_m_per_mm = 1000;
 
 Result<Structure::Line> parse_line(const json& object, const std::string& where) {
   Structure::Line line;
-  ConfigReader reader(object, where);
+  FieldReader reader(object, where);
   reader.required("warp", line.warp, -8, 8).required("weft", line.weft, -8, 8);
   reader.required("share", line.share, 0, 1).number("phase_rad", line.phase_rad, -10, 10);
   if (const Status status = reader.finish(); !status) return pass(status.error());
@@ -43,7 +43,7 @@ Status parse_lines(const json& list, const std::string& where, Structure& struct
 Result<Structure> parse_structure(const json& object, const std::string& where) {
   Structure structure;
   std::string standing;
-  ConfigReader reader(object, where);
+  FieldReader reader(object, where);
   reader.text("standing", standing).ignore("note");
   reader.required("isotropic_share", structure.isotropic_share, 0, 1);
   reader.required("streak_share", structure.streak_share, 0, 1);
@@ -80,7 +80,7 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
                             const Structures& structures, const json& sources) {
   Fabric fabric;
   std::string structure;
-  ConfigReader reader(object, where);
+  FieldReader reader(object, where);
   reader.standing_required(sources).text("name", fabric.name).text("structure", structure);
   reader.ignore("construction");
   reader.required("thickness_mm", fabric.thickness_m, 0.01, 50, m_per_mm);
@@ -107,7 +107,7 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
 }
 
 Status parse_params(const json& object, const json& sources, MaterialParams& params) {
-  ConfigReader reader(object, "/parameters");
+  FieldReader reader(object, "/parameters");
   reader.standing_required(sources);
   reader.pair("relaxation_base", params.relaxation_base[0], params.relaxation_base[1], 0, 0.4);
   reader.pair("relaxation_slope", params.relaxation_slope[0], params.relaxation_slope[1], 0, 0.4);
@@ -125,7 +125,7 @@ Status parse_params(const json& object, const json& sources, MaterialParams& par
 }
 
 Status parse_spread(const json& object, const json& sources, TrialSpread& spread) {
-  ConfigReader reader(object, "/trial_spread");
+  FieldReader reader(object, "/trial_spread");
   reader.standing_required(sources);
   reader.number("lambda", spread.lambda, 0, 0.5).number("pressure", spread.pressure, 0, 0.5);
   reader.number("friction", spread.friction, 0, 0.5).number("gain", spread.gain, 0, 0.5);
@@ -151,7 +151,7 @@ Status parse_table(const json& table, const Structures& structures, const json& 
 }
 
 Result<FabricLibrary> parse_document(const json& document) {
-  ConfigReader reader(document, "");
+  FieldReader reader(document, "");
   std::string format;
   reader.text("format", format).ignore("note");
   const json none = json::object();

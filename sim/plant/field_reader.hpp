@@ -13,29 +13,29 @@
 
 namespace weft::sim {
 
-class ConfigReader {
+class FieldReader {
  public:
   /// `object` must outlive the reader; `pointer` is its place in the file ("/simulation").
-  ConfigReader(const nlohmann::json& object, std::string pointer);
+  FieldReader(const nlohmann::json& object, std::string pointer);
 
   /// Sets `value` to the number at `key`, times `to_si`, when it is there. Bounds are in the file's
   /// unit.
-  ConfigReader& number(std::string_view key, double& value, double low, double high,
-                       double to_si = 1);
-  ConfigReader& required(std::string_view key, double& value, double low, double high,
-                         double to_si = 1);
-  ConfigReader& flag(std::string_view key, bool& value);
-  ConfigReader& text(std::string_view key, std::string& value);
+  FieldReader& number(std::string_view key, double& value, double low, double high,
+                      double to_si = 1);
+  FieldReader& required(std::string_view key, double& value, double low, double high,
+                        double to_si = 1);
+  FieldReader& flag(std::string_view key, bool& value);
+  FieldReader& text(std::string_view key, std::string& value);
   /// Two numbers, in the file's unit within the bounds, the first not above the second.
-  ConfigReader& interval(std::string_view key, double& first, double& second, double low,
-                         double high, double to_si = 1);
+  FieldReader& interval(std::string_view key, double& first, double& second, double low,
+                        double high, double to_si = 1);
   /// Like interval() without an order.
-  ConfigReader& pair(std::string_view key, double& first, double& second, double low, double high,
-                     double to_si = 1);
+  FieldReader& pair(std::string_view key, double& first, double& second, double low, double high,
+                    double to_si = 1);
   /// Numbers are [value, "estimated"] or [value, "sourced", id] with an id in `sources`.
-  ConfigReader& standing_required(const nlohmann::json& sources);
+  FieldReader& standing_required(const nlohmann::json& sources);
   /// A key that somebody else reads.
-  ConfigReader& ignore(std::string_view key);
+  FieldReader& ignore(std::string_view key);
   /// The value at `key`, or nullptr when absent; counts as read.
   const nlohmann::json* child(std::string_view key);
   /// Keeps an error found by the caller, unless there is one already.

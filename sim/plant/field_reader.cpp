@@ -1,4 +1,4 @@
-#include "sim/plant/config_reader.hpp"
+#include "sim/plant/field_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,43 +20,43 @@ std::string plain(double value) {
 
 }  // namespace
 
-ConfigReader::ConfigReader(const nlohmann::json& object, std::string pointer)
+FieldReader::FieldReader(const nlohmann::json& object, std::string pointer)
     : object_(object), pointer_(std::move(pointer)) {
   if (!object_.is_object())
     refuse({Errc::parse, "not an object", pointer_, "an object", short_dump(object_), {}});
 }
 
-std::string ConfigReader::at(std::string_view key) const {
+std::string FieldReader::at(std::string_view key) const {
   return pointer_ + "/" + std::string(key);
 }
 
-void ConfigReader::refuse(Error error) {
+void FieldReader::refuse(Error error) {
   if (!error_) error_ = std::move(error);
 }
 
-const nlohmann::json* ConfigReader::take(std::string_view key) {
+const nlohmann::json* FieldReader::take(std::string_view key) {
   known_.emplace_back(key);
   if (!object_.is_object()) return nullptr;
   const auto found = object_.find(known_.back());
   return found == object_.end() ? nullptr : &*found;
 }
 
-const nlohmann::json* ConfigReader::child(std::string_view key) {
+const nlohmann::json* FieldReader::child(std::string_view key) {
   return take(key);
 }
 
-ConfigReader& ConfigReader::ignore(std::string_view key) {
+FieldReader& FieldReader::ignore(std::string_view key) {
   take(key);
   return *this;
 }
 
-ConfigReader& ConfigReader::standing_required(const nlohmann::json& sources) {
+FieldReader& FieldReader::standing_required(const nlohmann::json& sources) {
   sources_ = &sources;
   return *this;
 }
 
 /// The bare number of a value with its standing, or nullptr after a complaint.
-const nlohmann::json* ConfigReader::stood(const nlohmann::json& value, std::string_view key) {
+const nlohmann::json* FieldReader::stood(const nlohmann::json& value, std::string_view key) {
   if (sources_ == nullptr) return &value;
   const bool estimated = value.is_array() && value.size() == 2 && value[1] == "estimated";
   const bool sourced = value.is_array() && value.size() == 3 && value[1] == "sourced" &&
@@ -71,8 +71,8 @@ const nlohmann::json* ConfigReader::stood(const nlohmann::json& value, std::stri
   return nullptr;
 }
 
-std::optional<double> ConfigReader::finite(const nlohmann::json& value, std::string_view key,
-                                           double low, double high) {
+std::optional<double> FieldReader::finite(const nlohmann::json& value, std::string_view key,
+                                          double low, double high) {
   const double number = value.is_number() ? value.get<double>() : NAN;
   if (number >= low && number <= high) return number;
   refuse({value.is_number() ? Errc::range : Errc::parse,
@@ -84,8 +84,8 @@ std::optional<double> ConfigReader::finite(const nlohmann::json& value, std::str
   return std::nullopt;
 }
 
-ConfigReader& ConfigReader::number(std::string_view key, double& value, double low, double high,
-                                   double to_si) {
+FieldReader& FieldReader::number(std::string_view key, double& value, double low, double high,
+                                 double to_si) {
   const nlohmann::json* found = take(key);
   if (found != nullptr) found = stood(*found, key);
   if (found == nullptr) return *this;
@@ -93,14 +93,14 @@ ConfigReader& ConfigReader::number(std::string_view key, double& value, double l
   return *this;
 }
 
-ConfigReader& ConfigReader::required(std::string_view key, double& value, double low, double high,
-                                     double to_si) {
+FieldReader& FieldReader::required(std::string_view key, double& value, double low, double high,
+                                   double to_si) {
   if (object_.is_object() && !object_.contains(std::string(key)))
     refuse({Errc::parse, "a key is missing", at(key), plain(low) + " to " + plain(high), {}, {}});
   return number(key, value, low, high, to_si);
 }
 
-ConfigReader& ConfigReader::flag(std::string_view key, bool& value) {
+FieldReader& FieldReader::flag(std::string_view key, bool& value) {
   const nlohmann::json* found = take(key);
   if (found == nullptr) return *this;
   if (found->is_boolean())
@@ -110,7 +110,7 @@ ConfigReader& ConfigReader::flag(std::string_view key, bool& value) {
   return *this;
 }
 
-ConfigReader& ConfigReader::text(std::string_view key, std::string& value) {
+FieldReader& FieldReader::text(std::string_view key, std::string& value) {
   const nlohmann::json* found = take(key);
   if (found == nullptr) return *this;
   if (found->is_string())
@@ -120,8 +120,8 @@ ConfigReader& ConfigReader::text(std::string_view key, std::string& value) {
   return *this;
 }
 
-ConfigReader& ConfigReader::pair(std::string_view key, double& first, double& second, double low,
-                                 double high, double to_si) {
+FieldReader& FieldReader::pair(std::string_view key, double& first, double& second, double low,
+                               double high, double to_si) {
   const nlohmann::json* found = take(key);
   if (found != nullptr) found = stood(*found, key);
   if (found == nullptr) return *this;
@@ -138,8 +138,8 @@ ConfigReader& ConfigReader::pair(std::string_view key, double& first, double& se
   return *this;
 }
 
-ConfigReader& ConfigReader::interval(std::string_view key, double& first, double& second,
-                                     double low, double high, double to_si) {
+FieldReader& FieldReader::interval(std::string_view key, double& first, double& second, double low,
+                                   double high, double to_si) {
   pair(key, first, second, low, high, to_si);
   if (first > second)
     refuse({Errc::range,
@@ -151,7 +151,7 @@ ConfigReader& ConfigReader::interval(std::string_view key, double& first, double
   return *this;
 }
 
-Status ConfigReader::finish() const {
+Status FieldReader::finish() const {
   if (error_) return tl::unexpected<Error>(*error_);
   for (const auto& [key, value] : object_.items())
     if (std::find(known_.begin(), known_.end(), key) == known_.end())

@@ -1,0 +1,78 @@
+#include "sim/devices/bench_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::sim {
+
+BenchWorld::BenchWorld(const WorldParams& params, std::uint64_t seed)
+    : geometry_(params.geometry),
+      stages_(params.stages.begin(), params.stages.end()),
+      plant_(params.plant, seed) {
+  finished_.counts = plant_.pad_counts();
+  plant_.mount(bare_plate(), pose({}));
+}
+
+TimePoint BenchWorld::frame_start(std::uint64_t frame) {
+  return TimePoint(Duration(static_cast<std::int64_t>(frame) * pad_timing::frame_ns));
+}
+
+std::uint64_t BenchWorld::frame_at_or_after(TimePoint t) {
+  const std::int64_t ns = std::max<std::int64_t>(t.time_since_epoch().count(), 0);
+  return static_cast<std::uint64_t>((ns + pad_timing::frame_ns - 1) / pad_timing::frame_ns);
+}
+
+TimePoint BenchWorld::next_grid_time() const {
+  if (grid_point_ == pad_timing::stages) return frame_start(frame_ + 1);
+  return frame_start(frame_) + Duration((grid_point_ + 1) * pad_timing::stage_ns);
+}
+
+Pose BenchWorld::pose(TimePoint t) const {
+  const auto at = [&](AxisId axis) { return stages_[index(axis)].carriage(t); };
+  const double ry = at(AxisId::ry), arm = geometry_.probe_arm_m;
+  return {.x_m = at(AxisId::x) - geometry_.origin_x_m + arm * std::sin(ry),
+          .y_m = at(AxisId::y) - geometry_.origin_y_m,
+          .z_m = at(AxisId::z) - arm * (1 - std::cos(ry)),
+          .rx_rad = at(AxisId::rx),
+          .ry_rad = ry};
+}
+
+void BenchWorld::take_grid_step() {
+  const TimePoint t = next_grid_time();
+  plant_.advance(pose(t), to_seconds(t - plant_time_));
+  for (Stage& stage : stages_) stage.settle(t);
+  plant_time_ = t;
+  if (grid_point_ < pad_timing::stages) {
+    plant_.convert(grid_point_++, frame_);
+    return;
+  }
+  finished_ = {frame_++, plant_.pad_counts()};
+  grid_point_ = 0;
+}
+
+void BenchWorld::advance_to(TimePoint now) {
+  while (next_grid_time() <= now) take_grid_step();
+}
+
+void BenchWorld::mount(const Patch& patch, TimePoint now) {
+  advance_to(now);
+  plant_.mount(patch, pose(now));
+  plant_time_ = std::max(plant_time_, now);
+}
+
+Stage& BenchWorld::stage(AxisId axis, TimePoint now) {
+  advance_to(now);
+  return stages_[index(axis)];
+}
+
+ContactState BenchWorld::contact(TimePoint now) {
+  advance_to(now);
+  return plant_.peek(pose(now), std::max(0.0, to_seconds(now - plant_time_)));
+}
+
+const PadFrame& BenchWorld::frame(TimePoint now) {
+  advance_to(now);
+  return finished_;
+}
+
+}  // namespace weft::sim

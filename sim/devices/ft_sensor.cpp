@@ -1,0 +1,57 @@
+#include "sim/devices/ft_sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/plant/random.hpp"
+
+namespace weft::sim {
+
+FtSensor::FtSensor(const FtSensorParams& params, std::uint64_t seed)
+    : params_(params), seed_(mix(seed, "force/torque noise")) {}
+
+Wrench FtSensor::load(const ContactState& contact) const {
+  const double fx = contact.friction_n[0], fy = contact.friction_n[1], fz = contact.normal_n;
+  const double rx = contact.pose.x_m - params_.centre_x_m;
+  const double ry = contact.pose.y_m - params_.centre_y_m;
+  const double rz = -params_.height_m;  // above the sensor, z counts down
+  const double weight_n = params_.plate_mass_kg * standard_gravity_mps2;
+  return {fx,
+          fy - weight_n * std::sin(contact.pose.rx_rad),
+          fz + weight_n * std::cos(contact.pose.rx_rad),
+          ry * fz - rz * fy,
+          rz * fx - rx * fz,
+          rx * fy - ry * fx};
+}
+
+Wrench FtSensor::converted(const ContactState& contact, std::uint32_t sample,
+                           bool& saturated) const {
+  Wrench wrench = load(contact);
+  Random random(mix(seed_, sample));
+  for (std::size_t i = 0; i < wrench.size(); ++i) {
+    const double noisy = wrench[i] + params_.noise[i] * random.gaussian();
+    const double held = std::clamp(noisy, -params_.range[i], params_.range[i]);
+    saturated = saturated || held != noisy;
+    const double quantum = params_.quantum[i];
+    wrench[i] = quantum > 0 ? quantum * std::round(held / quantum) : held;
+  }
+  return wrench;
+}
+
+FtReading FtSensor::read(const ContactState& contact, std::uint32_t sample) const {
+  FtReading reading;
+  const Wrench wrench = converted(contact, sample, reading.saturated);
+  for (std::size_t i = 0; i < wrench.size(); ++i) {
+    const double scale = i < 3 ? params_.counts_per_n : params_.counts_per_nm;
+    const double counts = std::round((wrench[i] - bias_[i]) * scale);
+    reading.counts[i] = static_cast<std::int32_t>(std::clamp(counts, -2147483648.0, 2147483647.0));
+  }
+  return reading;
+}
+
+void FtSensor::bias(const ContactState& contact, std::uint32_t sample) {
+  bool saturated = false;
+  bias_ = converted(contact, sample, saturated);
+}
+
+}  // namespace weft::sim

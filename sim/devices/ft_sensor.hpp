@@ -1,0 +1,52 @@
+#pragma once
+// The Mini40 under the plate: contact and plate weight as counts, with quantum, noise, saturation
+// and software bias. Figures: reference protocols.md B.6 (SI-40-2), [E] where marked M there.
+
+#include <array>
+#include <cstdint>
+
+#include "sim/plant/contact.hpp"
+
+namespace weft::sim {
+
+/// Six components: Fx, Fy, Fz [N], Tx, Ty, Tz [N m], in the fabric frame, z down.
+using Wrench = std::array<double, 6>;
+
+struct FtSensorParams {
+  double counts_per_n = 1e6;
+  double counts_per_nm = 1e6;
+  Wrench range{40, 40, 120, 2, 2, 2};
+  Wrench quantum{0.01, 0.01, 0.02, 0.00025, 0.00025, 0.00025};
+  Wrench noise{0.005, 0.005, 0.01, 0.000125, 0.000125, 0.000125};  ///< rms [E]
+  double plate_mass_kg = 0.3;                                      ///< what it carries always [E]
+  double centre_x_m = 0;  ///< the sensor's axis in the fabric frame
+  double centre_y_m = 0;
+  double height_m = 0.02;  ///< from the sensor's plane up to the plate's surface [E]
+};
+
+struct FtReading {
+  std::array<std::int32_t, 6> counts{};
+  bool saturated = false;
+};
+
+class FtSensor {
+ public:
+  FtSensor(const FtSensorParams& params, std::uint64_t seed);
+
+  /// What the sensor is loaded with: contact forces at the contact point, and the plate's weight.
+  [[nodiscard]] Wrench load(const ContactState& contact) const;
+  /// One conversion; `sample` numbers it and draws its noise.
+  [[nodiscard]] FtReading read(const ContactState& contact, std::uint32_t sample) const;
+  /// The present reading becomes zero.
+  void bias(const ContactState& contact, std::uint32_t sample);
+
+ private:
+  [[nodiscard]] Wrench converted(const ContactState& contact, std::uint32_t sample,
+                                 bool& saturated) const;
+
+  FtSensorParams params_;
+  std::uint64_t seed_;
+  Wrench bias_{};
+};
+
+}  // namespace weft::sim

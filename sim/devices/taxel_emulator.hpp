@@ -1,0 +1,43 @@
+#pragma once
+// The tactile sensor's microcontroller: a frame of protocols/taxel at the end of every scan, from
+// power-on, without being asked.
+
+#include <cstdint>
+
+#include "protocols/taxel/taxel.hpp"
+#include "sim/devices/bench_world.hpp"
+#include "sim/devices/emulator.hpp"
+#include "sim/plant/random.hpp"
+
+namespace weft::sim {
+
+struct TaxelEmulatorParams {
+  /// Frames are cut into pieces of 1 to this many bytes, at random; 0 sends them whole.
+  std::size_t largest_chunk_bytes = 0;
+  std::uint64_t chunk_seed = 0;
+};
+
+class TaxelEmulator final : public Emulator {
+ public:
+  /// `world` outlives the emulator. Powered on at `now`: the first frame is the first whole scan.
+  TaxelEmulator(const TaxelEmulatorParams& params, BenchWorld& world, TimePoint now);
+
+  /// The sensor takes no commands: bytes are ignored.
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+  [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
+  void wake(TimePoint now, ByteSink& out) override;
+
+ private:
+  void send_frame(TimePoint at, ByteSink& out);
+  void send(ByteView bytes, ByteSink& out);
+
+  TaxelEmulatorParams params_;
+  BenchWorld* world_;
+  TimePoint power_on_;
+  std::uint64_t next_frame_;
+  std::uint16_t sequence_ = 0;
+  Random chunks_;
+  Bytes buffer_;
+};
+
+}  // namespace weft::sim
