@@ -1,0 +1,42 @@
+#include "sim/rig/attachment.hpp"
+
+#include <algorithm>
+
+namespace weft::sim {
+
+Attachment::Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop)
+    : emulator_(std::move(emulator)), link_(&link), loop_(&loop) {
+  // A host that has gone is no concern of a device: it sends into the void.
+  sink_ = [this](ByteView bytes) { static_cast<void>(link_->write(bytes)); };
+}
+
+void Attachment::connect() {
+  link_->on_receive([weak = weak_from_this()](ByteView bytes, TimePoint) {
+    if (const auto self = weak.lock()) self->receive(bytes);
+  });
+  schedule();
+}
+
+void Attachment::receive(ByteView bytes) {
+  emulator_->receive(bytes, loop_->now(), sink_);
+  schedule();
+}
+
+void Attachment::wake() {
+  scheduled_.reset();
+  emulator_->wake(loop_->now(), sink_);
+  schedule();
+}
+
+void Attachment::schedule() {
+  const std::optional<TimePoint> due = emulator_->next_wakeup();
+  if (due == scheduled_) return;
+  if (scheduled_) loop_->cancel(timer_);
+  scheduled_ = due;
+  if (!due) return;
+  timer_ = loop_->at(std::max(*due, loop_->now()), [weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->wake();
+  });
+}
+
+}  // namespace weft::sim

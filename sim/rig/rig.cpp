@@ -1,0 +1,95 @@
+#include "sim/rig/rig.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/random.hpp"
+#include "sim/rig/attachment.hpp"
+#include "sim/rig/rig_config.hpp"
+
+namespace weft::sim {
+
+struct Rig::Parts {
+  Parts(RigConfig read_config, FabricLibrary read_library, std::uint64_t rig_seed)
+      : config(std::move(read_config)),
+        library(std::move(read_library)),
+        seed(rig_seed),
+        world(config.world, rig_seed) {}
+
+  [[nodiscard]] std::unique_ptr<Emulator> power_on(const EmulatedDevice& device, TimePoint now) {
+    if (const auto* stage = std::get_if<AptStageParams>(&device.params))
+      return std::make_unique<AptStageEmulator>(*stage, world, now);
+    if (const auto* box = std::get_if<RdtEmulatorParams>(&device.params))
+      return std::make_unique<RdtEmulator>(*box, world, mix(seed, device.name));
+    TaxelEmulatorParams taxels = std::get<TaxelEmulatorParams>(device.params);
+    taxels.chunk_seed = mix(seed, device.name);
+    return std::make_unique<TaxelEmulator>(taxels, world, now);
+  }
+
+  RigConfig config;
+  FabricLibrary library;
+  std::uint64_t seed;
+  BenchWorld world;
+  std::map<std::string, std::shared_ptr<Attachment>, std::less<>> attached;
+};
+
+Rig::Rig(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Rig::~Rig() = default;
+
+Result<std::unique_ptr<Rig>> Rig::create(std::string_view rig_json, std::string_view fabrics_json,
+                                         std::uint64_t seed) {
+  auto config = parse_rig_config(rig_json);
+  if (!config) return pass(config.error(), "rig file");
+  auto library = parse_fabrics(fabrics_json);
+  if (!library) return pass(library.error(), "fabrics");
+  auto parts = std::make_unique<Parts>(std::move(*config), std::move(*library), seed);
+  return std::unique_ptr<Rig>(new Rig(std::move(parts)));
+}
+
+Status Rig::attach(std::string_view device_name, Link& device_end, Loop& loop) {
+  const auto& devices = parts_->config.devices;
+  const auto device = std::find_if(devices.begin(), devices.end(),
+                                   [&](const auto& d) { return d.name == device_name; });
+  if (device == devices.end())
+    return fail(Errc::not_found, "the rig file has no such device", std::string(device_name));
+  parts_->world.advance_to(loop.now());
+  const auto attachment =
+      std::make_shared<Attachment>(parts_->power_on(*device, loop.now()), device_end, loop);
+  parts_->attached[device->name] = attachment;
+  attachment->connect();
+  return {};
+}
+
+Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint now) {
+  const Fabric* found = parts_->library.find(fabric);
+  if (found == nullptr)
+    return fail(Errc::not_found, "no such fabric", {}, "a name of the fabric table",
+                std::string(fabric));
+  const auto patch = cut_patch(*found, parts_->library.params, parts_->library.spread,
+                               parts_->config.switches, patch_seed);
+  if (!patch) return pass(patch.error());
+  parts_->world.mount(*patch, now);
+  return {};
+}
+
+Status Rig::unmount(TimePoint now) {
+  parts_->world.mount(bare_plate(), now);
+  return {};
+}
+
+std::vector<std::string> Rig::fabrics() const {
+  return parts_->library.names();
+}
+
+Truth Rig::truth(TimePoint now) {
+  const ContactState contact = parts_->world.contact(now);
+  return {.contact_force_n = contact.normal_n,
+          .indentation_m = contact.indentation_m,
+          .probe_z_m = contact.probe_z_m(),
+          .fabric_point_m = {contact.pose.x_m, contact.pose.y_m},
+          .friction_n = contact.friction_n,
+          .pad_pressure_pa = parts_->world.plant().pad_pressures_pa()};
+}
+
+}  // namespace weft::sim

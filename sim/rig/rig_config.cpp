@@ -1,0 +1,238 @@
+#include "sim/rig/rig_config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "protocols/base/units.hpp"
+#include "sim/plant/field_reader.hpp"
+
+namespace weft::sim {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most_devices = 64;
+constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
+
+const json& child_or_empty(const json& object, const char* key) {
+  static const json empty = json::object();
+  const auto found = object.find(key);
+  return found == object.end() ? empty : *found;
+}
+
+/// A key of a section that others own too: only its value is checked here.
+Status shared_number(const json& section, const char* pointer, const char* key, double& value,
+                     double low, double high, double to_si) {
+  if (!section.is_object() || !section.contains(key)) return {};
+  const json alone{{key, section[key]}};
+  return FieldReader(alone, pointer).number(key, value, low, high, to_si).finish();
+}
+
+Status read_plate(const json& plate, RigConfig& config) {
+  BenchGeometry& geometry = config.world.geometry;
+  double width_m = 0.15, depth_m = 0.15;
+  json known = json::object();
+  for (const char* key : {"origin_mm", "size_mm", "surface_z_mm", "tilt_axis_y_mm"})
+    if (plate.is_object() && plate.contains(key)) known[key] = plate[key];
+  FieldReader reader(known, "/plate");
+  reader.pair("origin_mm", geometry.origin_x_m, geometry.origin_y_m, -1000, 1000, m_per_mm);
+  reader.pair("size_mm", width_m, depth_m, 1, 2000, m_per_mm);
+  ContactGeometry& contact = config.world.plant.geometry;
+  contact.tilt_axis_y_m = depth_m / 2;
+  reader.required("surface_z_mm", contact.plate_z_m, -1000, 1000, m_per_mm);
+  reader.number("tilt_axis_y_mm", contact.tilt_axis_y_m, -1000, 1000, m_per_mm);
+  for (EmulatedDevice& device : config.devices)
+    if (auto* box = std::get_if<RdtEmulatorParams>(&device.params)) {
+      box->sensor.centre_x_m = width_m / 2;
+      box->sensor.centre_y_m = depth_m / 2;
+    }
+  return reader.finish();
+}
+
+Status read_probe(const json& probe, RigConfig& config) {
+  if (Status s =
+          shared_number(probe, "/probe", "mass_kg", config.world.plant.mount.mass_kg, 1e-3, 50, 1);
+      !s)
+    return s;
+  return shared_number(probe, "/probe", "tilt_arm_mm", config.world.geometry.probe_arm_m, 0, 10000,
+                       m_per_mm);
+}
+
+Status read_pads(const json& object, PadParams& pads) {
+  FieldReader reader(object, "/simulation/pads");
+  reader.number("gap_um", pads.gap_m, 0.1, 1000, m_per_um);
+  reader.number("gap_pressure_Pa", pads.gap_pressure_pa, 10, 1e7);
+  reader.number("gain_spread", pads.gain_spread, 0, 0.5);
+  reader.number("gap_spread", pads.gap_spread, 0, 0.5);
+  reader.number("crosstalk", pads.crosstalk, 0, 0.25);
+  reader.number("creep", pads.creep, 0, 1);
+  reader.number("creep_time_s", pads.creep_time_s, 0.01, 1e5);
+  reader.number("hysteresis", pads.hysteresis, 0, 0.5);
+  reader.number("drift_counts", pads.drift_counts, 0, 1e4);
+  reader.number("drift_time_s", pads.drift_time_s, 0.01, 1e7);
+  reader.number("noise_counts", pads.noise_counts, 0, 1e4);
+  return reader.finish();
+}
+
+Status read_switches(const json& object, MaterialSwitches& switches) {
+  FieldReader reader(object, "/simulation/switches");
+  reader.flag("relaxation", switches.relaxation).flag("hysteresis", switches.hysteresis);
+  reader.flag("friction", switches.friction).flag("texture", switches.texture);
+  reader.flag("waviness", switches.waviness).flag("trial_spread", switches.trial_spread);
+  return reader.finish();
+}
+
+Status read_simulation(const json& object, RigConfig& config) {
+  PlantParams& plant = config.world.plant;
+  FieldReader reader(object, "/simulation");
+  std::string level = "L1";
+  reader.text("level", level).ignore("fabrics").ignore("note");
+  reader.number("mount_stiffness_n_m", plant.mount.stiffness_n_m, 1, 1e9);
+  reader.number("stop_stiffness_n_m", plant.mount.stop_stiffness_n_m, 1, 1e9);
+  reader.number("slack_mm", plant.mount.slack_m, 0, 50, m_per_mm);
+  reader.number("rig_tilt_mrad", plant.rig_tilt, 0, 100, 1e-3);
+  const json* pads = reader.child("pads");
+  const json* switches = reader.child("switches");
+  if (Status s = reader.finish(); !s) return s;
+  if (level != "L1")
+    return fail(Errc::unsupported, "no such fidelity level", "/simulation/level", "L1", level);
+  if (pads != nullptr)
+    if (Status s = read_pads(*pads, plant.pads); !s) return s;
+  if (switches != nullptr)
+    if (Status s = read_switches(*switches, config.switches); !s) return s;
+  return {};
+}
+
+Result<AptStageParams> read_stage(const json& emulator, const std::string& where,
+                                  const std::string& role, StageParams& stage) {
+  const auto axis = std::find(axis_roles.begin(), axis_roles.end(), role);
+  if (axis == axis_roles.end())
+    return fail(Errc::parse, "a stage needs an axis as its role", where, "x, y, z, rx or ry", role);
+  AptStageParams params;
+  params.axis = static_cast<AxisId>(axis - axis_roles.begin());
+  std::string kind, name = "LTS150", retarget = "replan";
+  double serial = params.serial, silent_after = params.silent_after, quantum = 1, backlash = 0;
+  FieldReader reader(emulator, where);
+  reader.text("kind", kind).text("stage", name).text("model", params.model);
+  reader.text("retarget", retarget);
+  reader.number("serial", serial, 0, 99'999'999).number("silent_after", silent_after, 0, 1e6);
+  const auto* model = protocols::apt::find_stage(name);
+  if (model == nullptr)
+    return fail(Errc::not_found, "no such stage", where + "/stage", "a Thorlabs stage", name);
+  const bool linear = model->axis == protocols::apt::Axis::linear;
+  const double si = linear ? m_per_mm : rad_per_deg;
+  const double span = linear ? 1000 : 360;
+  stage.low = (linear ? model->travel_low : -model->travel_high) * si;
+  stage.high = model->travel_high * si;
+  reader.interval(linear ? "travel_mm" : "travel_deg", stage.low, stage.high, -span, span, si);
+  reader.number(linear ? "start_mm" : "start_deg", stage.start, -span, span, si);
+  reader.number(linear ? "quantum_um" : "quantum_urad", quantum, 0, 1e4);
+  reader.number(linear ? "backlash_um" : "backlash_urad", backlash, 0, 1e4);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  if (retarget != "replan" && retarget != "ignore")
+    return fail(Errc::parse, "no such policy", where + "/retarget", "replan or ignore", retarget);
+  stage.quantum = quantum * 1e-6;
+  stage.backlash = backlash * 1e-6;
+  stage.start = std::clamp(stage.start, stage.low, stage.high);
+  params.stage = model;
+  params.serial = static_cast<std::int32_t>(serial);
+  params.silent_after = static_cast<std::uint32_t>(silent_after);
+  params.retarget = retarget == "ignore" ? RetargetPolicy::ignore : RetargetPolicy::replan;
+  return params;
+}
+
+Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& where) {
+  RdtEmulatorParams params;
+  std::string kind;
+  double per_datagram = 10, noise = 1;
+  FieldReader reader(emulator, where);
+  reader.text("kind", kind).number("rate_hz", params.rate_hz, 1, 7000);
+  reader.number("records_per_datagram", per_datagram, 1, 40);
+  reader.number("counts_per_n", params.sensor.counts_per_n, 1, 1e7);
+  reader.number("counts_per_nm", params.sensor.counts_per_nm, 1, 1e7);
+  reader.number("plate_mass_kg", params.sensor.plate_mass_kg, 0, 5);
+  reader.number("height_mm", params.sensor.height_m, 0, 500, m_per_mm);
+  reader.number("noise_scale", noise, 0, 1000);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  params.records_per_datagram = static_cast<std::size_t>(per_datagram);
+  for (double& component : params.sensor.noise) component *= noise;
+  return params;
+}
+
+Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string& where) {
+  TaxelEmulatorParams params;
+  std::string kind;
+  double chunk = 0;
+  FieldReader reader(emulator, where);
+  reader.text("kind", kind).number("largest_chunk_bytes", chunk, 0, 4096);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
+  return params;
+}
+
+std::string text_at(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+Result<EmulatedDevice> read_device(const json& device, const std::string& where,
+                                   RigConfig& config) {
+  if (!device.is_object()) return fail(Errc::parse, "not a device", where, "an object");
+  EmulatedDevice out;
+  out.name = text_at(device, "name");
+  if (out.name.empty()) return fail(Errc::parse, "a device without a name", where + "/name");
+  const json& emulator = child_or_empty(device, "emulator");
+  const std::string at = where + "/emulator", kind = text_at(emulator, "kind");
+  if (kind == "apt_stage") {
+    const std::string role = text_at(device, "role");
+    StageParams stage;
+    auto params = read_stage(emulator, at, role, stage);
+    if (!params) return pass(params.error());
+    config.world.stages[static_cast<std::size_t>(params->axis)] = stage;
+    out.params = *params;
+  } else if (kind == "rdt") {
+    auto params = read_box(emulator, at);
+    if (!params) return pass(params.error());
+    out.params = *params;
+  } else if (kind == "taxel") {
+    auto params = read_taxels(emulator, at);
+    if (!params) return pass(params.error());
+    out.params = *params;
+  } else {
+    return fail(Errc::parse, "no such emulator", at + "/kind", "apt_stage, rdt or taxel", kind);
+  }
+  return out;
+}
+
+Status read_devices(const json& devices, RigConfig& config) {
+  if (!devices.is_array() || devices.size() > most_devices)
+    return fail(Errc::parse, "not a list of devices", "/devices", "at most 64 devices");
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    auto device = read_device(devices[i], "/devices/" + std::to_string(i), config);
+    if (!device) return pass(device.error());
+    for (const EmulatedDevice& other : config.devices)
+      if (other.name == device->name)
+        return fail(Errc::parse, "a device twice", "/devices/" + std::to_string(i) + "/name", {},
+                    device->name);
+    config.devices.push_back(std::move(*device));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<RigConfig> parse_rig_config(std::string_view rig_json) {
+  const json rig = json::parse(rig_json, nullptr, /*allow_exceptions=*/false);
+  if (!rig.is_object()) return fail(Errc::parse, "not a JSON object", "rig file", "an object");
+  RigConfig config;
+  if (Status s = read_devices(child_or_empty(rig, "devices"), config); !s) return pass(s.error());
+  if (Status s = read_plate(child_or_empty(rig, "plate"), config); !s) return pass(s.error());
+  if (Status s = read_probe(child_or_empty(rig, "probe"), config); !s) return pass(s.error());
+  if (Status s = read_simulation(child_or_empty(rig, "simulation"), config); !s)
+    return pass(s.error());
+  return config;
+}
+
+}  // namespace weft::sim
