@@ -18,6 +18,10 @@ int exponent_of(std::span<const double> v) {
   return exponent;
 }
 
+bool silent(std::span<const double> v) {
+  return std::all_of(v.begin(), v.end(), [](double x) { return x == 0.0; });
+}
+
 void load_scaled(std::span<const double> v, int exponent, std::vector<double>& out) {
   for (std::size_t i = 0; i < v.size(); ++i) out[i] = std::ldexp(v[i], -exponent);
 }
@@ -149,6 +153,9 @@ void Spectrum::magnitudes(std::span<const double> a, std::span<const double> b,
     out_a[k] = std::ldexp(0.5 * std::sqrt(sr * sr + si * si), exponent_a);
     out_b[k] = std::ldexp(0.5 * std::sqrt(dr * dr + di * di), exponent_b);
   }
+  // What a silent signal shows beside a live one is the live one's rounding.
+  if (silent(a)) std::fill(out_a.begin(), out_a.end(), 0.0);
+  if (silent(b)) std::fill(out_b.begin(), out_b.end(), 0.0);
 }
 
 }  // namespace weft::classifier

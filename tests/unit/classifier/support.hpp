@@ -46,16 +46,18 @@ inline FeatureMatrix gaussian_classes(std::size_t classes, std::size_t per_class
   RandomEngine engine(seed);
   FeatureMatrix out;
   out.values = Matrix(classes * per_class, features);
-  for (std::size_t k = 0; k < features; ++k) out.names.push_back("f" + std::to_string(k));
+  for (std::size_t k = 0; k < features; ++k)
+    out.names.push_back(std::to_string(k).insert(0, 1, 'f'));
   for (std::size_t r = 0; r < out.values.rows(); ++r) {
     const std::size_t c = r / per_class;
     for (std::size_t k = 0; k < features; ++k) {
       const bool high = k < 16 && ((c >> k) & 1U) != 0;
       out.values(r, k) = (high ? separation : 0.0) + normal(engine);
     }
-    out.labels.push_back(std::string("class") + static_cast<char>('a' + c));
+    out.labels.emplace_back("class");
+    out.labels.back().push_back(static_cast<char>('a' + c));
     out.groups.push_back(std::to_string(r % per_class));
-    out.files.push_back("row" + std::to_string(r));
+    out.files.push_back(std::to_string(r).append(".csv"));
   }
   return out;
 }

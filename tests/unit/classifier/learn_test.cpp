@@ -1,0 +1,177 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <limits>
+#include <set>
+
+#include "classifier/learn/distance.hpp"
+#include "classifier/learn/folds.hpp"
+#include "classifier/learn/parallel.hpp"
+#include "classifier/learn/scaler.hpp"
+#include "classifier/learn/svm.hpp"
+#include "tests/unit/classifier/support.hpp"
+
+namespace weft::classifier {
+namespace {
+
+Matrix points(const std::vector<std::vector<double>>& rows) {
+  Matrix out(rows.size(), rows.front().size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    std::copy(rows[r].begin(), rows[r].end(), out.row(r).begin());
+  }
+  return out;
+}
+
+Matrix kernel_of(const Matrix& rows, double gamma) {
+  Matrix squared(rows.rows(), rows.rows());
+  add_squared_distances(rows, rows, 0, rows.cols(), squared);
+  return rbf(squared, gamma);
+}
+
+std::vector<std::size_t> one_each(std::size_t n) {
+  std::vector<std::size_t> out(n);
+  for (std::size_t i = 0; i < n; ++i) out[i] = i;
+  return out;
+}
+
+TEST_CASE("Two points have the SVM solution worked by hand") {
+  // maximise 2a - a^2 (1 - k): a = 1 / (1 - k), f = a (K(x, x1) - K(x, x2)), no bias
+  const Matrix kernel = kernel_of(points({{0.0}, {1.0}}), 0.7);
+  SvmTrainer trainer(std::vector<int>{1, -1});
+  REQUIRE(trainer.set_kernel(kernel));
+  const auto free = trainer.solve(100.0, 1e-6);
+  REQUIRE(free);
+  const double alpha = 1.0 / (1.0 - std::exp(-0.7));
+  CHECK(free->coefficient[0] == Approx(alpha).epsilon(1e-5));
+  CHECK(free->coefficient[1] == Approx(-alpha).epsilon(1e-5));
+  CHECK(free->bias == Approx(0.0).margin(1e-5));
+  const auto bounded = trainer.solve(0.25, 1e-6);
+  CHECK(bounded->coefficient[0] == 0.25);
+}
+
+TEST_CASE("Every SVM solution meets the optimality conditions to the tolerance") {
+  const FeatureMatrix m = testing::gaussian_classes(2, 20, 3, 1.0, 5);
+  std::vector<int> sign(20, 1);
+  sign.resize(40, -1);
+  const double tolerance = 1e-3;
+  SvmTrainer trainer(sign);
+  const Matrix kernel = kernel_of(m.values, 0.3);
+  REQUIRE(trainer.set_kernel(kernel));
+  for (const double c : {0.5, 8.0, 512.0}) {
+    const auto svm = trainer.solve(c, tolerance);
+    REQUIRE(svm);
+    double balance = 0.0;
+    for (std::size_t i = 0; i < sign.size(); ++i) {
+      double f = svm->bias;
+      for (std::size_t j = 0; j < sign.size(); ++j) f += svm->coefficient[j] * kernel(i, j);
+      const double alpha = svm->coefficient[i] * sign[i];
+      balance += svm->coefficient[i];
+      CHECK(alpha >= 0.0);
+      CHECK(alpha <= c);
+      if (alpha < c) CHECK(sign[i] * f >= 1.0 - 2 * tolerance);
+      if (alpha > 0.0) CHECK(sign[i] * f <= 1.0 + 2 * tolerance);
+    }
+    CHECK(balance == Approx(0.0).margin(1e-9 * c));
+  }
+}
+
+TEST_CASE("Duplicates with opposite labels converge to bounded coefficients") {
+  SvmTrainer trainer(std::vector<int>{1, -1, 1, -1});
+  REQUIRE(trainer.set_kernel(kernel_of(points({{1}, {1}, {2}, {3}}), 0.5)));
+  const auto svm = trainer.solve(2048.0, 1e-3);
+  REQUIRE(svm);
+  for (const double v : svm->coefficient) CHECK(std::abs(v) <= 2048.0);
+}
+
+TEST_CASE("NaN, one class, a wrong size and unusable parameters never reach libsvm") {
+  SvmTrainer trainer(std::vector<int>{1, -1});
+  CHECK_FALSE(trainer.solve(1.0, 1e-3));
+  Matrix kernel(2, 2, 1.0);
+  kernel(0, 1) = std::nan("");
+  CHECK_FALSE(trainer.set_kernel(kernel));
+  CHECK_FALSE(trainer.set_kernel(Matrix(3, 3)));
+  CHECK_FALSE(SvmTrainer(std::vector<int>{1, 1}).set_kernel(Matrix(2, 2, 1.0)));
+  REQUIRE(trainer.set_kernel(Matrix(2, 2, 1.0)));
+  for (const double c : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    CHECK_FALSE(trainer.solve(c, 1e-3));
+  }
+  CHECK_FALSE(trainer.solve(1.0, 0.0));
+}
+
+TEST_CASE("Distances far from the origin keep their digits and never turn negative") {
+  Matrix far = points({{1e6, 0.25}, {1e6 + 0.5, 0.25}, {1e6, 0.25}});
+  Matrix squared(3, 3);
+  add_squared_distances(far, far, 0, 1, squared);
+  add_squared_distances(far, far, 1, 2, squared);
+  CHECK(squared(0, 1) == 0.25);
+  CHECK(squared(0, 2) == 0.0);
+}
+
+TEST_CASE("Scaling gives zero mean and unit deviation, and leaves constants alone") {
+  const Matrix rows = points({{1, 5, 1e300, 0.1}, {3, 5, -1e300, 0.1}, {5, 5, 1e300, 0.1}});
+  const Scaler scaler = fit_scaler(rows);
+  CHECK(scaler.mean[0] == Approx(3.0));
+  CHECK(scaler.deviation[0] == Approx(std::sqrt(8.0 / 3.0)));
+  CHECK(scaler.deviation[1] == 1.0);
+  CHECK(std::isfinite(scaler.deviation[2]));
+  CHECK(scaler.deviation[3] == 1.0);
+  CHECK(scaled(scaler, rows)(0, 1) == 0.0);
+}
+
+TEST_CASE("Eight and eight trials in five folds are dealt 4 3 3 3 3, every trial once") {
+  std::vector<int> sign(8, 1);
+  sign.resize(16, -1);
+  const auto folds = stratified_folds(sign, one_each(16), 5, 1);
+  REQUIRE(folds.size() == 5);
+  std::multiset<std::size_t> sizes, seen;
+  for (const Fold& fold : folds) {
+    sizes.insert(fold.validate.size());
+    seen.insert(fold.validate.begin(), fold.validate.end());
+    CHECK(fold.train.size() + fold.validate.size() == 16);
+    const auto positives = std::count_if(fold.validate.begin(), fold.validate.end(),
+                                         [&](std::size_t r) { return sign[r] > 0; });
+    CHECK(positives >= 1);
+    CHECK(positives <= 2);
+  }
+  CHECK(sizes == std::multiset<std::size_t>{3, 3, 3, 3, 4});
+  CHECK(seen.size() == 16);
+  CHECK(std::set<std::size_t>(seen.begin(), seen.end()).size() == 16);
+}
+
+TEST_CASE("Folds repeat with their seed, change with another, and shrink to the smaller class") {
+  std::vector<int> sign(10, 1);
+  sign.resize(13, -1);
+  const auto a = stratified_folds(sign, one_each(13), 5, 7);
+  CHECK(a.size() == 3);
+  CHECK(a[0].validate == stratified_folds(sign, one_each(13), 5, 7)[0].validate);
+  CHECK(a[0].validate != stratified_folds(sign, one_each(13), 5, 8)[0].validate);
+}
+
+TEST_CASE("Windows of one recording are never split between training and validation") {
+  const std::vector<int> sign = {1, 1, 1, 1, 1, 1, -1, -1, -1, -1};
+  const std::vector<std::size_t> unit = {0, 0, 1, 1, 2, 2, 3, 3, 4, 4};
+  const auto folds = stratified_folds(sign, unit, 5, 1);
+  CHECK(folds.size() == 2);
+  for (const Fold& fold : folds) {
+    std::set<std::size_t> train, validate;
+    for (const std::size_t r : fold.train) train.insert(unit[r]);
+    for (const std::size_t r : fold.validate) validate.insert(unit[r]);
+    for (const std::size_t u : validate) CHECK(train.count(u) == 0);
+  }
+}
+
+TEST_CASE("A parallel loop visits every item once with any number of threads") {
+  for (const std::size_t threads : {0U, 1U, 3U, 50U}) {
+    std::vector<int> visits(20);
+    parallel_for(20, threads, [&](std::size_t i) { ++visits[i]; });
+    CHECK(visits == std::vector<int>(20, 1));
+    std::vector<int> blocks(20);
+    parallel_blocks(20, threads, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) ++blocks[i];
+    });
+    CHECK(blocks == std::vector<int>(20, 1));
+  }
+  parallel_for(0, 4, [](std::size_t) { FAIL("no item to visit"); });
+}
+
+}  // namespace
+}  // namespace weft::classifier
