@@ -18,13 +18,13 @@ struct ForceLoopConfig {
   double loop_gain = 0.3;                ///< g, per cycle
   double cycle_s = 0.01;                 ///< T; a longer dt_s takes its place
   double integral_time_s = 1.0;          ///< of the part that follows the relaxation of the cloth
-  double max_speed_mps = 1e-3;           ///< clamp of the command
+  double max_speed_mps = 0.5e-3;         ///< clamp of the command
   double max_acceleration_mps2 = 20e-3;  ///< of the stage: no faster than it can stop in time
   double position_quantum_m = 1e-6;      ///< of the stage; errors under one quantum are left alone
   double stiffness_initial_npm = 2e4;  ///< the mount's: cloth and mount in series are never stiffer
   double stiffness_min_npm = 10;
   double stiffness_max_npm = 1e8;
-  double lambda_max_m = 1e-3;  ///< longest compression length that may be on the plate
+  double lambda_max_m = 0.7e-3;  ///< longest compression length that may be on the plate
 };
 
 /// Memory of the loop. A default-made one starts afresh: make a new one whenever the loop is

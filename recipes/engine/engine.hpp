@@ -190,8 +190,8 @@ struct State {
   std::optional<Error> trial_error;
   std::optional<Outcome> campaign_outcome;  ///< set when the campaign ends after this trial
   std::optional<Error> first_error;
-  std::size_t completed = 0;
-  std::size_t failed = 0;
+  std::size_t completed = 0;  ///< trials that ended complete
+  std::size_t failed = 0;     ///< trials that ended otherwise
 };
 
 struct Transition {

@@ -28,6 +28,7 @@ struct RigLimits {
   std::size_t taxels = 16;
   double taxel_rate_hz = 37;
   double wrench_rate_hz = 100;
+  double stage_rate_hz = 20;         ///< recorded positions, all axes in one row
   std::vector<std::string> fabrics;  ///< names the rig can mount; empty when it takes any
 
   /// z stage position for transfers: the probe clears the cloth everywhere on the plate.

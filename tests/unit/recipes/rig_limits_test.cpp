@@ -1,0 +1,63 @@
+#include <catch2/catch.hpp>
+
+#include "tests/unit/recipes/bench.hpp"
+
+using namespace weft::recipes;
+using test::rig_json;
+using test::with;
+
+namespace {
+
+std::string problems_of(const std::string& rig) {
+  const weft::Result<RigLimits> limits = parse_rig_limits(rig);
+  REQUIRE_FALSE(limits);
+  return to_string(limits.error());
+}
+
+}  // namespace
+
+TEST_CASE("A rig file is read in SI units") {
+  const RigLimits limits = test::limits();
+  CHECK(limits.bench == "simulated");
+  CHECK(limits.max_speed_mps == 0.004);
+  CHECK(limits.max_acceleration_mps2 == 0.02);
+  CHECK(limits.geometry.travel[index(Axis::z)].max == 0.15);
+  CHECK(limits.geometry.travel[index(Axis::rx)].max == Approx(0.0872664626));
+  CHECK(limits.probe_weight_n == Approx(1.96133));
+  CHECK(limits.clear_z_m() == Approx(0.092));
+}
+
+TEST_CASE("Sections of the rig file that belong to others are left alone") {
+  CHECK(parse_rig_limits(with(rig_json, "\"level\": \"L1\"", "\"level\": 7, \"x\": [1, {}]")));
+}
+
+TEST_CASE("Every problem of a rig file is in the error, with its pointer") {
+  std::string rig = with(rig_json, "\"bench\": \"simulated\"", "\"bench\": \"simulatd\"");
+  rig = with(rig, "\"speed_mm_s\": 4", "\"speed\": 4");
+  rig = with(rig, "\"x\": [0, 150]", "\"x\": [150, 0]");
+  rig = with(rig, "\"mass_kg\": 0.2", "\"mass_kg\": -1");
+  const std::string text = problems_of(rig);
+  for (const char* part :
+       {"/bench: ", "Did you mean simulated", "/limits/speed: ", "Did you mean speed_mm_s",
+        "/limits/travel_mm/x: the range is empty", "/probe/mass_kg: the number is out of range"})
+    CHECK_THAT(text, Catch::Contains(part));
+}
+
+TEST_CASE("A misspelled limit is refused") {
+  CHECK_THAT(problems_of(with(rig_json, "force_cap_N", "force_cpa_N")),
+             Catch::Contains("the key force_cap_N is missing") &&
+                 Catch::Contains("Did you mean force_cap_N"));
+}
+
+TEST_CASE("Limits that contradict each other are refused") {
+  CHECK_THAT(problems_of(with(rig_json, "\"surface_z_mm\": 100", "\"surface_z_mm\": 160")),
+             Catch::Contains("not within the travel of z"));
+  CHECK_THAT(problems_of(with(rig_json, "\"tilt_deg\": [-5, 5]", "\"tilt_deg\": [1, 5]")),
+             Catch::Contains("cannot stand upright"));
+  CHECK_THAT(problems_of(with(rig_json, "\"force_cap_N\": 10", "\"force_cap_N\": 1")),
+             Catch::Contains("own weight"));
+}
+
+TEST_CASE("A rig file that is not JSON is refused with line and column") {
+  CHECK_THAT(problems_of("{\"name\": }"), Catch::Contains("line 1, column 10"));
+}
