@@ -14,6 +14,9 @@ namespace weft::daemon {
 /// M. Errors carry file:line. Bench kind of the result: unknown.
 Result<Dataset> import_manifest(const std::filesystem::path& manifest);
 
+/// One such trial file by itself: a data set of one trial without label or group.
+Result<Dataset> import_trial(const std::filesystem::path& path);
+
 /// Reads every `<Fabric>_F<grip>_V[-]<speed>mmps_<repetition>.csv` in `folder` whose name matches
 /// `filter` (shell wildcards * and ?). Label = fabric, group = repetition, all phase M, 16 taxels.
 Result<Dataset> import_fabricslide(const std::filesystem::path& folder,

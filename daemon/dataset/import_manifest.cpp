@@ -83,4 +83,18 @@ Result<Dataset> import_manifest(const std::filesystem::path& path) {
   return dataset;
 }
 
+Result<Dataset> import_trial(const std::filesystem::path& path) {
+  Dataset dataset;
+  dataset.info.name = path.stem().string();
+  dataset.info.source = "trial";
+  classifier::Trial trial;
+  TrialRecord record;
+  trial.file = path.string();
+  if (auto done = read_trial(path, trial, record); !done) return pass(std::move(done).error());
+  if (auto done = append(dataset, std::move(trial), std::move(record)); !done)
+    return pass(std::move(done).error());
+  dataset.info.taxel_rate_hz = mean_rate_hz(dataset);
+  return dataset;
+}
+
 }  // namespace weft::daemon
