@@ -68,6 +68,7 @@ void write_setup(LineWriter& out, const FeatureSetup& setup) {
   out.number("mode_bin_counts", setup.options.mode_bin_counts);
   out.number("window_s", setup.window_s);
   out.number("window_step_s", setup.window_step_s);
+  out.number("sample_period_s", setup.sample_period_s);
   out.text("exploration", setup.exploration);
 }
 
@@ -136,8 +137,10 @@ FeatureSetup read_setup(LineReader& in) {
   setup.options.mode_bin_counts = in.number("mode_bin_counts");
   setup.window_s = in.number("window_s");
   setup.window_step_s = in.number("window_step_s");
+  setup.sample_period_s = in.number("sample_period_s");
   setup.exploration = in.text("exploration");
-  if (setup.window_s < 0 || setup.window_step_s < 0 || !(setup.options.mode_bin_counts > 0))
+  if (setup.window_s < 0 || setup.window_step_s < 0 || setup.sample_period_s < 0 ||
+      !(setup.options.mode_bin_counts > 0))
     in.refuse("a length that is not positive");
   return setup;
 }

@@ -18,9 +18,10 @@ struct FeatureSetup {
   std::size_t taxels = 0;
   PhaseSet phases;
   FeatureOptions options;
-  double window_s = 0.0;       ///< phase M was cut into windows; 0: whole strokes
-  double window_step_s = 0.0;  ///< 0: windows do not overlap
-  std::string exploration;     ///< of the training trials, such as "M1"; empty when not known
+  double window_s = 0.0;         ///< phase M was cut into windows; 0: whole strokes
+  double window_step_s = 0.0;    ///< 0: windows do not overlap
+  double sample_period_s = 0.0;  ///< of the training trials; needed for windows, 0 when not known
+  std::string exploration;       ///< of the training trials, such as "M1"; empty when not known
 };
 
 /// Where a model comes from.

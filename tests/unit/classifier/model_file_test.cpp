@@ -47,7 +47,7 @@ StoredModel trained(Reduction reduction) {
   auto model = train(*matrix, options);
   REQUIRE(model);
   return {std::move(*model),
-          {taxels, {true, true, true}, {}, 0.0, 0.0, "M1"},
+          {taxels, {true, true, true}, {}, 0.0, 0.0, 0.028, "M1"},
           {"simulated", "abc123", "0.1.0", "seed 1, \"two\nlines\" and a \\"}};
 }
 
@@ -107,6 +107,7 @@ TEST_CASE("bench kind, data set and training options travel with a model") {
   CHECK(stored->provenance.dataset_sha256 == "abc123");
   CHECK(stored->provenance.training == "seed 1, \"two\nlines\" and a \\");
   CHECK(stored->setup.exploration == "M1");
+  CHECK(stored->setup.sample_period_s == 0.028);
   CHECK(stored->model.cores()[0].info().selected.size() == stored->model.cores()[0].info().inputs);
 }
 
