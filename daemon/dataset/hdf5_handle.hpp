@@ -42,10 +42,13 @@ class Handle {
 /// Reads and writes of a whole column: H5S_ALL, whose macro holds an old-style cast.
 constexpr hid_t whole_column = 0;
 
-/// Stops HDF5 from printing its error stack while in scope: failures are reported by Result.
+/// Stops HDF5 from printing while in scope: failures are reported by Result. To be made before any
+/// other HDF5 call, because the library loses objects of damaged files and would complain of them
+/// when the process ends; handles here close themselves, so that it has nothing to tidy up then.
 class QuietErrors {
  public:
   QuietErrors() {
+    H5dont_atexit();
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
