@@ -49,17 +49,17 @@ using FoldMaker = std::function<std::vector<Fold>(std::span<const int> sign)>;
 
 struct TrainOptions {
   Reduction reduction = Reduction::pvalue;
-  bool nested =
-      true;  ///< select again inside each fold; false: once from all training rows (AMB-15)
+  /// Select again inside each fold; false: once from all training rows (AMB-15).
+  bool nested = true;
   Tie tie = Tie::loss;
-  Grid grid;
+  Grid grid = {};
   std::size_t cap = 20;   ///< the paper's N: most features (or components) of a core
   std::size_t folds = 5;  ///< fewer when a class has fewer trials
   FoldUnit fold_unit = FoldUnit::recording;
-  double tolerance = 1e-3;  ///< libsvm's stopping tolerance
-  std::uint64_t seed = 1;   ///< of the folds
-  std::size_t threads = 0;  ///< 0: one per core; the model does not depend on it
-  FoldMaker make_folds;     ///< empty: stratified_folds() by fold_unit
+  double tolerance = 1e-3;    ///< libsvm's stopping tolerance
+  std::uint64_t seed = 1;     ///< of the folds
+  std::size_t threads = 0;    ///< 0: one per core; the model does not depend on it
+  FoldMaker make_folds = {};  ///< empty: stratified_folds() by fold_unit
 };
 
 /// Refuses empty or unusable grids, cap 0, folds < 2.

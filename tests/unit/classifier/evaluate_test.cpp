@@ -1,0 +1,145 @@
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "classifier/evaluate/evaluate.hpp"
+#include "tests/unit/classifier/support.hpp"
+
+namespace weft::classifier {
+namespace {
+
+using testing::gaussian_classes;
+
+TEST_CASE("A stratified split trains the fraction of every label and tests the rest") {
+  std::vector<std::string> labels(20, "a");
+  labels.insert(labels.end(), 5, "b");
+  const auto splits = stratified_splits(labels, 0.4, 30, 1);
+  REQUIRE(splits);
+  std::set<std::vector<std::size_t>> distinct;
+  for (const Split& split : *splits) {
+    std::size_t a = 0;
+    for (const std::size_t r : split.train) a += r < 20 ? 1 : 0;
+    CHECK(a == 8);
+    CHECK(split.train.size() == 10);
+    std::set<std::size_t> all(split.train.begin(), split.train.end());
+    all.insert(split.test.begin(), split.test.end());
+    CHECK(all.size() == 25);
+    distinct.insert(split.train);
+  }
+  CHECK(distinct.size() > 25);
+  CHECK(stratified_splits(labels, 0.4, 1, 1)->front().train == splits->front().train);
+}
+
+TEST_CASE("A stratified split refuses odd fractions, no repeats and a label with one trial") {
+  const std::vector<std::string> labels = {"a", "a", "a", "b", "b"};
+  for (const double fraction : {0.0, 1.0, -1.0, std::nan("")}) {
+    CHECK_FALSE(stratified_splits(labels, fraction, 1, 1));
+  }
+  CHECK_FALSE(stratified_splits(labels, 0.5, 0, 1));
+  const auto lonely = stratified_splits(std::vector<std::string>{"a", "a", "b"}, 0.5, 1, 1);
+  REQUIRE_FALSE(lonely);
+  CHECK(lonely.error().where == "label b");
+  CHECK_FALSE(stratified_splits(std::vector<std::string>{"a", "a", "b", "b"}, 0.5, 1, 1));
+}
+
+TEST_CASE("A grouped split keeps groups whole and leaves the others out") {
+  const std::vector<std::string> groups = {"0", "1", "2", "0", "3"};
+  const auto split =
+      grouped_split(groups, std::vector<std::string>{"0", "3"}, std::vector<std::string>{"2"});
+  REQUIRE(split);
+  CHECK(split->train == std::vector<std::size_t>{0, 3, 4});
+  CHECK(split->test == std::vector<std::size_t>{2});
+}
+
+TEST_CASE("A grouped split refuses a group on both sides, an unknown one and empty lists") {
+  const std::vector<std::string> groups = {"0", "1"}, zero = {"0"}, one = {"1"}, none,
+                                 other = {"7"};
+  const auto both = grouped_split(groups, zero, zero);
+  REQUIRE_FALSE(both);
+  CHECK(both.error().message == "group is in both training and test");
+  CHECK_FALSE(grouped_split(groups, none, one));
+  CHECK_FALSE(grouped_split(groups, zero, none));
+  CHECK(grouped_split(groups, zero, other).error().got == "7");
+}
+
+TEST_CASE("Recall and accuracy of a confusion matrix worked by hand") {
+  Confusion c({"a", "b", "c"});
+  c.at(0, 0) = 3;
+  c.at(0, 1) = 1;
+  c.at(1, 1) = 2;
+  CHECK(c.total() == 6);
+  CHECK(c.accuracy() == Approx(5.0 / 6.0));
+  CHECK(c.recall() == std::vector<double>{0.75, 1.0, 0.0});
+}
+
+TEST_CASE("Wilson's interval has its published values") {
+  // Newcombe 1998, Statistics in Medicine 17, table I, method 3: 81/263, 15/148, 0/20, 1/29
+  struct Case {
+    std::size_t correct, total;
+    double low, high;
+  };
+  for (const Case c : {Case{81, 263, 0.2553, 0.3662}, Case{15, 148, 0.0624, 0.1605},
+                       Case{0, 20, 0.0, 0.1611}, Case{1, 29, 0.0061, 0.1718}}) {
+    const Interval interval = wilson_interval(c.correct, c.total);
+    CHECK(interval.low == Approx(c.low).margin(5e-5));
+    CHECK(interval.high == Approx(c.high).margin(5e-5));
+  }
+  CHECK(wilson_interval(0, 0).high == 1.0);
+}
+
+TEST_CASE("The interval over splits is the mean and 1.96 standard errors") {
+  const std::vector<double> accuracy = {0.8, 0.9};
+  const Interval interval = split_interval(accuracy);
+  CHECK(deviation_of(accuracy) == Approx(0.1 / std::sqrt(2.0)));
+  CHECK(interval.low == Approx(0.85 - 1.959964 * 0.05).epsilon(1e-6));
+  CHECK(interval.high == Approx(0.85 + 1.959964 * 0.05).epsilon(1e-6));
+}
+
+TEST_CASE("Permuting the labels brings the accuracy to chance, the true labels do not") {
+  FeatureMatrix matrix = gaussian_classes(4, 20, 20, 3.0, 1);
+  const auto splits = stratified_splits(matrix.labels, 0.4, 6, 2).value();
+  const auto honest = evaluate(matrix, splits, {});
+  REQUIRE(honest);
+  CHECK(honest->accuracy > 0.8);
+  double sum = 0.0;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    FeatureMatrix shuffled = matrix;
+    shuffled.labels = permuted_labels(matrix.labels, seed);
+    const auto again = stratified_splits(shuffled.labels, 0.4, 6, 2).value();
+    sum += evaluate(shuffled, again, {})->accuracy;
+  }
+  CHECK(sum / 4 == Approx(0.25).margin(0.08));
+}
+
+TEST_CASE("Evaluation sums the confusion, averages the splits and times with the caller's clock") {
+  const FeatureMatrix matrix = gaussian_classes(3, 10, 8, 2.0, 3);
+  const auto splits = stratified_splits(matrix.labels, 0.4, 3, 1).value();
+  double clock = 0.0;
+  const auto e = evaluate(matrix, splits, {}, [&] { return clock += 1.0; });
+  REQUIRE(e);
+  CHECK(e->confusion.total() == 3 * 18);
+  CHECK(e->confusion.accuracy() == Approx(e->accuracy));
+  CHECK(e->train_s == 1.0);
+  CHECK(e->test_s_per_sample == Approx(1.0 / 18.0));
+  CHECK(e->ci95.low <= e->accuracy);
+  CHECK(e->ci95.high >= e->accuracy);
+  const auto rows = core_table(e->model);
+  REQUIRE(rows.size() == 3);
+  CHECK(rows[1].core == "classa vs classc");
+  CHECK(rows[1].top.size() == std::min<std::size_t>(4, rows[1].inputs));
+  CHECK(rows[1].p_value.size() == rows[1].top.size());
+}
+
+TEST_CASE("Evaluation refuses a trial on both sides, an unknown row and a label never trained") {
+  const FeatureMatrix matrix = gaussian_classes(3, 4, 3, 2.0, 4);
+  const auto refused = [&](Split split) {
+    return !evaluate(matrix, std::vector{std::move(split)}, {});
+  };
+  CHECK(refused({{0, 1, 4, 5}, {1}}));
+  CHECK(refused({{0, 1, 4, 5}, {99}}));
+  CHECK(refused({{0, 1, 4, 5}, {8}}));
+  CHECK(refused({{0, 1, 4, 5}, {}}));
+  CHECK_FALSE(evaluate(matrix, {}, {}));
+}
+
+}  // namespace
+}  // namespace weft::classifier
