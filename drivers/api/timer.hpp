@@ -48,7 +48,7 @@ class Watchdog {
   void expect_within(Duration limit) {
     deadline_ = loop_->now() + limit;
     waiting_ = true;
-    if (!timer_.pending()) timer_.start(limit);
+    if (!timer_.pending() || deadline_ < timer_due_) wake_at_deadline();
   }
   /// As above, unless something is awaited already.
   void expect_reply_within(Duration limit) {
@@ -65,18 +65,20 @@ class Watchdog {
  private:
   void look() {
     if (!waiting_) return;
-    if (const Duration left = deadline_ - loop_->now(); left > Duration::zero()) {
-      timer_.start(left);
-      return;
-    }
+    if (deadline_ > loop_->now()) return wake_at_deadline();
     waiting_ = false;
     expired_();
+  }
+  void wake_at_deadline() {
+    timer_due_ = deadline_;
+    timer_.start(deadline_ - loop_->now());
   }
 
   Loop* loop_;
   Loop::Callback expired_;
   Timer timer_;
   TimePoint deadline_{};
+  TimePoint timer_due_{};
   bool waiting_ = false;
 };
 

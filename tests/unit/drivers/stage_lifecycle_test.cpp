@@ -1,0 +1,285 @@
+#include "tests/unit/drivers/stage_bench.hpp"
+
+using namespace weft;
+using namespace weft::testing;
+using apt::MessageId;
+
+// Byte strings with a source are in protocols/apt/vectors; here they are what a driver must send.
+
+TEST_CASE("opening a servo stage sends what thorpy was seen to send, and waits for the model") {
+  StageBench bench = StageBench::prm();
+  REQUIRE(bench.driver->open());
+  CHECK(bench.link().take_written() ==
+        hex("18 00 00 00 50 01") + hex("12 00 00 00 50 01") + hex("05 00 00 00 50 01"));
+  CHECK(bench.driver->state() == DriverState::closed);
+  bench.receive_info("KDC101", 6);
+  CHECK(bench.driver->state() == DriverState::open);
+  CHECK(bench.host.states == std::vector{DriverState::open});
+  CHECK(bench.host.logs.at(0).find("serial 45000001") != std::string::npos);
+}
+
+TEST_CASE("opening an LTS150 leaves out the message that it does not list") {
+  StageBench bench = StageBench::lts();
+  REQUIRE(bench.driver->open());
+  CHECK(bench.link().take_written() == hex("12 00 00 00 50 01") + hex("05 00 00 00 50 01"));
+}
+
+TEST_CASE("a bay controller is spoken to under its own address") {
+  StageBench bench = StageBench::lts(R"(, "destination": 34)");
+  REQUIRE(bench.driver->open());
+  CHECK(bench.link().take_written() == hex("12 00 00 00 22 01") + hex("05 00 00 00 22 01"));
+  bench.receive_info("LTS150");  // from 0x50: not our unit
+  CHECK(bench.driver->state() == DriverState::closed);
+}
+
+TEST_CASE("arming an LTS150 sends the documented bytes and ends with the first status") {
+  StageBench bench = StageBench::lts();
+  REQUIRE(bench.driver->open());
+  bench.receive_info("LTS150");
+  bench.link().take_written();
+  REQUIRE(bench.driver->arm());
+  CHECK(bench.link().take_written() ==
+        hex("10 02 01 01 50 01") +
+            hex("13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A") +
+            hex("40 04 0E 00 D0 01 01 00 02 00 01 00 00 00 9F 02 00 20 03 00") +
+            hex("23 04 10 00 D0 01 01 00 02 00 02 00 00 00 00 00 00 00 00 00 01 00") +
+            hex("3A 04 06 00 D0 01 01 00 00 00 00 00") + hex("80 04 01 00 50 01"));
+  CHECK(bench.driver->state() == DriverState::open);
+  CHECK(bench.driver->arm().error().code == Errc::wrong_state);  // under way
+  bench.receive(hex("81 04 0E 00 81 50 01 00 00 80 3E 00 00 00 00 00 10 05 00 80"));
+  CHECK(bench.host.states == std::vector{DriverState::open, DriverState::armed});
+  CHECK(bench.last_sample().position == Approx(0.010).epsilon(1e-12));
+  CHECK(bench.last_sample().moving);
+  CHECK(bench.last_sample().homed);
+  CHECK(bench.last_sample().move_id == 0);
+}
+
+TEST_CASE("arming a PRM1-Z8 sends the documented velocity and asks for the DC status") {
+  StageBench bench = StageBench::prm();
+  REQUIRE(bench.driver->open());
+  bench.receive_info("KDC101", 6);
+  bench.link().take_written();
+  REQUIRE(bench.driver->arm());
+  const Bytes written = bench.link().take_written();
+  const Bytes begin =
+      hex("10 02 01 01 50 01") + hex("13 04 0E 00 D0 01 01 00 00 00 00 00 93 00 00 00 69 8D 06 00");
+  const Bytes end = hex("90 04 01 00 50 01");
+  REQUIRE(written.size() > begin.size() + end.size());
+  CHECK(Bytes(written.begin(), written.begin() + 26) == begin);
+  CHECK(Bytes(written.end() - 6, written.end()) == end);
+  bench.receive(hex("91 04 0E 00 81 50 01 00 0B 1F FF FF 00 00 00 00 10 05 00 80"));
+  REQUIRE(bench.driver->state() == DriverState::armed);
+  CHECK(bench.last_sample().position == Approx(-30 * 3.14159265358979 / 180).epsilon(1e-5));
+}
+
+TEST_CASE("a channel that does not become enabled is a fault, not an armed stage") {
+  StageBench bench = StageBench::lts();
+  REQUIRE(bench.driver->open());
+  bench.receive_info("LTS150");
+  REQUIRE(bench.driver->arm());
+  bench.receive_status(0, 0x00000100);
+  CHECK(bench.fault_code() == Errc::device);
+  CHECK(bench.host.samples.empty());
+}
+
+TEST_CASE("another controller, another stage or another stage id is refused on opening") {
+  struct Case {
+    StageBench bench;
+    const char* model;
+    std::uint16_t stage_id;
+    bool accepted;
+  };
+  Case cases[] = {{StageBench::lts(), "LTS150", 0, true},
+                  {StageBench::lts(), "BSC201", 0, true},
+                  {StageBench::lts(), "LTS300", 0, false},
+                  {StageBench::lts(), "KDC101", 6, false},
+                  {StageBench::lts(), "", 0, false},
+                  {StageBench::prm(), "TDC001", 1, true},
+                  {StageBench::prm(), "KDC101", 8, false},
+                  {StageBench::prm(), "LTS150", 0, false},
+                  {StageBench::prm(R"(, "channel": 2)"), "KDC101", 6, false}};
+  for (Case& c : cases) {
+    INFO(c.model << " stage " << c.stage_id);
+    REQUIRE(c.bench.driver->open());
+    c.bench.link().take_written();
+    c.bench.receive_info(c.model, c.stage_id);
+    CHECK((c.bench.driver->state() == DriverState::open) == c.accepted);
+    if (c.accepted) continue;
+    CHECK(c.bench.fault_code() == Errc::device);
+    CHECK(c.bench.link().take_written().empty());  // not our stage: not a byte more
+  }
+}
+
+TEST_CASE("a controller that stays silent faults on opening, on arming and on a poll") {
+  StageBench opening = StageBench::lts(R"(, "reply_timeout_s": 0.5)");
+  REQUIRE(opening.driver->open());
+  opening.loop().advance(0.49);
+  CHECK(opening.host.faults.empty());
+  opening.loop().advance(0.02);
+  CHECK(opening.fault_code() == Errc::timeout);
+
+  StageBench arming = StageBench::lts(R"(, "reply_timeout_s": 0.5)");
+  REQUIRE(arming.driver->open());
+  arming.receive_info("LTS150");
+  REQUIRE(arming.driver->arm());
+  arming.loop().advance(0.51);
+  CHECK(arming.fault_code() == Errc::timeout);
+
+  StageBench polling = StageBench::lts(R"(, "reply_timeout_s": 0.5)");
+  polling.arm_lts();
+  polling.loop().advance(5);  // nothing asked, nothing missed
+  CHECK(polling.host.faults.empty());
+  for (int i = 0; i < 10; ++i) {
+    REQUIRE(polling.driver->command(PollCommand{}));
+    polling.loop().advance(0.04);
+  }
+  CHECK(polling.link().take_written().size() == 60);
+  CHECK(polling.host.faults.empty());
+  polling.loop().advance(0.2);  // counted from the first unanswered request
+  CHECK(polling.fault_code() == Errc::timeout);
+}
+
+TEST_CASE("each answer to a poll is published with the time of its arrival") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  for (int i = 1; i <= 3; ++i) {
+    REQUIRE(bench.driver->command(PollCommand{}));
+    CHECK(bench.link().take_written() == hex("80 04 01 00 50 01"));
+    bench.loop().advance(0.25);
+    bench.receive_status(i * 4096, i == 3 ? 0x80000502 : moving_homed);
+    CHECK(bench.host.samples.back().host == bench.loop().now());
+    CHECK(bench.last_sample().position == Approx(i * 10e-6).epsilon(1e-12));
+    CHECK(bench.last_sample().moving == (i != 3));
+    CHECK(bench.last_sample().limit == (i == 3));
+  }
+  CHECK(bench.host.samples[1].sequence == bench.host.samples[0].sequence + 1);
+}
+
+TEST_CASE("with poll_hz the driver asks by itself") {
+  StageBench bench = StageBench::lts(R"(, "poll_hz": 20)");
+  bench.arm_lts();
+  for (int i = 0; i < 20; ++i) {
+    bench.loop().advance(0.05);
+    CHECK(bench.link().take_written() == hex("80 04 01 00 50 01"));
+    bench.receive_status(0, idle_homed);
+  }
+  CHECK(bench.host.samples.size() == 20);
+}
+
+// APT16 p. 98: a keep-alive at least once a second, and before some 50 status messages
+TEST_CASE("a servo controller is kept alive in silence and under many status messages") {
+  StageBench bench = StageBench::prm();
+  bench.arm_prm();
+  bench.loop().advance(0.9);
+  CHECK(bench.link().take_written() == hex("92 04 00 00 50 01"));
+  int without = 0;
+  for (int i = 0; i < 100; ++i) {
+    bench.receive_dc_status(i, idle_homed);
+    without = bench.link().take_written().empty() ? without + 1 : 0;
+    CHECK(without < 40);
+  }
+  StageBench stepper = StageBench::lts();
+  stepper.arm_lts();
+  for (int i = 0; i < 100; ++i) stepper.receive_status(i, idle_homed);
+  stepper.loop().advance(5);
+  CHECK(stepper.link().take_written().empty());  // LTS units do not list it
+}
+
+TEST_CASE("every fault bit of the status word faults the driver and stops the stage") {
+  for (const std::uint32_t bit : {0x4000U, 0x8000U, 0x20000U, 0x40000U, 0x80000U, 0x01000000U,
+                                  0x02000000U, 0x04000000U, 0x08000000U, 0x40000000U}) {
+    StageBench bench = StageBench::lts();
+    bench.arm_lts();
+    bench.receive_status(0, idle_homed | bit);
+    CHECK(bench.fault_code() == Errc::device);
+    CHECK(bench.link().take_written() == hex("65 04 01 01 50 01"));
+    CHECK(bench.loop().timers() == 0);
+    CHECK_FALSE(bench.link().listened_to());
+  }
+}
+
+TEST_CASE("fault notices, with a text or without, fault the driver") {
+  StageBench rich = StageBench::lts();
+  rich.arm_lts();
+  rich.receive(MessageId::hw_richresponse,
+               apt::RichResponse{0, 17, apt::Text<64>::from("motor stalled")});
+  CHECK(rich.fault_code() == Errc::device);
+  CHECK(rich.host.faults[0].message.find("motor stalled") != std::string::npos);
+
+  StageBench bare = StageBench::lts();
+  bare.arm_lts();
+  bare.receive(hex("80 00 00 00 01 50"));
+  CHECK(bare.fault_code() == Errc::device);
+}
+
+TEST_CASE("a link that closes or refuses a write faults the driver") {
+  StageBench closed = StageBench::lts();
+  closed.arm_lts();
+  closed.link().break_off();
+  CHECK(closed.fault_code() == Errc::io);
+  CHECK(closed.host.states.back() == DriverState::faulted);
+
+  StageBench refusing = StageBench::lts();
+  refusing.arm_lts();
+  refusing.link().broken = true;
+  CHECK_FALSE(refusing.driver->command(MoveCommand{0.01, 0.01}));
+  CHECK(refusing.fault_code() == Errc::io);
+  CHECK(refusing.loop().timers() == 0);
+}
+
+TEST_CASE("calls in the wrong state are refused with a sentence") {
+  StageBench bench = StageBench::lts();
+  CHECK(bench.driver->arm().error().code == Errc::wrong_state);
+  CHECK(bench.driver->command(HomeCommand{}).error().code == Errc::wrong_state);
+  REQUIRE(bench.driver->open());
+  CHECK(bench.driver->open().error().code == Errc::wrong_state);
+  bench.receive_info("LTS150");
+  CHECK(bench.driver->command(PollCommand{}).error().code == Errc::wrong_state);
+  const Status again = bench.driver->open();
+  REQUIRE_FALSE(again);
+  CHECK(to_string(again.error()) ==
+        "open is refused: the driver is open (expected closed, got open).");
+  REQUIRE(bench.driver->arm());
+  bench.receive_status(0, idle_homed);
+  CHECK(bench.driver->command(BiasCommand{}).error().code == Errc::unsupported);
+  bench.receive_status(0, idle_homed | 0x4000);
+  CHECK(bench.driver->open().error().hint.find("Close") != std::string::npos);
+}
+
+TEST_CASE("closing stops the stage, leaves no timer, and the driver can be opened again") {
+  StageBench bench = StageBench::lts(R"(, "poll_hz": 10)");
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.05, 0.01}));
+  bench.link().take_written();
+  bench.driver->close();
+  CHECK(bench.link().take_written() == hex("65 04 01 01 50 01") + hex("12 00 00 00 50 01"));
+  CHECK(bench.driver->state() == DriverState::closed);
+  CHECK(bench.loop().timers() == 0);
+  CHECK_FALSE(bench.link().listened_to());
+  bench.driver->close();
+  CHECK(bench.link().take_written().empty());
+  bench.arm_lts();
+  CHECK(bench.host.faults.empty());
+}
+
+TEST_CASE("a driver that is destroyed under way leaves no timer and no receiver behind") {
+  StageBench bench = StageBench::prm(R"(, "poll_hz": 10)");
+  bench.arm_prm();
+  REQUIRE(bench.driver->command(HomeCommand{}));
+  CHECK(bench.loop().timers() > 0);
+  bench.driver.reset();
+  CHECK(bench.loop().timers() == 0);
+  CHECK_FALSE(bench.link().listened_to());
+  bench.loop().advance(200);
+}
+
+TEST_CASE("a fault while opening is closed and opened again") {
+  StageBench bench = StageBench::lts();
+  REQUIRE(bench.driver->open());
+  bench.loop().advance(2);
+  CHECK(bench.fault_code() == Errc::timeout);
+  bench.driver->close();
+  bench.host.faults.clear();
+  bench.arm_lts();
+  CHECK(bench.host.faults.empty());
+}

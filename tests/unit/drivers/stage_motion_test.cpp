@@ -1,0 +1,315 @@
+#include <cmath>
+
+#include "tests/unit/drivers/stage_bench.hpp"
+
+using namespace weft;
+using namespace weft::testing;
+using apt::MessageId;
+
+namespace {
+constexpr auto nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr Duration horizon = std::chrono::milliseconds(50);
+const Bytes absolute_75mm = hex("53 04 06 00 D0 01 01 00 00 C0 D4 01");
+const Bytes request_status = hex("80 04 01 00 50 01");
+
+Bytes absolute(std::int32_t counts) {
+  return apt::encode(
+      apt::make_message(MessageId::move_absolute, apt::ChannelCounts{1, counts}, {}));
+}
+Bytes velocity(std::int32_t counts) {
+  return apt::encode(
+      apt::make_message(MessageId::set_velparams, apt::VelocityParams{1, 0, 90120, counts}, {}));
+}
+}  // namespace
+
+TEST_CASE("a move to 75 mm sends the documented bytes and is done when device and position agree") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  const Result<std::uint32_t> id = bench.driver->command(MoveCommand{0.075, 0.020});
+  REQUIRE(id);
+  CHECK(bench.link().take_written() == absolute_75mm);  // 20 mm/s was set when arming
+  bench.receive_status(30720000, idle_homed);           // there, but not reported
+  CHECK(bench.last_sample().move_id != *id);
+  bench.receive(hex("64 04 0E 00 81 50 01 00 00 C0 D4 01 00 00 00 00 00 05 00 80"));
+  CHECK(bench.last_sample().move_id == *id);
+  CHECK(bench.last_sample().position == Approx(0.075).epsilon(1e-12));
+  bench.loop().advance(60);
+  CHECK(bench.host.faults.empty());
+}
+
+TEST_CASE("a move of the rotation stage to 90 degrees sends the documented bytes") {
+  StageBench bench = StageBench::prm();
+  bench.arm_prm();
+  const double deg = std::acos(-1.0) / 180;
+  REQUIRE(bench.driver->command(MoveCommand{90 * deg, 10 * deg}));
+  CHECK(bench.link().take_written() == hex("53 04 06 00 D0 01 01 00 E0 A2 02 00"));
+  bench.receive(MessageId::move_completed, apt::DcStatusUpdate{1, 172770, 0, 0, idle_homed});
+  CHECK(bench.last_sample().move_id == 1);  // two counts off: within the tolerance
+}
+
+TEST_CASE("another speed is sent once, before the move") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.075, 0.002}));
+  CHECK(bench.link().take_written() == velocity(43974656) + absolute_75mm);
+  bench.receive_completed(30720000);
+  REQUIRE(bench.driver->command(MoveCommand{0.075, 0.002}));
+  CHECK(bench.link().take_written() == absolute_75mm);
+}
+
+TEST_CASE("numbers of motions rise by one, and only the confirmed one is in the samples") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  CHECK(bench.driver->command(MoveCommand{0.010, 0.02}).value() == 1);
+  CHECK(bench.driver->command(MoveCommand{0.020, 0.02}).value() == 2);
+  bench.receive_completed(4096000);  // the end of the first, which was replaced
+  CHECK(bench.last_sample().move_id == 0);
+  bench.receive_completed(8192000);
+  CHECK(bench.last_sample().move_id == 2);
+  CHECK(bench.driver->command(PollCommand{}).value() == 0);
+  CHECK(bench.driver->command(HomeCommand{}).value() == 3);
+}
+
+TEST_CASE("completion reported elsewhere than at the target is no success but ends in a fault") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.001, 0.02}));
+  bench.link().take_written();
+  bench.receive_completed(409605);  // five counts off
+  CHECK(bench.last_sample().move_id == 0);
+  CHECK(bench.link().take_written() == request_status);
+  for (int i = 0; i < 30 && bench.host.faults.empty(); ++i) {
+    bench.receive_status(409605, idle_homed);
+    bench.loop().advance(0.25);
+  }
+  CHECK(bench.fault_code() == Errc::device);
+  CHECK(bench.host.faults[0].message == "the stage does not move");
+}
+
+// APT16's figure of MOVE_COMPLETED has a short header
+TEST_CASE("a completion without a body is believed when a status at rest agrees") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.075, 0.02}));
+  bench.link().take_written();
+  bench.receive(hex("64 04 01 00 01 50"));
+  CHECK(bench.link().take_written() == request_status);
+  bench.receive_status(30720000, moving_homed);
+  CHECK(bench.last_sample().move_id == 0);
+  bench.receive_status(30720000, idle_homed);
+  CHECK(bench.last_sample().move_id == 1);
+}
+
+TEST_CASE("a move that takes much longer than its distance and speed allow is a fault") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.040, 0.020}));  // ideal: 2 s + 1 s of ramps
+  std::int32_t counts = 0;
+  for (int i = 0; i < 60; ++i) {  // creeps for 6 s
+    bench.loop().advance(0.1);
+    bench.receive_status(counts += 1000, moving_homed);
+  }
+  CHECK(bench.host.faults.empty());
+  bench.loop().advance(1);  // the limit: 1.5 * 3 s + 2 s
+  CHECK(bench.fault_code() == Errc::timeout);
+  CHECK(to_string(bench.host.faults[0]).find("0.04") != std::string::npos);
+}
+
+TEST_CASE("a stage that does not move is found out before the time limit") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.150, 0.002}));  // 75 s
+  double waited_s = 0;
+  for (; bench.host.faults.empty() && waited_s < 60; waited_s += 0.25) {
+    bench.loop().advance(0.25);
+    if (bench.host.faults.empty()) bench.receive_status(0, moving_homed);
+  }
+  CHECK(bench.fault_code() == Errc::device);
+  CHECK(waited_s < 4);
+}
+
+TEST_CASE("without polls from the host a motion is watched by the driver's own requests") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.1, 0.02}));
+  bench.link().take_written();
+  bench.loop().advance(0.26);
+  CHECK(bench.link().take_written() == request_status);
+}
+
+TEST_CASE("a stop that nobody asked for is a fault; one that was asked for is not") {
+  StageBench limit = StageBench::lts();
+  limit.arm_lts();
+  REQUIRE(limit.driver->command(MoveCommand{0.1, 0.02}));
+  limit.receive_stopped(4096, 0x80000501);
+  CHECK(limit.fault_code() == Errc::device);
+
+  StageBench asked = StageBench::lts();
+  asked.arm_lts();
+  REQUIRE(asked.driver->command(ServoCommand{0.002, horizon}));
+  REQUIRE(asked.driver->command(ServoCommand{0, horizon}));
+  REQUIRE(asked.driver->command(MoveCommand{0.1, 0.02}));
+  asked.receive_stopped(4096);  // of the servo motion
+  CHECK(asked.host.faults.empty());
+  asked.receive_completed(40960000);
+  CHECK(asked.last_sample().move_id == 1);
+}
+
+TEST_CASE("targets, speeds and horizons outside the limits are refused and nothing is sent") {
+  StageBench bench = StageBench::lts(R"(, "travel_mm": [5, 100], "max_speed_mm_s": 10)");
+  bench.arm_lts(4096000);
+  const double inf = std::numeric_limits<double>::infinity();
+  const Command refused[] = {MoveCommand{0.0049, 0.001},       MoveCommand{0.1001, 0.001},
+                             MoveCommand{-1, 0.001},           MoveCommand{nan_value, 0.001},
+                             MoveCommand{inf, 0.001},          MoveCommand{1e300, 0.001},
+                             MoveCommand{0.05, 0.0101},        MoveCommand{0.05, 0},
+                             MoveCommand{0.05, -0.001},        MoveCommand{0.05, nan_value},
+                             MoveCommand{0.05, inf},           ServoCommand{0.0101, horizon},
+                             ServoCommand{-0.0101, horizon},   ServoCommand{nan_value, horizon},
+                             ServoCommand{0.001, Duration(0)}, ServoCommand{0.001, Duration(-1)}};
+  for (const Command& command : refused) {
+    const Result<std::uint32_t> result = bench.driver->command(command);
+    REQUIRE_FALSE(result);
+    CHECK(result.error().code == Errc::range);
+  }
+  CHECK(bench.link().take_written().empty());
+  CHECK(bench.driver->state() == DriverState::armed);
+  CHECK(bench.driver->command(MoveCommand{0.1, 0.01}));  // the limits themselves are allowed
+  CHECK(bench.driver->command(MoveCommand{0.005, 0.01}));
+}
+
+TEST_CASE("a stage that is not homed moves only to its home") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts(0, idle_not_homed);
+  CHECK(bench.driver->command(MoveCommand{0.01, 0.01}).error().code == Errc::wrong_state);
+  CHECK(bench.driver->command(ServoCommand{0.01, horizon}).error().code == Errc::wrong_state);
+  CHECK(bench.driver->command(HomeCommand{}));
+  StageBench bold = StageBench::lts(R"(, "require_homed": false)");
+  bold.arm_lts(0, idle_not_homed);
+  CHECK(bold.driver->command(MoveCommand{0.01, 0.01}));
+}
+
+TEST_CASE("homing is done when the device says so and its status has the homed bit") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts(4096000, idle_not_homed);
+  const std::uint32_t id = bench.driver->command(HomeCommand{}).value();
+  CHECK(bench.link().take_written() == hex("43 04 01 00 50 01"));
+  bench.receive_status(2048000, homing);
+  bench.receive(hex("44 04 01 00 01 50"));
+  CHECK(bench.last_sample().move_id == 0);
+  CHECK(bench.link().take_written() == request_status);
+  bench.receive_status(0, idle_homed);
+  CHECK(bench.last_sample().move_id == id);
+  CHECK(bench.last_sample().homed);
+  CHECK(bench.loop().timers() <= 1);  // a reply watchdog running out
+  bench.loop().advance(300);
+  CHECK(bench.host.faults.empty());
+}
+
+TEST_CASE("homing that ends without the homed bit, or never ends, is a fault") {
+  StageBench lying = StageBench::lts();
+  lying.arm_lts(0, idle_not_homed);
+  REQUIRE(lying.driver->command(HomeCommand{}));
+  lying.receive(hex("44 04 01 00 01 50"));
+  lying.receive_status(0, idle_not_homed);
+  CHECK(lying.fault_code() == Errc::device);
+
+  StageBench endless = StageBench::lts(R"(, "home_timeout_s": 10)");
+  endless.arm_lts(0, idle_not_homed);
+  REQUIRE(endless.driver->command(HomeCommand{}));
+  double waited_s = 0;
+  for (std::int32_t counts = 0; endless.host.faults.empty() && waited_s < 60; waited_s += 0.25) {
+    endless.receive_status(counts += 100, homing);
+    endless.loop().advance(0.25);
+  }
+  CHECK(endless.fault_code() == Errc::timeout);
+  CHECK(waited_s == Approx(10).margin(0.3));
+}
+
+TEST_CASE("a velocity command is a finite move from the last position") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts(4096000);                                         // 10 mm
+  REQUIRE(bench.driver->command(ServoCommand{-0.002, horizon}));  // 100 um back
+  CHECK(bench.link().take_written() == velocity(43974656) + absolute(4096000 - 40960));
+  bench.receive_status(4096000 - 8192, moving_homed);
+  REQUIRE(bench.driver->command(ServoCommand{0.002, horizon}));  // same speed, other way
+  CHECK(bench.link().take_written() == absolute(4096000 - 8192 + 40960));
+}
+
+TEST_CASE("a velocity command never leads out of the travel") {
+  StageBench bench = StageBench::lts(R"(, "travel_mm": [5, 15])");
+  bench.arm_lts(4096000);
+  REQUIRE(bench.driver->command(ServoCommand{0.02, std::chrono::hours(1)}));
+  CHECK(bench.link().take_written() == absolute(15 * 409600));
+  REQUIRE(bench.driver->command(ServoCommand{-0.02, Duration::max()}));
+  CHECK(bench.link().take_written() == absolute(5 * 409600));
+}
+
+TEST_CASE("velocity zero stops a moving stage once, and says nothing to one at rest") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts(4096000);
+  REQUIRE(bench.driver->command(ServoCommand{0, horizon}));
+  CHECK(bench.link().take_written().empty());
+  REQUIRE(bench.driver->command(ServoCommand{0.002, horizon}));
+  bench.link().take_written();
+  REQUIRE(bench.driver->command(ServoCommand{0, horizon}));  // no status has shown motion yet
+  CHECK(bench.link().take_written() == hex("65 04 01 02 50 01"));
+  bench.receive_status(4096100, moving_homed);  // still slowing down
+  REQUIRE(bench.driver->command(ServoCommand{0, horizon}));
+  CHECK(bench.link().take_written().empty());
+  bench.receive_stopped(4096200);
+  REQUIRE(bench.driver->command(ServoCommand{0, horizon}));
+  CHECK(bench.link().take_written().empty());
+}
+
+TEST_CASE("a velocity command replaces a move, which is then never confirmed") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.001, 0.02}));
+  REQUIRE(bench.driver->command(ServoCommand{0.001, horizon}));
+  bench.receive_completed(409600);
+  CHECK(bench.last_sample().move_id == 0);
+  bench.loop().advance(100);
+  CHECK(bench.host.faults.empty());
+}
+
+TEST_CASE("stop ends the motion at once, and the stage stays armed") {
+  StageBench bench = StageBench::lts();
+  bench.driver->stop();
+  CHECK(bench.link().take_written().empty());  // nobody there yet
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.1, 0.02}));
+  bench.link().take_written();
+  bench.driver->stop();
+  CHECK(bench.link().take_written() == hex("65 04 01 01 50 01"));
+  bench.receive_stopped(4096);
+  bench.loop().advance(100);
+  CHECK(bench.host.faults.empty());
+  CHECK(bench.driver->state() == DriverState::armed);
+  CHECK(bench.last_sample().move_id == 0);
+}
+
+TEST_CASE("the servo path and the status path allocate nothing in steady state") {
+  StageBench bench = StageBench::prm();
+  bench.arm_prm(19196);
+  bench.link().record = bench.host.record = false;
+  const Bytes status = apt::encode(apt::make_message(
+      MessageId::get_dcstatusupdate, apt::DcStatusUpdate{1, 19200, 0, 0, moving_homed},
+      {apt::address::host, apt::address::usb_unit}));
+  const auto cycle = [&](int i) {
+    REQUIRE(bench.driver->command(ServoCommand{0.01 + 1e-4 * (i % 7), horizon}));
+    REQUIRE(bench.driver->command(PollCommand{}));
+    bench.link().deliver(status, bench.loop().now());
+  };
+  for (int i = 0; i < 50; ++i) cycle(i);
+  const std::size_t before = allocations();
+  std::size_t failures = 0;
+  for (int i = 0; i < 1000; ++i) {
+    failures += bench.driver->command(ServoCommand{0.01 + 1e-4 * (i % 7), horizon}) ? 0U : 1U;
+    failures += bench.driver->command(PollCommand{}) ? 0U : 1U;
+    bench.link().deliver(status, bench.loop().now());
+  }
+  CHECK(allocations() - before == 0);
+  CHECK(failures == 0);
+  CHECK(bench.host.published == 1051);
+}
