@@ -3,15 +3,16 @@
 // 2e-7. Method: x = n ln 2 + f, polynomial in f (coefficients of Cephes expf, public domain),
 // exponent n put in by bits.
 
-#include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 
 namespace weft::sim {
 
-/// Arguments are held to [-87, 87].
+constexpr float fast_exp_limit = 87;  // e^87 and e^-87 are normal floats
+
+/// e^x for |x| <= fast_exp_limit; nonsense beyond.
 inline float fast_exp(float x) {
-  x = std::min(std::max(x, -87.0F), 87.0F);
   constexpr float shifter = 12582912.0F;  // 1.5 * 2^23: adding it rounds to an integer
   const float shifted = x * 1.44269504F + shifter;
   const float n = shifted - shifter;
@@ -25,6 +26,16 @@ inline float fast_exp(float x) {
   p = p * f * f + f + 1.0F;
   const std::uint32_t scale = (std::bit_cast<std::uint32_t>(shifted) + 127U) << 23;
   return p * std::bit_cast<float>(scale);
+}
+
+/// e^x in place, arguments held to the limit. Two loops: g++ 12 vectorises them only apart.
+template <std::size_t count>
+void fast_exp(float* x) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const float above = x[i] > -fast_exp_limit ? x[i] : -fast_exp_limit;
+    x[i] = above < fast_exp_limit ? above : fast_exp_limit;
+  }
+  for (std::size_t i = 0; i < count; ++i) x[i] = fast_exp(x[i]);
 }
 
 }  // namespace weft::sim

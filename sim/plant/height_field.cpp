@@ -83,18 +83,20 @@ HeightField::HeightField(const SurfaceSpec& spec, std::uint64_t seed) {
   }
 }
 
-double HeightField::phase(const Term& term, Axis axis, double at_m) const {
-  if (axis == Axis::u) {
-    const double wander = term.jitter_u != 0 ? term.jitter_u * wander_u_.at(at_m) : 0;
-    return term.ku * at_m + wander + term.phase_rad;
-  }
-  return term.kv * at_m + (term.jitter_v != 0 ? term.jitter_v * wander_v_.at(at_m) : 0);
+double HeightField::wander(Axis axis, double at_m) const {
+  return axis == Axis::u ? wander_u_.at(at_m) : wander_v_.at(at_m);
+}
+
+double HeightField::phase(const Term& term, Axis axis, double at_m, double wander) {
+  if (axis == Axis::u) return term.ku * at_m + term.jitter_u * wander + term.phase_rad;
+  return term.kv * at_m + term.jitter_v * wander;
 }
 
 double HeightField::height_m(double u_m, double v_m) const {
   double height = 0;
   for (const Term& term : terms_)
-    height += term.amplitude_m * std::cos(phase(term, Axis::u, u_m) + phase(term, Axis::v, v_m));
+    height += term.amplitude_m * std::cos(phase(term, Axis::u, u_m, wander(Axis::u, u_m)) +
+                                          phase(term, Axis::v, v_m, wander(Axis::v, v_m)));
   return height;
 }
 

@@ -50,8 +50,10 @@ class HeightField {
   HeightField(const SurfaceSpec& spec, std::uint64_t seed);
 
   [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
-  /// Phase of `term` along one axis; its constant phase belongs to u.
-  [[nodiscard]] double phase(const Term& term, Axis axis, double at_m) const;
+  /// Wander of the yarns that are counted along `axis` [rad per pitch].
+  [[nodiscard]] double wander(Axis axis, double at_m) const;
+  /// Phase of `term` along one axis, given that axis' wander there; the constant phase is in u's.
+  [[nodiscard]] static double phase(const Term& term, Axis axis, double at_m, double wander);
   /// Height at one point, for tests and pictures: slow [m].
   [[nodiscard]] double height_m(double u_m, double v_m) const;
   /// ln of the mean of e^{h/lambda} over an unbounded cloth: the lattice by quadrature over its

@@ -11,11 +11,10 @@ namespace weft::sim {
 namespace {
 
 constexpr double largest_cell = 2e6;  // 100 m: still exact in int and double
-constexpr int lane = 16;              // floats summed at a time; fits the registers of SSE
 
 /// Half lengths of the disc's chords in cells, and the number of cells of the disc.
 struct Disc {
-  std::array<int, 2 * TextureMap::disc_cells + 1> half{};
+  std::array<std::size_t, 2 * TextureMap::disc_cells + 1> half{};
   float cells = 0;
 };
 
@@ -25,7 +24,7 @@ constexpr Disc make_disc() {
   for (int dy = -radius; dy <= radius; ++dy) {
     int half = 0;
     while ((half + 1) * (half + 1) + dy * dy <= radius * radius) ++half;
-    disc.half[static_cast<std::size_t>(dy + radius)] = half;
+    disc.half[static_cast<std::size_t>(dy + radius)] = static_cast<std::size_t>(half);
     disc.cells += static_cast<float>(2 * half + 1);
   }
   return disc;
@@ -45,7 +44,7 @@ TextureMap::TextureMap(HeightField field, double lambda_m)
       lambda_m_(lambda_m),
       log_mean_(static_cast<float>(field_.log_mean_response(lambda_m))),
       raw_(static_cast<std::size_t>(window) * padded),
-      prefix_(static_cast<std::size_t>(window) * (window + 1)) {}
+      prefix_(static_cast<std::size_t>(window + 1) * padded) {}
 
 double TextureMap::response(double u_m, double v_m, Cursor& cursor) {
   if (field_.terms().empty()) return 1;
@@ -83,66 +82,91 @@ const TextureMap::Strip& TextureMap::strip(HeightField::Axis axis, int index) {
 
 void TextureMap::fill_strip(Strip& strip, HeightField::Axis axis, int index) const {
   const auto& terms = field_.terms();
-  strip.cosine.resize(terms.size() * padded);
-  strip.sine.resize(terms.size() * padded);
+  const std::size_t even = terms.size() + terms.size() % 2;  // one term of zeros makes pairs
+  strip.cosine.resize(even * padded);
+  strip.sine.resize(even * padded);
   const double origin_m = (static_cast<double>(index) * tile_cells - disc_cells) * cell_m;
+  std::array<double, padded> wander;
+  for (int i = 0; i < padded; ++i)
+    wander[static_cast<std::size_t>(i)] = field_.wander(axis, origin_m + i * cell_m);
   for (std::size_t k = 0; k < terms.size(); ++k) {
     const bool along_u = axis == HeightField::Axis::u;
+    float* cosine = &strip.cosine[k * padded];
+    float* sine = &strip.sine[k * padded];
+    if ((along_u ? terms[k].jitter_u : terms[k].jitter_v) == 0)
+      fill_straight(terms[k], axis, origin_m, cosine, sine);
+    else
+      fill_wandering(terms[k], axis, origin_m, wander.data(), cosine, sine);
     const double scale = along_u ? 1 : terms[k].amplitude_m / lambda_m_;
-    const bool straight = (along_u ? terms[k].jitter_u : terms[k].jitter_v) == 0;
-    const double number = along_u ? terms[k].ku : terms[k].kv;
-    double phase = field_.phase(terms[k], axis, origin_m);
-    double c = std::cos(phase), s = std::sin(phase);
-    const double turn_c = std::cos(number * cell_m), turn_s = std::sin(number * cell_m);
-    for (std::size_t i = 0; i < padded; ++i) {
-      strip.cosine[k * padded + i] = static_cast<float>(scale * c);
-      strip.sine[k * padded + i] = static_cast<float>(scale * s);
-      if (straight) {  // the next point by a rotation: no trigonometry
-        const double turned = c * turn_c - s * turn_s;
-        s = s * turn_c + c * turn_s;
-        c = turned;
-      } else {
-        phase = field_.phase(terms[k], axis, origin_m + static_cast<double>(i + 1) * cell_m);
-        c = std::cos(phase);
-        s = std::sin(phase);
-      }
+    for (int i = 0; i < padded; ++i) {
+      cosine[i] *= static_cast<float>(scale);
+      sine[i] *= static_cast<float>(scale);
     }
+  }
+}
+
+/// Each point from the last by a rotation: no trigonometry.
+void TextureMap::fill_straight(const HeightField::Term& term, HeightField::Axis axis,
+                               double origin_m, float* cosine, float* sine) const {
+  const double turn = (axis == HeightField::Axis::u ? term.ku : term.kv) * cell_m;
+  const double turn_c = std::cos(turn), turn_s = std::sin(turn);
+  const double phase = field_.phase(term, axis, origin_m, 0);
+  double c = std::cos(phase), s = std::sin(phase);
+  for (int i = 0; i < padded; ++i) {
+    cosine[i] = static_cast<float>(c);
+    sine[i] = static_cast<float>(s);
+    const double turned = c * turn_c - s * turn_s;
+    s = s * turn_c + c * turn_s;
+    c = turned;
+  }
+}
+
+void TextureMap::fill_wandering(const HeightField::Term& term, HeightField::Axis axis,
+                                double origin_m, const double* wander, float* cosine,
+                                float* sine) const {
+  for (int i = 0; i < padded; ++i) {
+    const double phase = field_.phase(term, axis, origin_m + i * cell_m, wander[i]);
+    cosine[i] = static_cast<float>(std::cos(phase));
+    sine[i] = static_cast<float>(std::sin(phase));
   }
 }
 
 void TextureMap::synthesise(const Strip& u, const Strip& v) {
-  const std::size_t terms = field_.terms().size();
-  for (std::size_t j = 0; j < window; ++j)
-    for (std::size_t i = 0; i < padded; i += lane) {
-      float sum[lane];
-      std::fill(std::begin(sum), std::end(sum), -log_mean_);
-      for (std::size_t k = 0; k < terms; ++k) {
-        const float cv = v.cosine[k * padded + j], sv = v.sine[k * padded + j];
-        const float* cu = &u.cosine[k * padded + i];
-        const float* su = &u.sine[k * padded + i];
-        for (int n = 0; n < lane; ++n) sum[n] += cv * cu[n] - sv * su[n];
-      }
-      float* out = &raw_[j * padded + i];
-      for (int n = 0; n < lane; ++n) out[n] = fast_exp(sum[n]);
+  const std::size_t terms = u.cosine.size() / padded;
+  for (std::size_t j = 0; j < window; ++j) {
+    float* out = &raw_[j * padded];
+    std::fill_n(out, padded, -log_mean_);
+    // Two terms a pass halve the traffic on the row of sums; the number of terms is even.
+    for (std::size_t k = 0; k < terms; k += 2) {
+      const std::size_t first = k * padded, second = first + padded;
+      const float c1 = v.cosine[first + j], s1 = v.sine[first + j];
+      const float c2 = v.cosine[second + j], s2 = v.sine[second + j];
+      const float *uc1 = &u.cosine[first], *us1 = &u.sine[first];
+      const float *uc2 = &u.cosine[second], *us2 = &u.sine[second];
+      for (std::size_t i = 0; i < padded; ++i)
+        out[i] += (c1 * uc1[i] - s1 * us1[i]) + (c2 * uc2[i] - s2 * us2[i]);
     }
+    fast_exp<padded>(out);
+  }
 }
 
+/// Sums along v first, so that every inner loop runs along the rows of memory.
 void TextureMap::average(float* out) {
-  for (std::size_t j = 0; j < window; ++j) {
-    float* row = &prefix_[j * (window + 1)];
-    row[0] = 0;
-    for (std::size_t i = 0; i < window; ++i) row[i + 1] = row[i] + raw_[j * padded + i];
-  }
-  for (int j = 0; j < outputs; ++j) {
-    float sum[outputs] = {};
-    for (int dy = 0; dy <= 2 * disc_cells; ++dy) {
-      const int half = disc.half[static_cast<std::size_t>(dy)];
-      const float* row = &prefix_[static_cast<std::size_t>(j + dy) * (window + 1)];
-      const float* right = row + disc_cells + half + 1;
-      const float* left = row + disc_cells - half;
-      for (int i = 0; i < outputs; ++i) sum[i] += right[i] - left[i];
+  std::fill_n(prefix_.begin(), padded, 0.0F);
+  for (std::size_t j = 0; j < window; ++j)
+    for (std::size_t i = 0; i < padded; ++i)
+      prefix_[(j + 1) * padded + i] = prefix_[j * padded + i] + raw_[j * padded + i];
+  constexpr std::size_t lane = padded - 2 * disc_cells;  // outputs and what fills the last vector
+  static_assert(lane >= outputs);
+  for (std::size_t j = 0; j < outputs; ++j) {
+    float sum[lane] = {};
+    for (std::size_t dx = 0; dx <= 2 * disc_cells; ++dx) {
+      const std::size_t half = disc.half[dx];
+      const float* below = &prefix_[(j + disc_cells + half + 1) * padded + dx];
+      const float* above = &prefix_[(j + disc_cells - half) * padded + dx];
+      for (std::size_t i = 0; i < lane; ++i) sum[i] += below[i] - above[i];
     }
-    for (int i = 0; i < outputs; ++i) out[j * outputs + i] = sum[i] / disc.cells;
+    for (std::size_t i = 0; i < outputs; ++i) out[j * outputs + i] = sum[i] / disc.cells;
   }
 }
 

@@ -48,6 +48,10 @@ class TextureMap {
   const float* tile(int column, int row);
   const Strip& strip(HeightField::Axis axis, int index);
   void fill_strip(Strip& strip, HeightField::Axis axis, int index) const;
+  void fill_straight(const HeightField::Term& term, HeightField::Axis axis, double origin_m,
+                     float* cosine, float* sine) const;
+  void fill_wandering(const HeightField::Term& term, HeightField::Axis axis, double origin_m,
+                      const double* wander, float* cosine, float* sine) const;
   void synthesise(const Strip& u, const Strip& v);
   void average(float* out);
 
@@ -57,7 +61,7 @@ class TextureMap {
   std::unordered_map<std::uint64_t, std::unique_ptr<float[]>> tiles_;
   std::unordered_map<int, Strip> strips_u_, strips_v_;
   std::vector<float> raw_;     // window x padded: e^{h/lambda} of one tile
-  std::vector<float> prefix_;  // window x (window + 1): running sums of its rows
+  std::vector<float> prefix_;  // (window + 1) x padded: running sums along v
 };
 
 }  // namespace weft::sim
