@@ -1,0 +1,120 @@
+#include "sim/plant/fabric_library.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "sim/plant/plant.hpp"
+#include "tests/unit/plant/support.hpp"
+
+using namespace weft;
+using namespace weft::sim;
+
+namespace {
+
+/// The shipped table with one piece of text exchanged.
+Result<FabricLibrary> with(const std::string& from, const std::string& to) {
+  std::string text = test::fabrics_text();
+  const auto at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return parse_fabrics(text.replace(at, from.size(), to));
+}
+
+/// Mean and standard deviation of the pads' pressures over a slide of 20 mm at 5 N, roughly.
+std::pair<double, double> slide(const Patch& patch) {
+  PlantParams params;
+  params.geometry.plate_z_m = 0.06;
+  Plant plant(params, 1);
+  const double touch = 0.06 - patch.material.thickness_m;
+  plant.mount(patch, {.z_m = touch - 2e-3});
+  for (int i = 0; i <= 100; ++i) plant.advance({.z_m = touch - 2e-3 + 25e-6 * i + 0.2e-3}, 0.01);
+  double z = plant.contact().pose.z_m;
+  double sum = 0, squares = 0;
+  int count = 0;
+  for (int i = 0; i < 3000; ++i) {
+    z += 1e-6 * std::clamp((5 - plant.contact().normal_n) * 20, -20.0, 20.0);
+    plant.advance({.y_m = i < 1000 ? 0 : 1e-5 * (i - 1000), .z_m = z}, 0.01);
+    if (i < 1000) continue;
+    plant.convert(i % 8, static_cast<std::uint64_t>(i / 8));
+    const double pressure = plant.pad_pressures_pa()[static_cast<std::size_t>(i % 8)];
+    sum += pressure;
+    squares += pressure * pressure;
+    ++count;
+  }
+  const double mean = sum / count;
+  return {mean, std::sqrt(squares / count - mean * mean)};
+}
+
+}  // namespace
+
+TEST_CASE("the shipped table has the seventeen fabrics, each once") {
+  const FabricLibrary table = test::library();
+  const auto names = table.names();
+  CHECK(names.size() == 17);
+  CHECK(std::set<std::string>(names.begin(), names.end()).size() == 17);
+  for (const char* name : {"knitwear1", "wool", "pile", "terry"})
+    CHECK(table.find(name) != nullptr);
+  CHECK(table.find("leather") == nullptr);
+}
+
+TEST_CASE("a table with a fault is refused, with the place of the fault") {
+  const auto where = [](const Result<FabricLibrary>& result) {
+    REQUIRE_FALSE(result.has_value());
+    return result.error().where;
+  };
+  CHECK(where(with("[0.29, \"sourced\", \"S4\"]", "0.29")) == "/fabrics/5/LC");
+  CHECK(where(with("[0.29, \"sourced\", \"S4\"]", "[0.29, \"sourced\", \"S99\"]")) ==
+        "/fabrics/5/LC");
+  CHECK(where(with("[0.29, \"sourced\", \"S4\"]", "[1e308, \"estimated\"]")) == "/fabrics/5/LC");
+  CHECK(where(with("[0.29, \"sourced\", \"S4\"]", "[null, \"estimated\"]")) == "/fabrics/5/LC");
+  CHECK(where(with("\"name\": \"wool\"", "\"name\": \"knitwear1\"")) == "/fabrics/1/name");
+  CHECK(where(with("\"structure\": \"satin\"", "\"structure\": \"sateen\"")) ==
+        "/fabrics/13/structure");
+  CHECK(where(with("\"MIU\"", "\"MUI\"")) == "/fabrics/0/MIU");
+  CHECK(where(with("\"isotropic_share\": 0.12", "\"isotropic_share\": 0.5")) ==
+        "/structures/plain");
+  CHECK(where(with("\"waviness_um\"", "\"wavyness_um\"")) == "/parameters/wavyness_um");
+  CHECK_FALSE(parse_fabrics("").has_value());
+  CHECK_FALSE(parse_fabrics("[]").has_value());
+  CHECK_FALSE(parse_fabrics(test::fabrics_text().substr(0, 5000)).has_value());
+}
+
+TEST_CASE("the same patch is the same, another is another") {
+  const FabricLibrary table = test::library();
+  const Patch one = test::patch_of(table, "cotton", 1), same = test::patch_of(table, "cotton", 1);
+  const Patch other = test::patch_of(table, "cotton", 2);
+  CHECK(one.field.height_m(1e-3, 2e-3) == same.field.height_m(1e-3, 2e-3));
+  CHECK(one.field.height_m(1e-3, 2e-3) != other.field.height_m(1e-3, 2e-3));
+  CHECK(one.material.law.lambda_m != other.material.law.lambda_m);
+  CHECK(one.seed != other.seed);
+}
+
+TEST_CASE("the height of every patch has twice the roughness as its standard deviation") {
+  const FabricLibrary table = test::library();
+  for (const Fabric& fabric : table.fabrics) {
+    CAPTURE(fabric.name);
+    double squares = 0;
+    int count = 0;
+    for (std::uint64_t seed = 0; seed < 8; ++seed) {
+      const Patch patch = test::patch_of(table, fabric.name, seed);
+      for (int i = 0; i < 300; ++i, ++count) {
+        const double h = patch.field.height_m(0.431e-3 * (i % 20), 0.877e-3 * (i / 20));
+        squares += h * h;
+      }
+    }
+    CHECK(std::sqrt(squares / count) == Approx(2 * fabric.roughness_m).epsilon(0.25));
+  }
+}
+
+TEST_CASE("two patches of one fabric agree in their statistics, two fabrics do not") {
+  const FabricLibrary table = test::library();
+  MaterialSwitches same_trial;
+  same_trial.trial_spread = false;
+  same_trial.waviness = false;
+  const auto one = slide(test::patch_of(table, "corduroy", 1, same_trial));
+  const auto two = slide(test::patch_of(table, "corduroy", 2, same_trial));
+  const auto felt = slide(test::patch_of(table, "felt", 1, same_trial));
+  CHECK(one.first == Approx(two.first).epsilon(0.05));
+  CHECK(one.second == Approx(two.second).epsilon(0.4));
+  CHECK(felt.second < 0.6 * one.second);
+}

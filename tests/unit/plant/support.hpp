@@ -1,0 +1,34 @@
+#pragma once
+// The shipped table of fabrics, and a cloth without any of the switchable mechanisms.
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "sim/plant/fabric_library.hpp"
+
+namespace weft::sim::test {
+
+inline std::string fabrics_text() {
+  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/sim/fabrics.json");
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+inline FabricLibrary library() {
+  auto read = parse_fabrics(fabrics_text());
+  WEFT_ASSERT(read.has_value());
+  return *read;
+}
+
+inline constexpr MaterialSwitches plain_cloth{false, false, false, false, false, false};
+
+inline Patch patch_of(const FabricLibrary& table, const std::string& name, std::uint64_t seed,
+                      const MaterialSwitches& switches = {}) {
+  auto patch = cut_patch(*table.find(name), table.params, table.spread, switches, seed);
+  WEFT_ASSERT(patch.has_value());
+  return *patch;
+}
+
+}  // namespace weft::sim::test

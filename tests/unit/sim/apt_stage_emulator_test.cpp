@@ -1,0 +1,277 @@
+// Byte strings are those of reference protocols.md A.8; positions and times are the trapezoid's.
+
+#include "sim/devices/apt_stage_emulator.hpp"
+
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "sim/plant/random.hpp"
+#include "tests/unit/sim/support.hpp"
+
+using namespace weft;
+using namespace weft::sim;
+using namespace weft::protocols::apt;
+using test::hex;
+
+namespace {
+
+WorldParams world_params() {
+  WorldParams params;
+  for (StageParams& stage : params.stages)
+    stage = {.low = 0, .high = 0.15, .start = 0.02, .quantum = 0, .backlash = 0};
+  params.stages[3] = {.low = -3.2, .high = 3.2, .start = 0.1, .quantum = 0, .backlash = 0};
+  params.plant.geometry.plate_z_m = 0.1;
+  return params;
+}
+
+/// One stage on a bench of its own.
+struct Unit {
+  explicit Unit(const std::string& stage = "LTS150",
+                RetargetPolicy retarget = RetargetPolicy::replan)
+      : world(world_params(), 1), emulator(params(stage, retarget), world, {}) {}
+
+  static AptStageParams params(const std::string& stage, RetargetPolicy retarget) {
+    AptStageParams p;
+    p.stage = find_stage(stage);
+    p.axis = p.stage->axis == Axis::linear ? AxisId::x : AxisId::rx;
+    p.model = p.stage->axis == Axis::linear ? "LTS150" : "KDC101";
+    p.retarget = retarget;
+    return p;
+  }
+  void send(const Bytes& bytes) { emulator.receive(bytes, now, sink); }
+  void send(const std::string& text) { send(hex(text)); }
+  /// Lets time pass, calling the emulator when it asks for it.
+  void run(double seconds) {
+    const TimePoint end = now + from_seconds(seconds);
+    for (auto at = emulator.next_wakeup(); at && *at <= end; at = emulator.next_wakeup())
+      emulator.wake(now = *at, sink);
+    now = end;
+  }
+  Bytes take() { return std::exchange(out, {}); }
+  StatusUpdate status() {
+    take();
+    send("80 04 01 00 50 01");
+    return decode_body<StatusUpdate>(decode(take())->data).value();
+  }
+  void ready() {
+    send("10 02 01 01 50 01");
+    send("43 04 01 00 50 01");
+    run(20);
+    take();
+  }
+  double position() { return world.stage(AxisId::x).position(now); }
+
+  Bytes out;
+  ByteSink sink = [this](ByteView bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); };
+  TimePoint now{};
+  BenchWorld world;
+  AptStageEmulator emulator;
+};
+
+}  // namespace
+
+TEST_CASE("a stage tells its identity in 90 bytes and is silent otherwise") {
+  Unit unit;
+  unit.run(5);
+  CHECK(unit.out.empty());
+  unit.send("05 00 00 00 50 01");
+  const Bytes reply = unit.take();
+  REQUIRE(reply.size() == 90);
+  CHECK(Bytes(reply.begin(), reply.begin() + 6) == hex("06 00 54 00 81 50"));
+  const auto info = decode_body<HardwareInfo>(decode(reply)->data);
+  CHECK(info->model.str() == "LTS150");
+  CHECK(info->serial == 45000001);
+  CHECK(Unit("PRM1-Z8").emulator.ignored() == 0);
+}
+
+TEST_CASE("homing drives to zero at the home speed and then says so") {
+  Unit unit;
+  unit.send("43 04 01 00 50 01");
+  unit.run(1);
+  CHECK(unit.out.empty());
+  CHECK(unit.position() == Approx(0.02));  // disabled: nothing moves
+  unit.send("10 02 01 01 50 01");
+  unit.send("40 04 0E 00 D0 01 01 00 02 00 01 00 00 00 9F 02 00 20 03 00");  // 2 mm/s
+  unit.send("13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A");  // 20, 20
+  unit.send("43 04 01 00 50 01");
+  CHECK(unit.status().status_bits == 0x80000300);
+  unit.run(9.9);
+  CHECK(unit.take().empty());
+  unit.run(0.3);
+  CHECK(unit.take() == hex("44 04 01 00 01 50"));  // 20 mm at 2 mm/s and 0.1 s of ramps
+  CHECK(unit.status().status_bits == 0x80000500);
+  CHECK(unit.status().position_counts == 0);
+}
+
+TEST_CASE("an absolute move ends with the documented message after the trapezoid's time") {
+  Unit unit;
+  unit.ready();
+  unit.send("13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A");  // 20 mm/s, 20 mm/s2
+  unit.send("53 04 06 00 D0 01 01 00 00 C0 D4 01");                          // 75 mm
+  unit.run(4.7);
+  CHECK(unit.status().status_bits == 0x80000510);
+  CHECK(unit.position() == Approx(0.075).margin(1e-3));
+  CHECK(unit.take().empty());
+  unit.run(0.06);
+  CHECK(unit.take() == hex("64 04 0E 00 81 50 01 00 00 C0 D4 01 00 00 00 00 00 05 00 80"));
+}
+
+TEST_CASE("a moving stage reports as the reference computes it") {
+  Unit unit;
+  unit.ready();
+  unit.send("53 04 06 00 D0 01 01 00 00 C0 D4 01");
+  while (unit.position() < 0.01) unit.run(1e-4);
+  const StatusUpdate status = unit.status();
+  CHECK(status.status_bits == 0x80000510);
+  CHECK(status.position_counts == Approx(4096000).margin(1000));
+}
+
+TEST_CASE("relative moves, stored parameters and their requests agree") {
+  Unit unit;
+  unit.ready();
+  unit.send("45 04 06 00 D0 01 01 00 00 80 3E 00");  // store 10 mm
+  unit.send("46 04 01 00 50 01");
+  CHECK(unit.take() == hex("47 04 06 00 81 50 01 00 00 80 3E 00"));
+  unit.send("48 04 01 00 50 01");  // short form uses it
+  unit.run(5);
+  unit.send("48 04 06 00 D0 01 01 00 00 80 3E 00");  // long form
+  unit.run(5);
+  CHECK(unit.status().position_counts == 8192000);
+  unit.send("50 04 06 00 D0 01 01 00 00 80 3E 00");
+  unit.send("53 04 01 00 50 01");  // short form of absolute: back to 10 mm
+  unit.run(5);
+  CHECK(unit.status().position_counts == 4096000);
+  unit.send("11 04 01 00 50 01");
+  CHECK(unit.take() == hex("12 04 06 00 81 50 01 00 00 80 3E 00"));
+}
+
+TEST_CASE("a new target during a move is followed at once, and only its end is reported") {
+  Unit unit;
+  unit.ready();
+  unit.send("53 04 06 00 D0 01 01 00 00 C0 D4 01");
+  unit.run(1);
+  const double there = unit.position();
+  unit.send("53 04 06 00 D0 01 01 00 00 80 3E 00");  // 10 mm
+  CHECK(unit.position() == Approx(there).margin(1e-12));
+  unit.run(20);
+  const Bytes end = unit.take();
+  CHECK(end.size() == 20);
+  CHECK(unit.status().position_counts == 4096000);
+  Unit stubborn("LTS150", RetargetPolicy::ignore);
+  stubborn.ready();
+  stubborn.send("53 04 06 00 D0 01 01 00 00 C0 D4 01");
+  stubborn.run(1);
+  stubborn.send("53 04 06 00 D0 01 01 00 00 80 3E 00");
+  stubborn.run(20);
+  CHECK(stubborn.status().position_counts == 30720000);
+}
+
+TEST_CASE("stopping is immediate or profiled, and answered with where it ended") {
+  for (const bool profiled : {false, true}) {
+    Unit unit;
+    unit.ready();
+    unit.send("53 04 06 00 D0 01 01 00 00 C0 D4 01");
+    unit.run(2);
+    const double there = unit.position();
+    unit.send(profiled ? "65 04 01 02 50 01" : "65 04 01 01 50 01");
+    if (profiled) CHECK(unit.take().empty());
+    unit.run(3);
+    const auto message = decode(unit.take());
+    REQUIRE(message.has_value());
+    CHECK(message->id == MessageId::move_stopped);
+    const double ran_on = unit.position() - there;
+    CHECK(ran_on == Approx(profiled ? 0.02 * 0.02 / (2 * 0.02) : 0).margin(1e-9));
+    CHECK(unit.status().status_bits == 0x80000500);
+  }
+}
+
+TEST_CASE("targets beyond the travel end at its limit, with the limit bit") {
+  Unit unit;
+  unit.ready();
+  unit.send("53 04 06 00 D0 01 01 00 FF FF FF 7F");
+  unit.run(60);
+  CHECK(unit.position() == 0.15);
+  CHECK(unit.status().status_bits == 0x80000501);
+}
+
+TEST_CASE("updates come ten times a second between start and stop") {
+  Unit unit;
+  unit.send("11 00 00 00 50 01");
+  unit.run(2.05);
+  CHECK(unit.take().size() == 20 * 20);
+  unit.send("12 00 00 00 50 01");
+  unit.run(2);
+  CHECK(unit.take().empty());
+}
+
+TEST_CASE("a servo answers with its own status and falls silent without acknowledgements") {
+  Unit unit("PRM1-Z8");
+  unit.send("10 02 01 01 50 01");
+  unit.send("43 04 01 00 50 01");
+  unit.run(5);
+  CHECK(unit.take() == hex("44 04 01 00 01 50"));
+  unit.send("13 04 0E 00 D0 01 01 00 00 00 00 00 93 00 00 00 69 8D 06 00");  // 10 deg/s, 10 deg/s2
+  unit.send("53 04 06 00 D0 01 01 00 E0 A2 02 00");                          // 90 degrees
+  unit.run(11);
+  CHECK(unit.take() == hex("64 04 0E 00 81 50 01 00 E0 A2 02 00 00 00 00 00 00 05 00 80"));
+  CHECK(unit.world.stage(AxisId::rx).position(unit.now) ==
+        Approx(std::numbers::pi / 2).epsilon(1e-5));
+  unit.send("90 04 01 00 50 01");
+  CHECK(decode(unit.take())->id == MessageId::get_dcstatusupdate);
+  unit.send("80 04 01 00 50 01");
+  CHECK(unit.take().empty());  // a stepper's request
+  unit.send("11 00 00 00 50 01");
+  unit.run(20);
+  CHECK(unit.take().size() == 50 * 20);
+  unit.send("92 04 00 00 50 01");
+  unit.run(1.05);
+  CHECK(unit.take().size() == 10 * 20);
+}
+
+TEST_CASE("any chunking of a conversation has the same effect") {
+  const std::string conversation =
+      "18 00 00 00 50 01 12 00 00 00 50 01 05 00 00 00 50 01 10 02 01 01 50 01 "
+      "43 04 01 00 50 01 13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A "
+      "53 04 06 00 D0 01 01 00 00 C0 D4 01 80 04 01 00 50 01 14 04 01 00 50 01";
+  Unit whole;
+  whole.send(conversation);
+  const Bytes expected = whole.take();
+  REQUIRE(expected.size() == 90 + 20 + 20);
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Random random(seed);
+    Unit cut;
+    const Bytes bytes = hex(conversation);
+    for (std::size_t at = 0; at < bytes.size();) {
+      const std::size_t size = std::min<std::size_t>(1 + random.bits() % 9, bytes.size() - at);
+      cut.send(Bytes(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                     bytes.begin() + static_cast<std::ptrdiff_t>(at + size)));
+      at += size;
+    }
+    CHECK(cut.take() == expected);
+  }
+}
+
+TEST_CASE("noise on the line and messages for others do no harm") {
+  Unit unit;
+  Random random(3);
+  for (int i = 0; i < 3000; ++i) {
+    Bytes noise(1 + random.bits() % 64);
+    for (auto& byte : noise) byte = static_cast<std::uint8_t>(random.bits());
+    // Half of it wears a header that is believed.
+    if (i % 2 == 0 && noise.size() > 6) {
+      noise[1] = static_cast<std::uint8_t>(random.bits() % 6);
+      noise[3] = 0;
+      noise[4] = random.bits() % 2 == 0 ? 0x50 : 0xD0;
+      noise[5] = 0x01;
+    }
+    unit.send(noise);
+    unit.run(0.01);
+  }
+  unit.send(Bytes(600, 0));
+  unit.take();
+  CHECK(unit.position() >= 0);
+  CHECK(unit.position() <= 0.15);
+  unit.send("05 00 00 00 21 01");  // bay 0 is somebody else
+  CHECK(unit.take().empty());
+  CHECK(unit.emulator.ignored() > 0);
+}
