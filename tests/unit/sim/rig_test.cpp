@@ -23,8 +23,12 @@ constexpr double counts_per_mm = 409600;
 struct Host {
   explicit Host(const std::string& rig_json = test::bench17_text(), std::uint64_t seed = 1)
       : rig(test::make_rig(rig_json, seed)) {
-    for (auto [name, link] :
-         {std::pair{"stage.z", &z}, {"stage.y", &y}, {"ft", &ft}, {"taxels", &taxels}})
+    for (auto [name, link] : {std::pair{"stage.z", &z},
+                              {"stage.y", &y},
+                              {"stage.rx", &rx},
+                              {"stage.ry", &ry},
+                              {"ft", &ft},
+                              {"taxels", &taxels}})
       REQUIRE(rig->attach(name, *link, loop).has_value());
     for (test::TestLink* stage : {&z, &y, &rx, &ry})
       stage->send(hex("10 02 01 01 50 01 43 04 01 00 50 01"));
@@ -189,25 +193,25 @@ TEST_CASE("a rig file with a fault is refused, with the place of the fault") {
   using test::bench17_with;
   CHECK(where("") == "rig file: rig file");
   CHECK(where("[1, 2]") == "rig file: rig file");
-  CHECK(where(bench17_with({{"/simulation/slackk_mm", 1}})) == "rig file: /simulation/slackk_mm");
-  CHECK(where(bench17_with({{"/simulation/level", "L7"}})) == "rig file: /simulation/level");
-  CHECK(where(bench17_with({{"/simulation/mount_stiffness_n_m", 1e300}})) ==
+  CHECK(where(bench17_with({{"/simulation/slackk_mm", "1"}})) == "rig file: /simulation/slackk_mm");
+  CHECK(where(bench17_with({{"/simulation/level", R"("L7")"}})) == "rig file: /simulation/level");
+  CHECK(where(bench17_with({{"/simulation/mount_stiffness_n_m", "1e300"}})) ==
         "rig file: /simulation/mount_stiffness_n_m");
-  CHECK(where(bench17_with({{"/simulation/pads/noise_counts", "much"}})) ==
+  CHECK(where(bench17_with({{"/simulation/pads/noise_counts", R"("much")"}})) ==
         "rig file: /simulation/pads/noise_counts");
-  CHECK(where(bench17_with({{"/simulation/switches/relaxation", 1}})) ==
+  CHECK(where(bench17_with({{"/simulation/switches/relaxation", "1"}})) ==
         "rig file: /simulation/switches/relaxation");
-  CHECK(where(bench17_with({{"/devices/0/emulator/kind", "robot"}})) ==
+  CHECK(where(bench17_with({{"/devices/0/emulator/kind", R"("robot")"}})) ==
         "rig file: /devices/0/emulator/kind");
-  CHECK(where(bench17_with({{"/devices/0/emulator/stage", "LTS9"}})) ==
+  CHECK(where(bench17_with({{"/devices/0/emulator/stage", R"("LTS9")"}})) ==
         "rig file: /devices/0/emulator/stage");
-  CHECK(where(bench17_with({{"/devices/0/emulator/travel_mm", {5, 1}}})) ==
+  CHECK(where(bench17_with({{"/devices/0/emulator/travel_mm", "[5, 1]"}})) ==
         "rig file: /devices/0/emulator/travel_mm");
-  CHECK(where(bench17_with({{"/devices/5/emulator/rate_hz", 0}})) ==
+  CHECK(where(bench17_with({{"/devices/5/emulator/rate_hz", "0"}})) ==
         "rig file: /devices/5/emulator/rate_hz");
-  CHECK(where(bench17_with({{"/devices/1/name", "stage.x"}})) == "rig file: /devices/1/name");
-  CHECK(where(bench17_with({{"/plate/surface_z_mm", nullptr}})) == "rig file: /plate/surface_z_mm");
-  CHECK(where(bench17_with({{"/probe/mass_kg", -1}})) == "rig file: /probe/mass_kg");
+  CHECK(where(bench17_with({{"/devices/1/name", R"("stage.x")"}})) == "rig file: /devices/1/name");
+  CHECK(where(bench17_with({{"/plate/surface_z_mm", "null"}})) == "rig file: /plate/surface_z_mm");
+  CHECK(where(bench17_with({{"/probe/mass_kg", "-1"}})) == "rig file: /probe/mass_kg");
   const auto bad_table = Rig::create(test::bench17_text(), "{", 1);
   REQUIRE_FALSE(bad_table.has_value());
   CHECK(bad_table.error().code == Errc::parse);
