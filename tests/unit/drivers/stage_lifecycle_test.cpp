@@ -1,3 +1,5 @@
+#include <random>
+
 #include "tests/unit/drivers/stage_bench.hpp"
 
 using namespace weft;
@@ -281,5 +283,22 @@ TEST_CASE("a fault while opening is closed and opened again") {
   bench.driver->close();
   bench.host.faults.clear();
   bench.arm_lts();
+  CHECK(bench.host.faults.empty());
+}
+
+TEST_CASE("noise on the line neither confirms a motion nor makes samples, and is recovered from") {
+  std::mt19937 random(11);
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(MoveCommand{0.05, 0.02}));
+  for (int i = 0; i < 200; ++i) {
+    Bytes noise(1 + random() % 100);
+    for (std::uint8_t& b : noise) b = static_cast<std::uint8_t>(random());
+    bench.receive(noise);
+  }
+  CHECK(bench.host.samples.empty());
+  bench.receive(Bytes(300, 0));  // longer than any message that noise can announce
+  bench.receive_completed(20480000);
+  CHECK(bench.last_sample().move_id == 1);
   CHECK(bench.host.faults.empty());
 }
