@@ -135,6 +135,11 @@ Status check(const Dataset& dataset);
 /// SHA-256 of the content (docs/dataset.md, "Digest"): labels, outcomes, phases, counts, times,
 /// streams and the bench kind; no wall-clock time, software version or seed. Lower-case
 /// hexadecimal.
+struct DatasetDigest {
+  std::string dataset_sha256;
+  std::vector<std::string> trial_sha256;
+};
+DatasetDigest digest_of(const Dataset& dataset);
 std::string dataset_sha256(const Dataset& dataset);
 std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record);
 

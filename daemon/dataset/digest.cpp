@@ -61,7 +61,8 @@ std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& reco
   return to_hex(trial_digest(trial, record));
 }
 
-std::string dataset_sha256(const Dataset& dataset) {
+DatasetDigest digest_of(const Dataset& dataset) {
+  DatasetDigest digest;
   Sha256 hash;
   hash.text("weft dataset 1\n");
   add_text(hash, to_string(dataset.info.kind));
@@ -71,9 +72,17 @@ std::string dataset_sha256(const Dataset& dataset) {
     hash.number(static_cast<std::uint8_t>(axis.rotary ? 1 : 0));
   }
   hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
-    hash.update(trial_digest(dataset.trials[i], dataset.records[i]));
-  return to_hex(hash.finish());
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const Sha256Digest trial = trial_digest(dataset.trials[i], dataset.records[i]);
+    hash.update(trial);
+    digest.trial_sha256.push_back(to_hex(trial));
+  }
+  digest.dataset_sha256 = to_hex(hash.finish());
+  return digest;
+}
+
+std::string dataset_sha256(const Dataset& dataset) {
+  return digest_of(dataset).dataset_sha256;
 }
 
 }  // namespace weft::daemon

@@ -234,15 +234,14 @@ Status verify_digests(Reader& in, const Dataset& dataset) {
   in.require(expected.size() == dataset.trials.size(), "/trials/sha256", "another length");
   const std::string whole = in.text_attribute("/", "dataset_sha256");
   if (!in.status()) return in.status();
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    const std::string got = trial_sha256(dataset.trials[i], dataset.records[i]);
-    if (got != expected[i])
+  const DatasetDigest got = digest_of(dataset);
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+    if (got.trial_sha256[i] != expected[i])
       return fail(Errc::corrupt, "the trial was altered: its SHA-256 disagrees",
-                  "trial " + dataset.trials[i].file, expected[i], got);
-  }
-  if (const std::string got = dataset_sha256(dataset); got != whole)
+                  "trial " + dataset.trials[i].file, expected[i], got.trial_sha256[i]);
+  if (got.dataset_sha256 != whole)
     return fail(Errc::corrupt, "the data set was altered: its SHA-256 disagrees", "dataset_sha256",
-                whole, got);
+                whole, got.dataset_sha256);
   return {};
 }
 

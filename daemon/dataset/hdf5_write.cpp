@@ -56,7 +56,7 @@ double or_nan(const std::optional<double>& value) {
   return value.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
-void write_trial_table(Writer& out, const Dataset& dataset) {
+void write_trial_table(Writer& out, const Dataset& dataset, const DatasetDigest& digest) {
   const auto& trials = dataset.trials;
   const auto& records = dataset.records;
   const auto text = [&](const char* name, auto value) {
@@ -68,7 +68,7 @@ void write_trial_table(Writer& out, const Dataset& dataset) {
   text("/trials/group", [&](std::size_t i) { return trials[i].group; });
   text("/trials/exploration", [&](std::size_t i) { return records[i].spec.exploration; });
   text("/trials/outcome", [&](std::size_t i) { return to_string(records[i].outcome); });
-  text("/trials/sha256", [&](std::size_t i) { return trial_sha256(trials[i], records[i]); });
+  out.column("/trials/sha256", digest.trial_sha256);
   const auto number = [&](const char* name, auto value) {
     out.column(name, gather(dataset, value));
   };
@@ -233,19 +233,19 @@ Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::pa
                                const Hdf5Options& options) {
   if (auto fine = check(dataset); !fine) return pass(std::move(fine).error(), path.string());
   const hdf5::QuietErrors quiet;
-  const std::string digest = dataset_sha256(dataset);
+  DatasetDigest digest = digest_of(dataset);
   AtomicFile atomic(path);
   Writer out = Writer::create(atomic.temporary(), options.deflate_level);
-  write_root(out, dataset, digest);
+  write_root(out, dataset, digest.dataset_sha256);
   write_provenance(out, dataset.info);
-  write_trial_table(out, dataset);
+  write_trial_table(out, dataset, digest);
   write_taxels(out, dataset);
   write_phase_runs(out, dataset);
   write_wrench(out, dataset);
   write_stages(out, dataset);
   if (auto done = out.close(); !done) return pass(std::move(done).error(), path.string());
   if (auto done = atomic.publish(); !done) return pass(std::move(done).error());
-  return digest;
+  return std::move(digest.dataset_sha256);
 }
 
 }  // namespace weft::daemon

@@ -48,3 +48,17 @@ TEST_CASE("numbers are hashed little-endian") {
   CHECK(to_hex(Sha256().numbers(std::span<const std::uint16_t>(pair)).finish()) ==
         sha256_hex("abcd"));
 }
+
+TEST_CASE("the processor's own instructions and the portable code agree on every length") {
+  const Sha256Compress accelerated = sha256_compress_accelerated();
+  if (accelerated == nullptr) {
+    WARN("skipped: this processor has no SHA instructions");
+    return;
+  }
+  weft::Bytes message;
+  for (std::uint32_t n = 0; n < 400; ++n) {
+    CHECK(Sha256(accelerated).update(message).finish() ==
+          Sha256(sha256_compress_portable).update(message).finish());
+    message.push_back(static_cast<std::uint8_t>(n * n + 13 * n));
+  }
+}
