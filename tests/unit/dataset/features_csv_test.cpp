@@ -1,0 +1,52 @@
+#include <catch2/catch.hpp>
+#include <charconv>
+#include <limits>
+
+#include "daemon/dataset/csv.hpp"
+#include "daemon/dataset/import.hpp"
+#include "tests/unit/dataset/support.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::test;
+
+TEST_CASE("a feature table has its names in order and gives every double back") {
+  classifier::FeatureMatrix features;
+  features.names = {"mean.P", "max.M.1"};
+  features.files = {"a.csv", "b, \"c\".csv"};
+  features.labels = {"Silk", "Wool"};
+  features.groups = {"0", ""};
+  features.values = classifier::Matrix(2, 2);
+  features.values(0, 0) = 0.1;
+  features.values(0, 1) = -std::numeric_limits<double>::denorm_min();
+  features.values(1, 0) = std::numeric_limits<double>::max();
+  features.values(1, 1) = 3;
+  const TemporaryFolder folder;
+  REQUIRE(export_features_csv(folder / "f.csv", features));
+  CHECK(read_file(folder / "f.csv")
+            .starts_with("file,label,group,mean.P,max.M.1\na.csv,Silk,0,0.10000000000000001,"));
+
+  auto csv = CsvReader::open(folder / "f.csv");
+  REQUIRE(csv);
+  for (std::size_t i = 0; i < 2; ++i) {
+    REQUIRE(csv->next());
+    CHECK(csv->fields()[0] == features.files[i]);
+    CHECK(csv->number(4) == features.values(i, 1));
+  }
+  CHECK(csv->number(3) == features.values(1, 0));
+  CHECK(csv->next() == false);
+}
+
+TEST_CASE("a feature table that cannot be written whole is not written") {
+  const TemporaryFolder folder;
+  classifier::FeatureMatrix features;
+  features.names = {"mean.P"};
+  features.files = {"a"};
+  features.labels = {"Silk"};
+  features.groups = {""};
+  features.values = classifier::Matrix(1, 1, std::numeric_limits<double>::quiet_NaN());
+  CHECK_FALSE(export_features_csv(folder / "f.csv", features));
+  CHECK(files_in(folder.path()) == 0);
+  features.values = classifier::Matrix(1, 1, 1.0);
+  CHECK(export_features_csv("/proc/f.csv", features).error().code == Errc::io);
+}
