@@ -48,9 +48,8 @@ struct EvaluationProgress {
 };
 using EvaluationSink = std::function<void(const EvaluationProgress&)>;
 
-/// Explorations in order of their first trial. Only complete trials take part, as
-/// trials_of(dataset, exploration) gives them. Refuses what the classifier refuses (a label with
-/// one trial, a single label), and a data set without complete trials.
+/// Explorations in order of their first trial; only complete trials take part. Refuses what the
+/// classifier refuses (a label with one trial, a single label), a data set without complete trials.
 Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
                                                          const EvaluateOptions& options,
                                                          const classifier::SecondsNow& seconds_now,

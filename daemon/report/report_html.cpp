@@ -1,0 +1,36 @@
+#include "daemon/dataset/atomic_file.hpp"
+#include "daemon/report/format.hpp"
+#include "daemon/report/html.hpp"
+#include "daemon/report/report.hpp"
+#include "daemon/report/sections.hpp"
+
+namespace weft::daemon {
+
+Status check(const ReportInput& input) {
+  if (input.run.bench != input.dataset.info.kind)
+    return fail(Errc::invalid_argument, "run and data set disagree on the kind of bench", "report",
+                std::string(to_string(input.run.bench)),
+                std::string(to_string(input.dataset.info.kind)),
+                "Report a campaign together with its own data set");
+  return check(input.dataset);
+}
+
+std::string report_html(const ReportInput& input) {
+  std::string out =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>" +
+      escape(input.run.name) + " (" + escape(to_string(input.dataset.info.kind)) +
+      ") \u2013 Weft campaign report</title>\n<style>" + std::string(style_sheet()) +
+      "</style>\n</head>\n<body>\n<main>\n";
+  for (const auto section : {heading_section, trace_section, accuracy_section, core_section,
+                             timing_section, force_section, wall_time_section, provenance_section})
+    out += section(input);
+  return out + "</main>\n</body>\n</html>\n";
+}
+
+Status write_report_html(const ReportInput& input, const std::filesystem::path& path) {
+  if (Status ok = check(input); !ok) return ok;
+  return write_text_file(path, report_html(input));
+}
+
+}  // namespace weft::daemon

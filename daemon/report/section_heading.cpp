@@ -1,0 +1,97 @@
+#include <algorithm>
+#include <set>
+
+#include "daemon/report/format.hpp"
+#include "daemon/report/html.hpp"
+#include "daemon/report/sections.hpp"
+#include "recipes/engine/engine.hpp"
+
+namespace weft::daemon {
+namespace {
+
+std::string tile(const std::string& value, const std::string& words) {
+  return "<div class=\"tile\"><b>" + escape(value) + "</b><span>" + escape(words) +
+         "</span></div>\n";
+}
+
+double realtime_factor(const CampaignSummary& run) {
+  return run.wall_s > 0 ? run.virtual_s / run.wall_s : 0;
+}
+
+std::string tiles(const ReportInput& input) {
+  const CampaignSummary& run = input.run;
+  std::string out = "<div class=\"tiles\">\n";
+  out += tile(thousands(run.trials_complete) + " / " + thousands(run.trials_planned),
+              "trials complete");
+  out += tile(duration(run.virtual_s), "on the bench's clock");
+  out += tile(duration(run.wall_s), "of wall time for the run");
+  out += tile(fixed(realtime_factor(run), 0) + "\u00D7", "real time");
+  if (run.force.samples > 0)
+    out += tile(
+        fixed(run.force.rms_n() * 1e3, 1) + " mN",
+        "RMS force error in phase M, " +
+            percent(static_cast<double>(run.force.in_band) / static_cast<double>(run.force.samples),
+                    2) +
+            " % in band");
+  for (const ExplorationResult& result : input.results)
+    if (const auto* e = result.find(classifier::Reduction::pvalue))
+      out += tile(percent(e->accuracy) + " %",
+                  "accuracy " + result.exploration + ", p-value selection");
+  return out + "</div>\n";
+}
+
+std::string simulated_note() {
+  return "<div class=\"note\"><p><b>Everything measured here comes from a simulated bench.</b> "
+         "Wire "
+         "bytes, drivers, force loop, recipe engine, recorder and classifier are the ones a real "
+         "bench uses; cloth, sensor and stages are a physics model. Most of its fabric parameters "
+         "are estimates (<code>sim/fabrics.json</code> marks each number as sourced or "
+         "estimated).</p><p>Figures marked <span class=\"paper\">paper</span> were measured by "
+         "Khan et al. on real fabrics with a real sensor. They stand beside ours for orientation "
+         "and are not comparable one to one: a simulated accuracy says that the method works on "
+         "this model, not how well it would work on cloth.</p></div>\n";
+}
+
+std::string unfinished_note(const CampaignSummary& run) {
+  if (run.trials_complete == run.trials_planned && !run.error) return {};
+  std::string out = "<div class=\"note alarm\"><p><b>The campaign is not complete:</b> " +
+                    thousands(run.trials_complete) + " of " + thousands(run.trials_planned) +
+                    " trials, outcome " + escape(recipes::to_string(run.outcome)) + ".";
+  if (run.error) out += " " + escape(to_string(*run.error));
+  return out + "</p></div>\n";
+}
+
+std::string lead(const ReportInput& input) {
+  std::set<std::string> fabrics, explorations;
+  for (const TrialRecord& record : input.dataset.records) {
+    fabrics.insert(record.spec.label);
+    explorations.insert(record.spec.exploration);
+  }
+  std::string names;
+  for (const std::string& name : explorations) names += (names.empty() ? "" : " and ") + name;
+  std::string out = "<p class=\"lead\">" + thousands(fabrics.size()) + " fabrics, exploration" +
+                    (explorations.size() == 1 ? " " : "s ") + escape(names) + ", seed " +
+                    std::to_string(input.dataset.info.seed);
+  if (!input.run.level.empty()) out += ", plant level " + escape(input.run.level);
+  return out + ".</p>\n";
+}
+
+}  // namespace
+
+std::string badge_html(BenchKind kind) {
+  const std::string_view words = kind == BenchKind::simulated ? "SIMULATED"
+                                 : kind == BenchKind::real    ? "REAL BENCH"
+                                                              : "BENCH UNKNOWN";
+  return "<span class=\"badge\">" + std::string(words) + "</span>";
+}
+
+std::string heading_section(const ReportInput& input) {
+  const BenchKind kind = input.dataset.info.kind;
+  std::string out = "<header>" + badge_html(kind) + "\n<h1>Campaign " + escape(input.run.name) +
+                    "</h1>\n" + lead(input) + "</header>\n";
+  out += unfinished_note(input.run);
+  if (kind == BenchKind::simulated) out += simulated_note();
+  return out + tiles(input);
+}
+
+}  // namespace weft::daemon

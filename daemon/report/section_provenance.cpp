@@ -1,0 +1,65 @@
+#include "daemon/report/format.hpp"
+#include "daemon/report/html.hpp"
+#include "daemon/report/paper.hpp"
+#include "daemon/report/sections.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr std::size_t longest_recipe = 40'000;  // keeps the page small
+
+std::string item(std::string_view name, const std::string& value_html) {
+  return "<dt>" + std::string(name) + "</dt><dd>" +
+         (value_html.empty() ? std::string(no_value) : value_html) + "</dd>\n";
+}
+
+std::string code(const std::string& text) {
+  return text.empty() ? std::string() : "<code>" + escape(text) + "</code>";
+}
+
+std::string device_list(const DatasetInfo& info) {
+  std::string out;
+  for (const DeviceInfo& device : info.devices)
+    out += (out.empty() ? "" : ", ") + escape(device.name) + " (" + escape(device.driver) + ")";
+  return out;
+}
+
+std::size_t lost_samples(const Dataset& dataset) {
+  std::size_t lost = 0;
+  for (const TrialRecord& record : dataset.records) lost += record.lost_samples;
+  return lost;
+}
+
+std::string rates(const DatasetInfo& info) {
+  return "taxels " + fixed(info.taxel_rate_hz, 1) + " Hz, wrench " + fixed(info.wrench_rate_hz, 1) +
+         " Hz, stages " + fixed(info.stage_rate_hz, 1) + " Hz";
+}
+
+}  // namespace
+
+std::string provenance_section(const ReportInput& input) {
+  const DatasetInfo& info = input.dataset.info;
+  std::string out = "<section>\n<h2>Where this came from</h2>\n<figure><dl>\n";
+  out += item("bench", escape(to_string(info.kind)) + " " + badge_html(info.kind));
+  out += item("data set SHA-256", code(input.run.dataset_sha256));
+  out += item("recipe SHA-256", code(info.recipe_sha256));
+  out += item("rig SHA-256", code(info.rig_sha256));
+  out += item("seed", std::to_string(info.seed));
+  out += item("plant level", escape(input.run.level));
+  out += item("software", "weft " + escape(info.software_version) +
+                              (input.commit.empty() ? "" : ", commit " + code(input.commit)));
+  out += item("machine", escape(input.machine));
+  out += item("devices", device_list(info));
+  out += item("rates", rates(info));
+  out += item("lost taxel frames", thousands(lost_samples(input.dataset)));
+  out += item("campaign file", code(input.run.campaign_file.filename().string()));
+  out += item("data set", code(input.run.dataset_file.filename().string()));
+  out += item("paper", escape(paper::citation));
+  out += "</dl>\n";
+  if (!info.recipe_json.empty() && info.recipe_json.size() <= longest_recipe)
+    out += "<details><summary>Recipe as run</summary><pre>" + escape(info.recipe_json) +
+           "</pre></details>\n";
+  return out + "</figure>\n</section>\n";
+}
+
+}  // namespace weft::daemon

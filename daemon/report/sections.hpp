@@ -1,0 +1,22 @@
+#pragma once
+// The sections of report.html, each a piece of markup.
+
+#include <string>
+
+#include "daemon/report/report.hpp"
+
+namespace weft::daemon {
+
+/// "SIMULATED", "REAL BENCH" or "BENCH UNKNOWN".
+std::string badge_html(BenchKind kind);
+
+std::string heading_section(const ReportInput& input);  ///< title, honesty note, tiles
+std::string trace_section(const ReportInput& input);
+std::string accuracy_section(const ReportInput& input);
+std::string core_section(const ReportInput& input);
+std::string timing_section(const ReportInput& input);
+std::string force_section(const ReportInput& input);
+std::string wall_time_section(const ReportInput& input);
+std::string provenance_section(const ReportInput& input);
+
+}  // namespace weft::daemon

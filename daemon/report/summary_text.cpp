@@ -1,0 +1,116 @@
+#include <cctype>
+
+#include "daemon/report/format.hpp"
+#include "daemon/report/paper.hpp"
+#include "daemon/report/report.hpp"
+#include "recipes/engine/engine.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::Reduction;
+
+std::string padded(std::string text, std::size_t width) {
+  if (text.size() < width) text.append(width - text.size(), ' ');
+  return text;
+}
+
+std::string line(const std::string& name, const std::string& value) {
+  return "  " + padded(name, 18) + value + "\n";
+}
+
+// Printable text only: a name from a recipe must not drive the terminal.
+std::string printable(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
+  return out;
+}
+
+std::string bench_words(BenchKind kind) {
+  if (kind == BenchKind::simulated) return "SIMULATED bench";
+  return kind == BenchKind::real ? "real bench" : "unknown bench";
+}
+
+std::string run_lines(const ReportInput& input) {
+  const CampaignSummary& run = input.run;
+  std::string out =
+      line("trials", thousands(run.trials_complete) + " of " + thousands(run.trials_planned) +
+                         ", " + std::string(recipes::to_string(run.outcome)));
+  if (run.error) out += line("error", printable(to_string(*run.error)));
+  std::string time = duration(run.virtual_s) + " on the bench, " + duration(run.wall_s) + " wall";
+  if (run.wall_s > 0) time += ", " + fixed(run.virtual_s / run.wall_s, 0) + " x real time";
+  out += line("time", time);
+  out += line("of which", "plant " + duration(run.time.plant_and_emulators_s) + ", control " +
+                              duration(run.time.drivers_and_control_s) + ", recorder " +
+                              duration(run.time.recorder_s) + "; export " +
+                              duration(run.time.export_s));
+  if (run.force.samples > 0)
+    out += line("force in phase M", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
+                                        fixed(run.force.worst_n * 1e3, 0) + " mN, " +
+                                        percent(static_cast<double>(run.force.in_band) /
+                                                    static_cast<double>(run.force.samples),
+                                                2) +
+                                        " % in band");
+  return out + line("data set", run.dataset_sha256.empty() ? "none" : run.dataset_sha256);
+}
+
+std::string accuracy_cell(const ExplorationResult& result, Reduction reduction) {
+  const classifier::Evaluation* e = result.find(reduction);
+  if (e == nullptr) return padded("-", 18);
+  const double half = (e->ci95.high - e->ci95.low) / 2;
+  return padded(percent(e->accuracy, 2) + " +- " + fixed(half * 100, 2), 18);
+}
+
+std::string printed(double share) {
+  return padded(share < 0 ? "-" : percent(share, 0), 18);
+}
+
+std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
+  std::string out = "\n  " + padded("accuracy [%]", 24) + padded("p-value", 18) +
+                    padded("PCA", 18) + "all features\n";
+  for (const ExplorationResult& result : results) {
+    out += "  " + padded(printable(result.exploration), 24) +
+           accuracy_cell(result, Reduction::pvalue) + accuracy_cell(result, Reduction::pca) +
+           accuracy_cell(result, Reduction::all);
+    out.erase(out.find_last_not_of(' ') + 1);
+    out += "\n";
+  }
+  for (const paper::Accuracy& row : paper::accuracies) {
+    out += "  " + padded(std::string(row.exploration) + " paper, real cloth", 24) +
+           printed(row.pvalue) + printed(row.pca) + printed(row.all);
+    out.erase(out.find_last_not_of(' ') + 1);
+    out += "\n";
+  }
+  return out;
+}
+
+std::string timing_lines(const std::vector<ExplorationResult>& results) {
+  std::string out;
+  for (const ExplorationResult& result : results) {
+    const classifier::Evaluation* e = result.find(Reduction::pvalue);
+    if (e == nullptr) continue;
+    out += line(printable(result.exploration) + " timing",
+                "features " + duration(result.feature_s_per_sample) + ", training " +
+                    duration(e->train_s) + ", test " + duration(e->test_s_per_sample));
+    out += line("", "shuffled labels " + percent(result.permuted_accuracy) + " %");
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string summary_text(const ReportInput& input) {
+  const BenchKind kind = input.dataset.info.kind;
+  std::string out = "\nCampaign " + printable(input.run.name) + ", " + bench_words(kind);
+  if (!input.run.level.empty()) out += " (plant " + printable(input.run.level) + ")";
+  out += "\n" + run_lines(input);
+  if (input.results.empty()) return out;
+  out += accuracy_lines(input.results) + "\n" + timing_lines(input.results);
+  if (kind == BenchKind::simulated)
+    out +=
+        "\n  All figures but the paper's are SIMULATED; the paper measured real fabrics.\n"
+        "  They stand side by side for orientation and are not comparable one to one.\n";
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,87 @@
+#pragma once
+// Scalable vector graphics, as much as the report's figures need. Colours are CSS classes, so that
+// light and dark pages share one drawing; see style.cpp.
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace weft::daemon::svg {
+
+struct Point {
+  double x = 0;
+  double y = 0;
+};
+
+struct Box {
+  double x = 0;
+  double y = 0;
+  double width = 0;
+  double height = 0;
+};
+
+enum class Anchor { start, middle, end };
+
+/// One <svg> element in user units, origin top left. Coordinates that are not finite are left out
+/// of lines and drawn at 0 elsewhere: no "nan" reaches the page.
+class Canvas {
+ public:
+  /// `title` is read out in place of the picture and must say what it shows.
+  Canvas(double width, double height, std::string_view title, std::string_view css_class = {});
+
+  void rect(const Box& box, std::string_view css_class, double opacity = 1);
+  void line(Point from, Point to, std::string_view css_class);
+  /// A gap wherever a point is not finite.
+  void polyline(std::span<const Point> points, std::string_view css_class);
+  void circle(Point centre, double radius, std::string_view css_class);
+  /// Escaped. `turned`: a quarter turn against the clock about `at`.
+  void text(Point at, std::string_view text, std::string_view css_class,
+            Anchor anchor = Anchor::start, bool turned = false);
+  /// A diamond, for marks that must differ from circles without colour.
+  void diamond(Point centre, double radius, std::string_view css_class);
+
+  /// Closes the element. The canvas is empty afterwards.
+  [[nodiscard]] std::string finish();
+
+ private:
+  std::string out_;
+};
+
+struct Range {
+  double low = 0;
+  double high = 1;
+};
+
+/// The finite values' range, widened by `margin` of itself; never empty.
+Range range_of(std::span<const double> values, double margin = 0.05);
+
+/// From data to the pixels of one direction.
+struct Scale {
+  Range data;
+  double from = 0;  ///< where data.low is drawn
+  double to = 1;
+  [[nodiscard]] double operator()(double value) const;
+};
+
+struct Ticks {
+  std::vector<double> at;
+  int decimals = 0;  ///< that tell the labels apart
+};
+
+/// About `count` round numbers (1, 2 or 5 times a power of ten apart) within `range`.
+Ticks ticks(const Range& range, int count);
+
+/// A plotting area with grid lines, tick labels and axis titles with units.
+struct Axes {
+  Box area;
+  Scale x;
+  Scale y;
+
+  Axes(const Box& box, const Range& x_range, const Range& y_range);
+  [[nodiscard]] Point at(double x_value, double y_value) const { return {x(x_value), y(y_value)}; }
+  void draw_x(Canvas& canvas, std::string_view title, int tick_count) const;
+  void draw_y(Canvas& canvas, std::string_view title, int tick_count) const;
+};
+
+}  // namespace weft::daemon::svg
