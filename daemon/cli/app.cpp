@@ -1,0 +1,93 @@
+#include "daemon/cli/app.hpp"
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <ostream>
+#include <span>
+
+#include "daemon/cli/check_command.hpp"
+#include "daemon/cli/classify_command.hpp"
+#include "daemon/cli/dataset_command.hpp"
+#include "daemon/cli/evaluate_command.hpp"
+#include "daemon/cli/features_command.hpp"
+#include "daemon/cli/run_command.hpp"
+#include "daemon/cli/train_command.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+/// All commands with the arguments they parse into; `chosen` is the one that was given.
+struct Commands {
+  RunArgs run;
+  CheckArgs check;
+  ImportArgs import;
+  InfoArgs info;
+  FeaturesArgs features;
+  TrainArgs train;
+  EvaluateArgs evaluate;
+  ClassifyArgs classify;
+  std::function<Result<int>(Console&)> chosen;
+};
+
+template <class Args>
+void add(CLI::App& parent, Commands& commands, const char* name, const char* text, Args& args,
+         Result<int> (*execute)(const Args&, Console&)) {
+  CLI::App* command = parent.add_subcommand(name, text);
+  command->fallthrough();
+  add_options(*command, args);
+  command->callback([&commands, &args, execute] {
+    commands.chosen = [&args, execute](Console& console) { return execute(args, console); };
+  });
+}
+
+void add_commands(CLI::App& root, Commands& all) {
+  add(root, all, "run", "run a campaign, record, classify and report it", all.run, run_run);
+  add(root, all, "check", "check a recipe against a rig, without moving", all.check, run_check);
+  CLI::App* dataset = root.add_subcommand("dataset", "import and describe data sets");
+  dataset->fallthrough()->require_subcommand(1);
+  add(*dataset, all, "import", "other people's recordings into a data set", all.import, run_import);
+  add(*dataset, all, "info", "what a data set holds", all.info, run_info);
+  add(root, all, "features", "the features of a data set as a table", all.features, run_features);
+  add(root, all, "train", "train a model", all.train, run_train);
+  add(root, all, "evaluate", "train and test on splits of a data set", all.evaluate, run_evaluate);
+  add(root, all, "classify", "what a model says of a trial", all.classify, run_classify);
+}
+
+bool asks_for_json(std::span<const char* const> arguments) {
+  for (const char* argument : arguments)
+    if (std::string_view(argument) == "--json") return true;
+  return false;
+}
+
+// The exit status when the command line itself ends the program: help, version or a mistake in it.
+std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Console& console) {
+  try {
+    root.parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return root.exit(e, console.out, console.err);
+    console.json = asks_for_json({argv, static_cast<std::size_t>(argc)});
+    return report_usage(console, e.what());
+  }
+}
+
+}  // namespace
+
+int run(int argc, const char* const* argv, Console& console) {
+  CLI::App root("Weft runs tactile-exploration campaigns and tells fabrics apart.", "weft");
+  Commands commands;
+  root.add_flag("--json", console.json, "one JSON object on standard output");
+  root.set_version_flag("--version", "weft " WEFT_VERSION);
+  root.require_subcommand(1);
+  try {
+    add_commands(root, commands);
+    if (const auto status = parse(root, argc, argv, console)) return *status;
+    const Result<int> status = commands.chosen(console);
+    return status ? *status : report(console, status.error());
+  } catch (const std::exception& e) {  // std::bad_alloc and what else a library throws
+    return report(console, Error{Errc::io, e.what(), "weft", {}, {}, {}});
+  }
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,135 @@
+#include "daemon/cli/check_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/cli/table.hpp"
+#include "daemon/report/format.hpp"
+#include "daemon/run/rig_file.hpp"
+#include "protocols/base/units.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+using recipes::Diagnostic;
+using recipes::Plan;
+
+json to_json(const Diagnostic& d) {
+  return {{"pointer", d.pointer}, {"message", d.message}, {"expected", d.expected},
+          {"got", d.got},         {"hint", d.hint},       {"sentence", recipes::to_string(d)}};
+}
+
+json to_json(const std::vector<Diagnostic>& list) {
+  json out = json::array();
+  for (const Diagnostic& d : list) out.push_back(to_json(d));
+  return out;
+}
+
+json to_json(const recipes::Forecast& forecast) {
+  json axes;
+  for (const recipes::Axis axis : recipes::all_axes) {
+    const std::size_t k = recipes::index(axis);
+    const std::string unit = recipes::is_linear(axis) ? "_m" : "_rad";
+    axes[std::string(recipes::to_string(axis))] = {{"min" + unit, forecast.envelope[k].min},
+                                                   {"max" + unit, forecast.envelope[k].max},
+                                                   {"margin" + unit, forecast.margin[k]}};
+  }
+  return {{"duration_s", forecast.duration_s},
+          {"bytes", forecast.bytes},
+          {"envelope", axes},
+          {"force_min_n", forecast.force_n.min},
+          {"force_max_n", forecast.force_n.max}};
+}
+
+json plan_json(const CheckArgs& args, const Plan& plan, const std::vector<Diagnostic>& warnings) {
+  json explorations = json::array();
+  for (const recipes::Exploration& e : plan.explorations) explorations.push_back(e.name);
+  return {{"command", "check"},
+          {"recipe", args.recipe.string()},
+          {"name", plan.name},
+          {"rig", plan.limits.name},
+          {"bench", plan.limits.bench},
+          {"seed", plan.seed},
+          {"trials", plan.trials.size()},
+          {"fabrics", plan.fabrics},
+          {"explorations", explorations},
+          {"forecast", to_json(plan.forecast)},
+          {"warnings", to_json(warnings)}};
+}
+
+std::string envelope_text(const recipes::Forecast& forecast) {
+  Table table;
+  table.row({"axis", "from", "to", "margin", ""});
+  for (const recipes::Axis axis : recipes::all_axes) {
+    const std::size_t k = recipes::index(axis);
+    const bool linear = recipes::is_linear(axis);
+    const double scale = linear ? 1.0 / m_per_mm : 1.0 / rad_per_deg;
+    table.row({std::string(recipes::to_string(axis)), fixed(scale * forecast.envelope[k].min, 2),
+               fixed(scale * forecast.envelope[k].max, 2), fixed(scale * forecast.margin[k], 2),
+               linear ? "mm" : "deg"});
+  }
+  return table.text();
+}
+
+std::string plan_text(const Plan& plan, const std::vector<Diagnostic>& warnings) {
+  std::string names;
+  for (const recipes::Exploration& e : plan.explorations)
+    names += (names.empty() ? "" : ", ") + e.name;
+  const recipes::Forecast& f = plan.forecast;
+  Table facts(Align::left);
+  facts.row({"recipe", plan.name});
+  facts.row({"rig", plan.limits.name + " (" + plan.limits.bench + ")"});
+  facts.row({"trials", thousands(plan.trials.size()) + ": " + std::to_string(plan.fabrics.size()) +
+                           " fabrics, explorations " + names});
+  facts.row({"duration", duration(f.duration_s)});
+  facts.row({"samples", fixed(static_cast<double>(f.bytes) / 1e6, 1) + " MB before compression"});
+  facts.row({"force", fixed(f.force_n.min, 2) + " to " + fixed(f.force_n.max, 2) + " N"});
+  std::string out = "The rig can run this recipe.\n" + facts.text() + "Stage positions used:\n" +
+                    envelope_text(f);
+  for (const Diagnostic& warning : warnings)
+    out += "warning: " + recipes::to_string(warning) + "\n";
+  return out;
+}
+
+int refuse(const CheckArgs& args, const std::vector<Diagnostic>& problems, Console& console) {
+  const std::string count = std::to_string(problems.size());
+  Error error{Errc::invalid_argument,
+              "the recipe is refused",
+              args.recipe.string(),
+              "no problem",
+              count + (problems.size() == 1 ? " problem" : " problems"),
+              {}};
+  console.err << "weft: " << to_string(error) << '\n';
+  for (const Diagnostic& problem : problems)
+    console.err << "  " << recipes::to_string(problem) << '\n';
+  json object = error_json(error);
+  object["problems"] = to_json(problems);
+  if (console.json) print(console, {}, {{"error", object}});
+  return exit_failure;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, CheckArgs& args) {
+  command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
+  command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+}
+
+Result<int> run_check(const CheckArgs& args, Console& console) {
+  const Result<std::string> rig_text = read_text_file(args.rig);
+  if (!rig_text) return pass(rig_text.error());
+  const Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
+  if (!limits) return pass(limits.error(), args.rig.string());
+  if (auto rig = parse_rig_file(*rig_text); !rig) return pass(rig.error(), args.rig.string());
+  const Result<std::string> text = read_text_file(args.recipe, recipes::max_recipe_bytes);
+  if (!text) return pass(text.error());
+  const recipes::CheckReport checked = recipes::check_recipe(*text, *limits);
+  if (!checked.plan) return refuse(args, checked.problems, console);
+  print(console, plan_text(*checked.plan, checked.warnings),
+        plan_json(args, *checked.plan, checked.warnings));
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

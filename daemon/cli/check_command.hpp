@@ -1,0 +1,24 @@
+#pragma once
+// `weft check`: a recipe against a rig, without moving anything.
+
+#include <filesystem>
+
+#include "daemon/cli/console.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace weft::daemon::cli {
+
+struct CheckArgs {
+  std::filesystem::path recipe;
+  std::filesystem::path rig;
+};
+void add_options(CLI::App& command, CheckArgs& args);
+
+/// Prints plan, duration, bytes, envelope and margins. A refused recipe is not an error of this
+/// function: all its problems are printed and exit_failure is returned.
+Result<int> run_check(const CheckArgs& args, Console& console);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,21 @@
+#pragma once
+// `weft classify`: a stored model's answer for one trial or for every trial of a data set.
+
+#include <filesystem>
+
+#include "daemon/cli/console.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace weft::daemon::cli {
+
+struct ClassifyArgs {
+  std::filesystem::path model;
+  std::filesystem::path trials;  ///< a trial (CSV) or a data set (HDF5)
+};
+void add_options(CLI::App& command, ClassifyArgs& args);
+Result<int> run_classify(const ClassifyArgs& args, Console& console);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,52 @@
+#include "daemon/cli/console.hpp"
+
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+// Text from outside may be anything; what is not UTF-8 becomes U+FFFD instead of an exception.
+void put(std::ostream& out, const json& object) {
+  out << object.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
+void print(Console& console, std::string_view text, const json& object) {
+  if (console.json) {
+    put(console.out, object);
+  } else {
+    console.out << text;
+  }
+  console.out.flush();
+}
+
+json error_json(const Error& error) {
+  return {{"code", to_string(error.code)},
+          {"number", static_cast<int>(error.code)},
+          {"message", error.message},
+          {"where", error.where},
+          {"expected", error.expected},
+          {"got", error.got},
+          {"hint", error.hint},
+          {"sentence", to_string(error)}};
+}
+
+int report(Console& console, const Error& error) {
+  console.err << "weft: " << to_string(error) << '\n';
+  if (console.json) put(console.out, {{"error", error_json(error)}});
+  return exit_failure;
+}
+
+int report_usage(Console& console, const std::string& message) {
+  console.err << "weft: " << message
+              << "\nweft: `weft --help` lists the commands and their options\n";
+  if (console.json)
+    put(console.out, {{"error", {{"code", "usage"}, {"message", message}, {"sentence", message}}}});
+  return exit_usage;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,36 @@
+#pragma once
+// Where a command writes: people's text or one JSON object on `out`, errors and progress on `err`.
+
+#include <iosfwd>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::cli {
+
+/// Exit status of a process.
+inline constexpr int exit_ok = 0;
+inline constexpr int exit_failure = 1;
+inline constexpr int exit_usage = 2;
+
+struct Console {
+  std::ostream& out;
+  std::ostream& err;
+  bool json = false;      ///< --json
+  bool terminal = false;  ///< err is a terminal: a bar instead of lines
+};
+
+/// The outcome of a command in the form that was asked for. Text ends with a newline.
+void print(Console& console, std::string_view text, const nlohmann::json& object);
+
+/// The parts of an error and its sentence.
+nlohmann::json error_json(const Error& error);
+
+/// One sentence on `err`; with --json also {"error": {...}} on `out`. Returns exit_failure.
+int report(Console& console, const Error& error);
+/// The same for a command line that cannot be understood. Returns exit_usage.
+int report_usage(Console& console, const std::string& message);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,34 @@
+#pragma once
+// `weft evaluate`: train and test on splits of a data set.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "classifier/evaluate/splits.hpp"
+#include "daemon/cli/console.hpp"
+#include "daemon/cli/train_options.hpp"
+#include "daemon/cli/trial_choice.hpp"
+
+namespace weft::daemon::cli {
+
+struct EvaluateArgs {
+  std::filesystem::path dataset;
+  std::vector<std::string> train_groups;
+  std::vector<std::string> test_groups;
+  double train_fraction = 0.0;  ///< 0: by groups
+  std::size_t repeats = 30;
+  std::string reduction = "pvalue";  ///< or "every"
+  TrialChoice trials;
+  TrainChoice training;
+};
+void add_options(CLI::App& command, EvaluateArgs& args);
+
+/// One split by groups, or `repeats` random ones. Refuses random splits of windows: windows of one
+/// recording would be on both sides.
+Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
+                                                 const classifier::FeatureMatrix& features);
+
+Result<int> run_evaluate(const EvaluateArgs& args, Console& console);
+
+}  // namespace weft::daemon::cli

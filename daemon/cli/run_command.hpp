@@ -1,0 +1,29 @@
+#pragma once
+// `weft run`: a campaign from recipe to data set, classified and reported.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "daemon/cli/console.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace weft::daemon::cli {
+
+struct RunArgs {
+  std::filesystem::path recipe;
+  std::filesystem::path rig;
+  std::filesystem::path out;
+  std::optional<std::uint64_t> seed;  ///< in place of the recipe's
+  bool evaluate = true;
+  std::size_t repeats = 30;  ///< random splits of the evaluation
+};
+void add_options(CLI::App& command, RunArgs& args);
+
+/// exit_failure when not every trial is complete.
+Result<int> run_run(const RunArgs& args, Console& console);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,23 @@
+#pragma once
+// `weft train`: all complete trials of a data set into a model file.
+
+#include <filesystem>
+#include <string>
+
+#include "daemon/cli/console.hpp"
+#include "daemon/cli/train_options.hpp"
+#include "daemon/cli/trial_choice.hpp"
+
+namespace weft::daemon::cli {
+
+struct TrainArgs {
+  std::filesystem::path dataset;
+  std::filesystem::path out;
+  std::string reduction = "pvalue";
+  TrialChoice trials;
+  TrainChoice training;
+};
+void add_options(CLI::App& command, TrainArgs& args);
+Result<int> run_train(const TrainArgs& args, Console& console);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,57 @@
+#include "daemon/cli/train_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+namespace weft::daemon::cli {
+
+std::string seed_problem(const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto [read_to, error] = std::from_chars(text.data(), end, seed);
+  if (error == std::errc{} && read_to == end) return {};
+  return "a seed is a whole number from 0 to 18446744073709551615, not " + text.substr(0, 40);
+}
+
+void add_train_options(CLI::App& command, TrainChoice& choice) {
+  command.add_option("--seed", choice.seed, "of folds and random splits")
+      ->check(seed_problem)
+      ->capture_default_str();
+  command.add_option("--cap", choice.cap, "most features or components of a core, the paper's N")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command.add_option("--folds", choice.folds, "of the cross-validation")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  command.add_option("--fold-unit", choice.fold_unit, "what stays together in a fold")
+      ->check(CLI::IsMember({"recording", "group"}))
+      ->capture_default_str();
+  command.add_flag("--paper-selection", choice.paper_selection,
+                   "select features once from all training trials, as the paper does, instead of "
+                   "inside each fold");
+  command.add_option("--threads", choice.threads, "0: one per core; results do not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+}
+
+classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Reduction reduction) {
+  classifier::TrainOptions options;
+  options.reduction = reduction;
+  options.nested = !choice.paper_selection;
+  options.tie = choice.paper_selection ? classifier::Tie::order : classifier::Tie::loss;
+  options.cap = choice.cap;
+  options.folds = choice.folds;
+  options.fold_unit =
+      choice.fold_unit == "group" ? classifier::FoldUnit::group : classifier::FoldUnit::recording;
+  options.seed = choice.seed;
+  options.threads = choice.threads;
+  return options;
+}
+
+std::string describe(const TrainChoice& choice) {
+  return "seed " + std::to_string(choice.seed) + ", cap " + std::to_string(choice.cap) +
+         ", folds " + std::to_string(choice.folds) + " by " + choice.fold_unit + ", selection " +
+         (choice.paper_selection ? "once (paper)" : "inside each fold");
+}
+
+}  // namespace weft::daemon::cli

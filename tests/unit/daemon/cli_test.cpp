@@ -1,0 +1,228 @@
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "daemon/cli/app.hpp"
+#include "daemon/cli/evaluate_command.hpp"
+#include "daemon/cli/progress.hpp"
+#include "daemon/cli/table.hpp"
+#include "daemon/cli/trial_choice.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+struct Ran {
+  int status;
+  std::string out;
+  std::string err;
+};
+
+Ran weft(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), "weft");
+  std::ostringstream out, err;
+  Console console{out, err};
+  const int status = run(static_cast<int>(arguments.size()), arguments.data(), console);
+  return {status, out.str(), err.str()};
+}
+
+Dataset two_explorations() {
+  Dataset dataset;
+  dataset.info.taxel_rate_hz = 10;
+  for (const char* exploration : {"M1", "M2"}) {
+    for (const auto outcome : {TrialOutcome::complete, TrialOutcome::failed}) {
+      classifier::Trial trial;
+      trial.file = std::string(exploration) + std::string(to_string(outcome));
+      trial.label = "denim";
+      trial.taxels = 1;
+      trial.counts.assign(40, 1.0);
+      trial.phase.assign(40, Phase::motion);
+      TrialRecord record;
+      record.spec.exploration = exploration;
+      record.outcome = outcome;
+      dataset.trials.push_back(trial);
+      dataset.records.push_back(record);
+    }
+  }
+  return dataset;
+}
+
+TrialProgress at(std::size_t done, std::size_t planned) {
+  TrialProgress p;
+  p.done = done;
+  p.planned = planned;
+  p.fabric = "wool";
+  p.exploration = "M1";
+  p.repetition = 3;
+  p.wall_left_s = 90;
+  return p;
+}
+
+TEST_CASE("help and version are no failures") {
+  CHECK(weft({"--help"}).status == exit_ok);
+  CHECK(weft({"evaluate", "--help"}).out.find("--train-groups") != std::string::npos);
+  CHECK(weft({"--version"}).out.find("weft ") != std::string::npos);
+}
+
+TEST_CASE("a command line that cannot be understood ends with status 2 and a sentence") {
+  const auto arguments = GENERATE(values<std::vector<const char*>>({
+      {},
+      {"dance"},
+      {"dataset"},
+      {"features"},
+      {"features", "d.h5", "-o", "f.csv", "--colour"},
+      {"features", "d.h5", "-o", "f.csv", "--norm", "l3"},
+      {"features", "d.h5", "-o", "f.csv", "--window-s", "0"},
+      {"features", "d.h5", "-o", "f.csv", "--window-s", "soon"},
+      {"features", "d.h5", "-o", "f.csv", "--window-step-s", "1"},
+      {"train", "d.h5", "-o", "m", "--cap", "0"},
+      {"train", "d.h5", "-o", "m", "--seed", "-1"},
+      {"train", "d.h5", "-o", "m", "--seed", "99999999999999999999"},
+      {"evaluate", "d.h5", "--train-groups", "0"},
+      {"evaluate", "d.h5", "--train-fraction", "1"},
+      {"evaluate", "d.h5", "--train-groups", "0", "--test-groups", "1", "--train-fraction", "0.4"},
+      {"run", "recipe.json", "--rig", "rig.json"},
+      {"run", "recipe.json", "--rig", "rig.json", "--out", "out", "--seed", "-1"},
+      {"check", "recipe.json"},
+      {"classify", "model.weft"},
+  }));
+  const Ran ran = weft(arguments);
+  CHECK(ran.status == exit_usage);
+  CHECK(ran.out.empty());
+  CHECK(ran.err.find("weft: ") == 0);
+}
+
+TEST_CASE("with --json a mistake in the command line is one JSON object too") {
+  const Ran ran = weft({"features", "d.h5", "-o", "f.csv", "--colour", "--json"});
+  CHECK(ran.status == exit_usage);
+  const auto object = nlohmann::json::parse(ran.out);
+  CHECK(object.at("error").at("code") == "usage");
+  CHECK(object.at("error").at("message").get<std::string>().find("--colour") != std::string::npos);
+}
+
+TEST_CASE("a failure ends with status 1, its parts in JSON and its sentence on standard error") {
+  const Ran ran = weft({"--json", "dataset", "info", "/no/such/data.h5"});
+  CHECK(ran.status == exit_failure);
+  CHECK(ran.err.find("/no/such/data.h5") != std::string::npos);
+  const auto error = nlohmann::json::parse(ran.out).at("error");
+  CHECK(error.at("code") == "not found");
+  CHECK(error.at("where") == "/no/such/data.h5");
+}
+
+TEST_CASE("the group lists do not swallow the data set that follows") {
+  const Ran ran = weft({"evaluate", "--train-groups", "0", "--test-groups", "1", "/no/such/d.h5"});
+  CHECK(ran.status == exit_failure);
+  CHECK(ran.err.find("/no/such/d.h5") != std::string::npos);
+}
+
+TEST_CASE("only complete trials of the chosen exploration take part") {
+  const auto chosen = choose_trials(two_explorations(), {"M2", 0.0, 0.0, "l2"}, true);
+  REQUIRE(chosen);
+  REQUIRE(chosen->size() == 1);
+  CHECK(chosen->front().file == "M2complete");
+}
+
+TEST_CASE("explorations are not mixed in one classifier unless nobody trains") {
+  CHECK(choose_trials(two_explorations(), {}, false)->size() == 2);
+  const auto mixed = choose_trials(two_explorations(), {}, true);
+  REQUIRE_FALSE(mixed);
+  CHECK(to_string(mixed.error()).find("M1, M2") != std::string::npos);
+  CHECK(choose_trials(two_explorations(), {"M3", 0.0, 0.0, "l2"}, true).error().code ==
+        Errc::not_found);
+}
+
+TEST_CASE("windows are cut at the data set's own rate") {
+  // 4 s of motion at 10 Hz hold two windows of 1.5 s, and seven that start every 0.4 s
+  CHECK(choose_trials(two_explorations(), {"M1", 1.5, 0.0, "l2"}, true)->size() == 2);
+  CHECK(choose_trials(two_explorations(), {"M1", 1.5, 0.4, "l2"}, true)->size() == 7);
+  Dataset no_rate = two_explorations();
+  no_rate.info.taxel_rate_hz = 0;
+  CHECK_FALSE(choose_trials(no_rate, {"M1", 1.5, 0.0, "l2"}, true));
+}
+
+TEST_CASE("a random split of windows is refused, a split by groups is not") {
+  classifier::FeatureMatrix features;
+  features.labels = {"a", "a", "a", "b", "b", "b"};
+  features.groups = {"0", "0", "1", "0", "0", "1"};
+  EvaluateArgs args;
+  CHECK_FALSE(splits_of(args, features));  // no split at all
+  args.train_fraction = 0.5;
+  args.repeats = 4;
+  CHECK(splits_of(args, features)->size() == 4);
+  args.trials.window_s = 1.0;
+  CHECK_FALSE(splits_of(args, features));
+  args.train_groups = {"0"};
+  args.test_groups = {"1"};
+  const auto split = splits_of(args, features);
+  REQUIRE(split);
+  CHECK(split->front().test == std::vector<std::size_t>{2, 5});
+}
+
+TEST_CASE("simulated data are called simulated and real data are not") {
+  CHECK(bench_banner(BenchKind::simulated).find("SIMULATED") != std::string::npos);
+  CHECK(bench_banner(BenchKind::unknown).find("unknown") != std::string::npos);
+  CHECK(bench_banner(BenchKind::real).empty());
+}
+
+TEST_CASE("a bar fills in proportion and is never longer than its width") {
+  CHECK(bar(0, 8, 4) == "[....]");
+  CHECK(bar(4, 8, 4) == "[##..]");
+  CHECK(bar(7, 8, 4) == "[###.]");
+  CHECK(bar(9, 8, 4) == "[####]");
+  CHECK(bar(0, 0, 4) == "[####]");
+}
+
+TEST_CASE("away from a terminal progress is at most twenty plain lines") {
+  std::ostringstream out;
+  ProgressPrinter printer(out, false);
+  for (std::size_t done = 1; done <= 680; ++done) printer(at(done, 680));
+  printer.finish();
+  const std::string text = out.str();
+  CHECK(std::count(text.begin(), text.end(), '\n') == 20);
+  CHECK(text.find('\r') == std::string::npos);
+  CHECK(text.find("680/680") != std::string::npos);
+}
+
+TEST_CASE("a trial that did not complete is named wherever progress goes by lines") {
+  std::ostringstream out;
+  ProgressPrinter printer(out, false);
+  TrialProgress failed = at(1, 680);
+  failed.outcome = recipes::Outcome::aborted;
+  printer(failed);
+  CHECK(out.str().find("wool M1 #3") != std::string::npos);
+}
+
+TEST_CASE("on a terminal a shorter line wipes what the longer one left") {
+  std::ostringstream out;
+  ProgressPrinter printer(out, true);
+  printer(at(1, 1000));
+  const std::size_t first = out.str().size();
+  printer(at(1000, 1000));
+  printer.finish();
+  CHECK(out.str().size() >= 2 * first);
+  CHECK(out.str().back() == '\n');
+  CHECK(out.str().find("ETA") != std::string::npos);
+}
+
+TEST_CASE("columns line up by characters, not by bytes") {
+  Table table;
+  table.row({"a", "1"});
+  table.row({"\xC3\xA9t\xC3\xA9", "234"});
+  CHECK(table.text("") == "a      1\n\xC3\xA9t\xC3\xA9  234\n");
+  Table facts(Align::left);
+  facts.row({"a", "1"});
+  facts.row({"bcd", "22"});
+  CHECK(facts.text("") == "a    1\nbcd  22\n");
+}
+
+TEST_CASE("a confusion matrix shows mistakes as numbers and zeros as dots") {
+  classifier::Confusion confusion({"wool", "silk"});
+  confusion.at(0, 0) = 3;
+  confusion.at(0, 1) = 1;
+  confusion.at(1, 1) = 4;
+  const std::string text = confusion_text(confusion);
+  CHECK(text.find("1 wool  3  1      75.0") != std::string::npos);
+  CHECK(text.find("2 silk  .  4     100.0") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace weft::daemon::cli
