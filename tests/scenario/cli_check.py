@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""`weft check`: the library's recipes are accepted, every kind of bad recipe is refused with a JSON pointer.
+
+    cli_check.py WEFT SOURCE_ROOT
+"""
+import copy
+import json
+import pathlib
+import sys
+import tempfile
+
+from cli_support import Checks
+
+
+def change(recipe, path, value):
+    """A copy with one member set; `path` is a JSON pointer without escapes. None removes."""
+    out = copy.deepcopy(recipe)
+    *parents, last = path.strip("/").split("/")
+    place = out
+    for key in parents:
+        place = place[int(key)] if isinstance(place, list) else place[key]
+    if isinstance(place, list):
+        last = int(last)
+    if value is None:
+        del place[last]
+    else:
+        place[last] = value
+    return out
+
+
+PHASES = "/explorations/M1/phases"
+# name: (where to change, new value, pointers that one problem must name, words that it must say)
+BAD = {
+    "unknown key": ("/repetitons", 3, "/repetitons", ["repetitions"]),
+    "wrong unit": (f"{PHASES}/2/speed_inch_s", 1, f"{PHASES}/2/speed_inch_s", []),
+    "missing phase": (f"{PHASES}/1", None, PHASES, ["P"]),
+    "speed over the rig's limit": (f"{PHASES}/2/speed_mm_s", 50, f"{PHASES}/2", ["speed"]),
+    "path outside the travel": (f"{PHASES}/2/path", [{"dx_mm": 0, "dy_mm": 900}], PHASES, []),
+    "force over the cap": (f"{PHASES}/2/force_N", 500, f"{PHASES}/2", ["force"]),
+    "repetition 0": ("/repetitions", 0, "/repetitions", []),
+    "unknown fabric": ("/fabrics", ["wool", "chain mail"], "/fabrics/1", ["chain mail"]),
+    "text for a number": (f"{PHASES}/0/duration_s", "long", f"{PHASES}/0/duration_s", []),
+}
+
+
+def accepted(t, root, rig, d):
+    for name, trials in {"m1": 340, "m2": 340, "khan2016": 680}.items():
+        plan = t.succeeds("check", root / f"recipes/library/{name}.json", "--rig", rig, cwd=d)
+        t.expect(plan["trials"] == trials and plan["bench"] == "simulated", f"{name}: {plan}")
+        margins = [axis.get("margin_m", axis.get("margin_rad")) for axis in plan["forecast"]["envelope"].values()]
+        t.expect(len(margins) == 5 and min(margins) >= 0, f"{name}: margins {margins}")
+        t.expect(plan["forecast"]["duration_s"] > trials * 36, f"{name}: 36 s of phases a trial at least")
+
+
+def refused(t, root, rig, d):
+    m1 = json.loads((root / "recipes/library/m1.json").read_text())
+    bad = d / "bad.json"
+    for name, (path, value, pointer, words) in BAD.items():
+        bad.write_text(json.dumps(change(m1, path, value)))
+        error = t.refuses("check", "bad.json", "--rig", rig, cwd=d, says=["bad.json", *words])
+        pointers = [p["pointer"] for p in error.get("problems", [])]
+        t.expect(any(p.startswith(pointer) for p in pointers), f"{name}: {pointer} is not among {pointers}")
+        ran = t.run("run", "bad.json", "--rig", rig, "--out", "out", cwd=d)
+        t.expect(ran.returncode == 1 and not (d / "out").exists(), f"{name}: weft run left {list(d.iterdir())}")
+    several = change(change(m1, "/repetitions", 0), f"{PHASES}/2/force_N", 500)
+    bad.write_text(json.dumps(several))
+    error = t.refuses("check", "bad.json", "--rig", rig, cwd=d, says=["/repetitions", "force"])
+    t.expect(len(error["problems"]) >= 2, f"all problems at once: {error['problems']}")
+
+
+def not_json(t, root, rig, d):
+    text = (root / "recipes/library/m1.json").read_text()
+    bad = d / "bad.json"
+    for name, broken in {"nan": text.replace('"duration_s": 3', '"duration_s": NaN'), "cut": text[: len(text) // 2],
+                         "empty": "", "deep": "[" * 500_000, "array": "[]"}.items():
+        bad.write_text(broken)
+        error = t.refuses("check", "bad.json", "--rig", rig, cwd=d, says=["bad.json"])
+        t.expect(bool(error), name)
+    with open(bad, "wb") as f:  # 200 MB without writing them
+        f.truncate(200 << 20)
+    t.refuses("check", "bad.json", "--rig", rig, cwd=d, says=["bad.json", "bytes"])
+    t.refuses("run", "bad.json", "--rig", rig, "--out", "out", cwd=d, says=["bad.json", "bytes"])
+    t.refuses("check", "gone.json", "--rig", rig, cwd=d, says=["gone.json"])
+    t.refuses("check", "bad.json", "--rig", "gone.json", cwd=d, says=["gone.json"])
+    t.refuses("check", root / "recipes/library/m1.json", "--rig", root / "recipes/library/m1.json", cwd=d,
+              says=["m1.json", "/"])
+
+
+def main():
+    t = Checks(sys.argv[1])
+    root = pathlib.Path(sys.argv[2]).resolve()
+    rig = root / "sim/rigs/bench17.json"
+    with tempfile.TemporaryDirectory(prefix="weft-check-") as folder:
+        d = pathlib.Path(folder)
+        accepted(t, root, rig, d)
+        refused(t, root, rig, d)
+        not_json(t, root, rig, d)
+    t.finish()
+
+
+main()

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""`weft` over a small made-up data set: import, info, features, train, classify, evaluate; then bad input.
+
+    cli_data.py WEFT
+"""
+import csv
+import pathlib
+import random
+import shutil
+import sys
+import tempfile
+
+from cli_support import Checks
+
+TAXELS = 3
+RATE_HZ = 50
+
+
+def write_trial(path, level, ripple, seed):
+    """0.4 s S, 0.6 s P, 3 s M, 0.4 s E; cloths differ in level and ripple during M."""
+    noise = random.Random(seed)
+    with open(path, "w", newline="") as f:
+        w = csv.writer(f)
+        w.writerow(["t_s", "phase"] + [f"ch{k + 1}" for k in range(TAXELS)])
+        for i in range(220):
+            phase = "S" if i < 20 else "P" if i < 50 else "M" if i < 200 else "E"
+            scale = ripple if phase == "M" else 1
+            counts = [round(1000 + level + noise.gauss(0, 5 * scale)) for _ in range(TAXELS)]
+            w.writerow([f"{i / RATE_HZ:.3f}", phase] + counts)
+
+
+def write_set(folder):
+    folder.mkdir()
+    rows = []
+    for c, label in enumerate(["cotton", "silk, raw", "wool"]):
+        for k in range(8):
+            name = f"{c}_{k}.csv"
+            write_trial(folder / name, 40 * c, 1 + 2 * c, 100 * c + k)
+            rows.append([name, label, "AB"[k % 2]])
+    write_manifest(folder / "manifest.csv", rows)
+    return rows
+
+
+def write_manifest(path, rows):
+    with open(path, "w", newline="") as f:
+        csv.writer(f).writerows([["file", "label", "group"]] + rows)
+
+
+def good_path(t, d, rows):
+    made = t.succeeds("dataset", "import", "manifest.csv", "-o", "d.h5", cwd=d)
+    info = t.succeeds("dataset", "info", "d.h5", cwd=d)
+    t.expect(info["trials"] == 24 and info["taxels"] == TAXELS, f"info: {info}")
+    t.expect(info["labels"] == {"cotton": 8, "silk, raw": 8, "wool": 8}, f"labels: {info['labels']}")
+    t.expect(info["groups"] == ["A", "B"] and info["bench"] == "unknown", f"groups, bench: {info}")
+    t.expect(info["dataset_sha256"] == made["dataset_sha256"], "import and info name the same digest")
+    t.expect(abs(info["taxel_rate_hz"] - RATE_HZ) < 1e-6, f"rate: {info['taxel_rate_hz']}")
+
+    t.succeeds("features", "d.h5", "-o", "f.csv", cwd=d)
+    with open(d / "f.csv", newline="") as f:
+        table = list(csv.reader(f))
+    t.expect(table[0][:5] == ["file", "label", "group", "mean.P", "diff.SP"], f"header: {table[0][:5]}")
+    t.expect(len(table) == 25 and {len(r) for r in table} == {3 + 3 + 12 * TAXELS}, "a row a trial, Table I wide")
+    t.expect([r[:3] for r in table[1:]] == rows, "file, label and group as in the manifest")
+    with open(d / rows[0][0], newline="") as f:
+        pressed = [list(map(float, r[2:])) for r in csv.reader(f) if r[1] == "P"]
+    mean_p = sum(map(sum, pressed)) / (len(pressed) * TAXELS)
+    t.expect(abs(float(table[1][3]) / mean_p - 1) < 1e-12, f"mean.P {table[1][3]} is not {mean_p}")
+
+    trained = t.succeeds("train", "d.h5", "-o", "m.weft", "--seed", "3", cwd=d)
+    t.expect(trained["cores"] == 3 and trained["bench"] == "unknown", f"train: {trained}")
+    write_trial(d / "new.csv", 80, 5, 999)
+    answer = t.succeeds("classify", "m.weft", "new.csv", cwd=d)["trials"][0]
+    t.expect(answer["label"] == "wool" and answer["votes"]["wool"] == 2, f"classify: {answer}")
+    everything = t.succeeds("classify", "m.weft", "d.h5", cwd=d)["trials"]
+    t.expect(len(everything) == 24 and all(a["label"] == a["true_label"] for a in everything), "training trials known")
+
+    for reduction in ("pvalue", "pca", "all", "best"):
+        e = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--reduction", reduction, cwd=d)
+        result = e["results"][reduction]
+        t.expect(result["accuracy"] == 1.0 and sum(map(sum, result["confusion"])) == 12, f"{reduction}: {result}")
+    every = ["evaluate", "d.h5", "--train-fraction", "0.4", "--repeats", "5", "--seed", "7", "--reduction", "every"]
+    a, b = t.succeeds(*every, cwd=d), t.succeeds(*every, "--threads", "1", cwd=d)
+    t.expect(list(a["results"]) == ["all", "pca", "pvalue"], f"every: {list(a['results'])}")
+    for r in a["results"]:
+        t.expect(a["results"][r]["confusion"] == b["results"][r]["confusion"], f"{r}: threads change the result")
+        t.expect(len(a["results"][r]["accuracy_of_splits"]) == 5, f"{r}: five splits")
+
+
+def windows(t, d):
+    t.succeeds("train", "d.h5", "-o", "w.weft", "--window-s", "1", cwd=d)
+    answers = t.succeeds("classify", "w.weft", "new.csv", cwd=d)["trials"]
+    t.expect([a["file"] for a in answers] == ["new.csv#0", "new.csv#1", "new.csv#2"], f"windows: {answers}")
+    split = ["--train-groups", "A", "--test-groups", "B"]
+    e = t.succeeds("evaluate", "d.h5", *split, "--window-s", "1", "--norm", "rms", cwd=d)
+    t.expect(e["trials"] == 24 and e["rows"] == 72, f"3 windows a trial: {e['trials']} {e['rows']}")
+    t.refuses("evaluate", "d.h5", "--train-fraction", "0.4", "--window-s", "1", cwd=d, says=["both sides"])
+    t.refuses("evaluate", "d.h5", *split, "--window-s", "9", cwd=d, says=["shorter than one window"])
+
+
+def refuses_import(t, d, name, text, says):
+    (d / "bad.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+    write_manifest(d / "bad_manifest.csv", [["0_0.csv", "cotton", "A"], ["bad.csv", "silk", "A"]])
+    error = t.refuses("dataset", "import", "bad_manifest.csv", "-o", "bad.h5", cwd=d, says=["bad.csv", *says])
+    t.expect("bad_manifest.csv:3" in error.get("where", ""), f"{name}: manifest line not named: {error}")
+
+
+def bad_trials(t, d):
+    good = (d / "0_0.csv").read_text()
+    lines = good.splitlines()
+    refuses_import(t, d, "truncated", good[: len(good) * 2 // 3].rsplit(",", 1)[0], ["bad.csv:"])
+    refuses_import(t, d, "cut after a comma", good.rstrip().rsplit(",", 1)[0] + ",", ["bad.csv:221"])
+    refuses_import(t, d, "nan", good.replace(lines[7], "0.120,S,nan,1,2"), ["bad.csv:8"])
+    refuses_import(t, d, "infinite", good.replace(lines[7], "0.120,S,1,inf,2"), ["bad.csv:8"])
+    refuses_import(t, d, "word", good.replace(lines[7], "0.120,S,1,two,2"), ["bad.csv:8", "two"])
+    refuses_import(t, d, "phase", good.replace(lines[7], "0.120,Q,1,2,2"), ["bad.csv:8"])
+    refuses_import(t, d, "backwards", good.replace(lines[7], "-5,S,1,2,2"), ["bad.csv:8"])
+    refuses_import(t, d, "no time", "ch1,ch2,ch3\n1,2,3\n", ["bad.csv:1", "t_s"])
+    refuses_import(t, d, "other taxels", "t_s,ch1\n0,1\n", ["channels", "expected 3, got 1"])
+    refuses_import(t, d, "empty", "", [])
+    refuses_import(t, d, "binary", bytes(range(256)) * 8, [])
+
+
+def bad_manifests(t, d):
+    def refused(rows, says):
+        write_manifest(d / "m.csv", rows)
+        t.refuses("dataset", "import", "m.csv", "-o", "bad.h5", cwd=d, says=says)
+
+    refused([["0_0.csv", "a", "A"], ["gone.csv", "b", "A"]], ["m.csv:3", "gone.csv"])
+    refused([["0_0.csv", "a", "A"], ["0_0.csv", "b", "A"]], ["m.csv:3", "twice"])
+    refused([["0_0.csv", "", "A"]], ["m.csv:2", "label"])
+    refused([], ["m.csv"])
+    t.refuses("dataset", "import", "gone.csv", "-o", "bad.h5", cwd=d, says=["gone.csv"])
+    t.refuses("dataset", "import", "manifest.csv", "-o", "no/such/folder/d.h5", cwd=d, says=["no/such/folder"])
+    t.refuses("dataset", "import", "manifest.csv", "-o", "x.h5", "--filter", "a*", cwd=d, says=["--filter"])
+    t.refuses("dataset", "import", "--format", "fabricslide", "nowhere", "-o", "x.h5", cwd=d, says=["nowhere"])
+    t.refuses("dataset", "import", "--format", "matlab", ".", "-o", "x.h5", cwd=d, says=["--format"], status=2)
+
+
+def lonely_label(t, d, rows):
+    write_manifest(d / "lonely.csv", rows[:8] + [["2_0.csv", "wool", "A"]])
+    t.succeeds("dataset", "import", "lonely.csv", "-o", "lonely.h5", cwd=d)
+    t.refuses("train", "lonely.h5", "-o", "bad.weft", cwd=d, says=["label wool", "at least 2"])
+    t.refuses("evaluate", "lonely.h5", "--train-fraction", "0.4", cwd=d, says=["label wool", "at least 2"])
+    write_manifest(d / "same.csv", rows[:8])
+    t.succeeds("dataset", "import", "same.csv", "-o", "same.h5", cwd=d)
+    t.refuses("train", "same.h5", "-o", "bad.weft", cwd=d, says=["nothing to tell apart"])
+
+
+def damaged_files(t, d):
+    whole = (d / "d.h5").read_bytes()
+    for share in (0.0, 0.1, 0.5, 0.9, 0.999):
+        (d / "cut.h5").write_bytes(whole[: int(len(whole) * share)])
+        for command in (["dataset", "info", "cut.h5"], ["features", "cut.h5", "-o", "bad.csv"],
+                        ["train", "cut.h5", "-o", "bad.weft"], ["classify", "m.weft", "cut.h5"]):
+            t.refuses(*command, cwd=d, says=["cut.h5"])
+    t.refuses("dataset", "info", "0_0.csv", cwd=d, says=["0_0.csv"])
+    model = (d / "m.weft").read_text()
+    for name, text in {"short": model[: len(model) // 2], "altered": model.replace("bias ", "bias 1", 1),
+                       "version": model.replace("model 1", "model 7", 1), "empty": ""}.items():
+        (d / "bad_model").write_text(text)
+        t.refuses("classify", "bad_model", "new.csv", cwd=d, says=["bad_model"])
+    t.refuses("classify", "gone.weft", "new.csv", cwd=d, says=["gone.weft"])
+
+
+def mismatches(t, d):
+    (d / "pad.csv").write_text("t_s,ch1,ch2\n" + "".join(f"{i / 50},{i % 7},{i % 3}\n" for i in range(200)))
+    t.refuses("classify", "m.weft", "pad.csv", cwd=d, says=["pad.csv", "3 taxels", "got 2"])
+    only_m = [line.split(",") for line in (d / "new.csv").read_text().split()]
+    (d / "phase_m.csv").write_text("\n".join(",".join(r[:1] + r[2:]) for r in only_m) + "\n")
+    t.refuses("classify", "m.weft", "phase_m.csv", cwd=d, says=["phase_m.csv", "phases"])
+    slow = "\n".join(",".join([str(i * 0.04 - 0.04) if i else r[0]] + r[1:]) for i, r in enumerate(only_m))
+    (d / "slow.csv").write_text(slow + "\n")
+    t.refuses("classify", "w.weft", "slow.csv", cwd=d, says=["another rate"])
+    t.refuses("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "A", cwd=d, says=["A"])
+    t.refuses("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "Z", cwd=d, says=["Z"])
+    t.refuses("evaluate", "d.h5", cwd=d, says=["--train-groups"])
+    t.refuses("train", "d.h5", "-o", "x", "--exploration", "M9", cwd=d, says=["M9"])
+    t.refuses("train", "d.h5", "-o", "no/such/m.weft", cwd=d, says=["no/such"])
+    t.refuses("features", "d.h5", "-o", "no/such/f.csv", cwd=d, says=["no/such"])
+    t.refuses("features", "d.h5", "-o", "bad.csv", "--colour", cwd=d, says=["--colour"], status=2)
+
+
+def main():
+    t = Checks(sys.argv[1])
+    work = pathlib.Path(tempfile.mkdtemp(prefix="weft-cli-"))
+    try:
+        d = work / "set"
+        rows = write_set(d)
+        good_path(t, d, rows)
+        windows(t, d)
+        bad_trials(t, d)
+        bad_manifests(t, d)
+        lonely_label(t, d, rows)
+        damaged_files(t, d)
+        mismatches(t, d)
+    finally:
+        shutil.rmtree(work)
+    t.finish()
+
+
+main()

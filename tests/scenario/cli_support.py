@@ -1,0 +1,58 @@
+"""What the command line's scenario tests share: running `weft` and looking at what it leaves behind."""
+import json
+import pathlib
+import subprocess
+import sys
+
+
+class Checks:
+    """Counts what was looked at; ends the process with 1 when anything was wrong."""
+
+    def __init__(self, weft):
+        self.weft = str(pathlib.Path(weft).resolve())
+        self.count = 0
+        self.failures = []
+
+    def expect(self, fine, what):
+        self.count += 1
+        if not fine:
+            self.failures.append(what)
+            print("FAILED:", what)
+
+    def run(self, *arguments, cwd):
+        return subprocess.run([self.weft, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=300)
+
+    def succeeds(self, *arguments, cwd):
+        """The JSON object of a command that must succeed, which must also succeed without --json."""
+        plain = self.run(*arguments, cwd=cwd)
+        self.expect(plain.returncode == 0 and plain.stdout, f"{arguments}: {plain.returncode} {plain.stderr}")
+        ran = self.run(*arguments, "--json", cwd=cwd)
+        self.expect(ran.returncode == 0, f"{arguments} --json: {ran.returncode} {ran.stderr}")
+        return json.loads(ran.stdout) if ran.returncode == 0 else {}
+
+    def refuses(self, *arguments, cwd, says, status=1):
+        """A command that must fail, say all of `says`, and leave no file behind or touched."""
+        before = contents(cwd)
+        ran = self.run(*arguments, "--json", cwd=cwd)
+        self.expect(ran.returncode == status, f"{arguments}: status {ran.returncode}, not {status}: {ran.stderr}")
+        for word in says:
+            self.expect(word in ran.stderr, f"{arguments}: no '{word}' in: {ran.stderr}")
+        self.expect(ran.stderr.startswith("weft: "), f"{arguments}: no sentence: {ran.stderr}")
+        self.expect(contents(cwd) == before, f"{arguments}: files changed: {contents(cwd) ^ before}")
+        try:
+            error = json.loads(ran.stdout)["error"]
+            self.expect(bool(error["sentence"]), f"{arguments}: empty sentence")
+            return error
+        except (ValueError, KeyError) as problem:
+            self.expect(False, f"{arguments}: no error object in '{ran.stdout[:200]}': {problem}")
+            return {}
+
+    def finish(self):
+        print(f"{self.count} checks, {len(self.failures)} failed")
+        sys.exit(1 if self.failures else 0)
+
+
+def contents(folder):
+    """Name, size and time of every file: what must not change when a command fails."""
+    files = [p for p in pathlib.Path(folder).rglob("*") if p.is_file()]
+    return {(str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in files}
