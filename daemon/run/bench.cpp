@@ -123,13 +123,26 @@ void Bench::bring_up(std::function<void(Status)> done) {
 }
 
 void Bench::home(std::size_t position) {
-  if (position == home_order.size()) return finish({});
+  if (position == home_order.size()) return read_all();
   const std::size_t i = recipes::index(home_order[position]);
   const Result<std::uint32_t> id = stages_[i]->driver().command(HomeCommand{});
   if (!id) return finish(pass(id.error(), stages_[i]->entry().name));
   await(
       [this, i, id = *id] { return snapshot_.stage[i].move_id == id && snapshot_.stage[i].homed; },
       home_limit, "home of " + stages_[i]->entry().name, [this, position] { home(position + 1); });
+}
+
+// The stages that were homed first have been silent since: what follows starts from fresh readings.
+void Bench::read_all() {
+  const TimePoint asked = loop_->now();
+  for (Device* stage : stages_)
+    if (const auto sent = stage->driver().command(PollCommand{}); !sent)
+      return finish(pass(sent.error(), stage->entry().name));
+  const auto fresh = [this, asked] {
+    return std::all_of(snapshot_.stage_at.begin(), snapshot_.stage_at.end(),
+                       [&](const auto& at) { return at && *at > asked; });
+  };
+  await(fresh, ready_limit, "a reading of every stage", [this] { finish({}); });
 }
 
 }  // namespace weft::daemon

@@ -57,6 +57,7 @@ class Bench {
              std::function<void()> then);
   void look();
   void home(std::size_t position);
+  void read_all();
   void finish(Status outcome);
 
   Loop* loop_;

@@ -35,6 +35,7 @@ Supervisor::Supervisor(const recipes::Plan& plan, Loop& loop, Bench& bench,
       guard_limits_(guard_limits(plan.limits)),
       period_(from_seconds(1.0 / plan.limits.cycle_hz)) {
   force_config_.cycle_s = 1.0 / plan.limits.cycle_hz;
+  force_config_.max_acceleration_mps2 = plan.limits.max_acceleration_mps2;
   bench_->on_sensor_sample([this](const Sample& sample) { recording_->sensor(sample); });
 }
 
