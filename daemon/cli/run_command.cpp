@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/progress.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/train_options.hpp"
@@ -60,6 +61,20 @@ std::string summary_text(const CampaignSummary& s) {
   return out;
 }
 
+std::string report_text(const CampaignReport& report) {
+  std::string out = report.summary;
+  if (report.not_classified) out += "Not classified: " + to_string(*report.not_classified) + "\n";
+  return out + "Report: " + report.html.string() + ", " + report.json.string() + "\n";
+}
+
+json report_json(const CampaignSummary& summary, const CampaignReport& report) {
+  json out = summary_json(summary);
+  out["report_html"] = report.html.string();
+  out["report_json"] = report.json.string();
+  if (report.not_classified) out["not_classified"] = error_json(*report.not_classified);
+  return out;
+}
+
 }  // namespace
 
 void add_options(CLI::App& command, RunArgs& args) {
@@ -81,8 +96,15 @@ Result<int> run_run(const RunArgs& args, Console& console) {
                    [&progress](const TrialProgress& line) { progress(line); });
   progress.finish();
   if (!summary) return pass(summary.error());
-  print(console, summary_text(*summary), summary_json(*summary));
-  return summary->trials_complete == summary->trials_planned ? exit_ok : exit_failure;
+  const bool complete = summary->trials_complete == summary->trials_planned;
+  if (!complete || !args.evaluate) {
+    print(console, summary_text(*summary), summary_json(*summary));
+    return complete ? exit_ok : exit_failure;
+  }
+  const Result<CampaignReport> report = write_report(*summary, args.out, args.repeats, console);
+  if (!report) return pass(report.error());
+  print(console, report_text(*report), report_json(*summary, *report));
+  return exit_ok;
 }
 
 }  // namespace weft::daemon::cli

@@ -12,9 +12,11 @@ set(cli_tests ${CMAKE_CURRENT_SOURCE_DIR}/scenario)
 add_test(NAME scenario_cli_data COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_data.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_check
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_check.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_cli_run
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_fabricslide
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_fabricslide.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
-set_tests_properties(scenario_cli_data scenario_cli_check PROPERTIES TIMEOUT 300)
+set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run PROPERTIES TIMEOUT 300)
 set_tests_properties(scenario_cli_fabricslide PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
-set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_fabricslide
+set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_fabricslide
                      PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

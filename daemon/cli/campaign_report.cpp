@@ -1,0 +1,57 @@
+#include "daemon/cli/campaign_report.hpp"
+
+#include <sys/utsname.h>
+
+#include <ostream>
+#include <thread>
+
+#include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/loop/wall_clock.hpp"
+#include "daemon/report/evaluate_campaign.hpp"
+#include "daemon/report/report.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+double wall_seconds() {
+  return std::chrono::duration<double>(steady_wall_now()).count();
+}
+
+// "2 threads, Linux 6.1 x86_64, g++ 12.2.0"
+std::string machine_text() {
+  utsname system{};
+  std::string text = std::to_string(std::thread::hardware_concurrency()) + " threads";
+  if (uname(&system) == 0)
+    text += std::string(", ") + system.sysname + " " + system.release + " " + system.machine;
+  return text + ", compiler " + __VERSION__;
+}
+
+EvaluationSink progress_to(Console& console) {
+  return [&console](const EvaluationProgress& p) {
+    console.err << "classify " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
+  };
+}
+
+}  // namespace
+
+Result<CampaignReport> write_report(const CampaignSummary& summary,
+                                    const std::filesystem::path& folder, std::size_t repeats,
+                                    Console& console) {
+  const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
+  if (!dataset) return pass(dataset.error());
+  EvaluateOptions options;
+  options.repeats = repeats;
+  auto results = evaluate_campaign(*dataset, options, wall_seconds, progress_to(console));
+  CampaignReport report;
+  report.html = folder / "report.html";
+  report.json = folder / "report.json";
+  if (!results) report.not_classified = results.error();
+  const std::vector<ExplorationResult> none;
+  const ReportInput input{summary, *dataset, results ? *results : none, machine_text(), {}};
+  if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());
+  if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
+  report.summary = summary_text(input);
+  return report;
+}
+
+}  // namespace weft::daemon::cli

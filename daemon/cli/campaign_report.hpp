@@ -1,0 +1,28 @@
+#pragma once
+// What `weft run` does with a finished campaign: classify it and write report.html and report.json.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "daemon/cli/console.hpp"
+#include "daemon/run/campaign.hpp"
+
+namespace weft::daemon::cli {
+
+struct CampaignReport {
+  std::string summary;  ///< for a terminal
+  std::filesystem::path html;
+  std::filesystem::path json;
+  /// Why there are no accuracies: a campaign of one fabric, for example, has nothing to tell apart.
+  std::optional<Error> not_classified;
+};
+
+/// Reads the data set back, classifies it over `repeats` random splits and writes both documents
+/// into `folder`. Progress goes to the console's `err`.
+Result<CampaignReport> write_report(const CampaignSummary& summary,
+                                    const std::filesystem::path& folder, std::size_t repeats,
+                                    Console& console);
+
+}  // namespace weft::daemon::cli
