@@ -13,9 +13,13 @@ std::size_t weft::testing::allocations() {
   return count;
 }
 
-void* operator new(std::size_t size) {
+// All forms that pair with the deletes below, so that a sanitizer sees one allocator.
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++count;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  return std::malloc(size == 0 ? 1 : size);
+}
+void* operator new(std::size_t size) {
+  if (void* memory = operator new(size, std::nothrow)) return memory;
   throw std::bad_alloc();
 }
 void operator delete(void* memory) noexcept {
