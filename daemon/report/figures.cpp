@@ -15,6 +15,7 @@ using svg::Canvas;
 using svg::Range;
 
 constexpr double wide = 760;
+constexpr double narrow = 560;  // fits a phone without scrolling
 
 double end_of(const TrialTrace& trace) {
   const double taxels_s = trace.phases.empty() ? 1 : trace.phases.back().end_s;
@@ -140,14 +141,15 @@ svg::Range pad_range(const TrialTrace& trace) {
 
 std::string pad_figure(const TrialTrace& trace, std::size_t pad, const svg::Range& range) {
   const std::string name = "pad " + std::to_string(pad + 1);
-  Canvas canvas(240, 150, name + ": counts over time", "plot small");
-  const Axes axes({42, 22, 192, 104}, {0, end_of(trace)}, range);
+  Canvas canvas(240, 180, name + ": counts over time", "plot small");
+  const Axes axes({42, 32, 192, 104}, {0, end_of(trace)}, range);
   shade_phases(canvas, axes, trace.phases);
-  axes.draw_x(canvas, "", 4);
+  axes.draw_x(canvas, "time [s]", 4);
   axes.draw_y(canvas, "", 4);
   name_phases(canvas, axes, trace.phases);
   canvas.polyline(in_axes(axes, trace.pads[pad], 170), "curve first thin");
-  canvas.text({4, 14}, std::to_string(pad + 1), "pad-name");
+  canvas.text({4, 12}, name, "pad-name");
+  canvas.text({52, 12}, "[counts]", "tick");
   return canvas.finish();
 }
 
@@ -156,8 +158,8 @@ std::string accuracy_figure(const std::vector<ExplorationResult>& results) {
   for (const ExplorationResult& result : results) rows += result.reductions.size();
   const double height =
       26.0 * static_cast<double>(rows) + 10.0 * static_cast<double>(results.size());
-  Canvas canvas(wide, height + 86, "Accuracy by exploration and reduction", "plot");
-  const Axes axes({150, 34, wide - 170, height}, {accuracy_floor(results) * 100, 100.5}, {0, 1});
+  Canvas canvas(narrow, height + 86, "Accuracy by exploration and reduction", "plot narrow");
+  const Axes axes({150, 34, narrow - 170, height}, {accuracy_floor(results) * 100, 100.5}, {0, 1});
   axes.draw_x(canvas, "accuracy [%]", 8);
   double y = axes.area.y + 16;
   for (const ExplorationResult& result : results) {
@@ -172,10 +174,10 @@ std::string accuracy_figure(const std::vector<ExplorationResult>& results) {
     }
     y += 10;
   }
-  canvas.circle({156, 14}, 5, "mark");
-  canvas.text({167, 18}, "this run, with 95 % interval", "key");
-  canvas.diamond({372, 14}, 7, "paper-mark");
-  canvas.text({384, 18}, "printed in the paper, real fabrics", "key");
+  canvas.circle({20, 14}, 5, "mark");
+  canvas.text({31, 18}, "this run, with 95 % interval", "key");
+  canvas.diamond({236, 14}, 7, "paper-mark");
+  canvas.text({248, 18}, "printed in the paper, real fabrics", "key");
   return canvas.finish();
 }
 

@@ -46,6 +46,6 @@ struct Core {
 inline constexpr std::array cores = {
     Core{"knitwear1", "wool", {"range.M.2", "range.M.4", "", ""}, 2},
     Core{"knitwear1", "pile", {"min.M.1", "min.M.2", "min.M.4", "min.M.7"}, 20},
-    Core{"flax", "pile", {"norm.M.13", "norm.M.15", "mean.M.15", "hfrq.M.15"}, 18}};
+    Core{"flax", "pile", {"norm.M.13", "norm.M.15", "mean.M.15", "Hfrq.M.15"}, 18}};
 
 }  // namespace weft::daemon::paper

@@ -40,17 +40,23 @@ std::string split_words(const classifier::Evaluation& e) {
   return std::to_string(e.splits.size()) + (e.splits.size() == 1 ? " split" : " random splits");
 }
 
-std::string method_words(const ExplorationResult& result, const classifier::Evaluation& e) {
+// Simulated trials touch a fresh patch each; what that does not test is said too.
+constexpr std::string_view patch_words =
+    "Every trial touches another patch of the model cloth, so no test trial repeats a training "
+    "trial; all patches of a fabric share its parameters, so nothing is said about another bolt "
+    "of it. ";
+
+std::string method_words(const ReportInput& input, const ExplorationResult& result,
+                         const classifier::Evaluation& e) {
   const std::size_t classes = e.confusion.classes();
   std::string out = "<p>Each trial becomes " + thousands(result.features) +
                     " features; one support vector machine per pair of fabrics (" +
                     thousands(classes * (classes - 1) / 2) + " cores) votes. Mean over " +
-                    split_words(e) +
-                    " of the trials into training and test part. No patch of cloth is touched "
-                    "twice, so no test trial repeats a training trial. ";
+                    split_words(e) + " of the trials into training and test part. ";
+  if (input.dataset.info.kind == BenchKind::simulated) out += patch_words;
   if (classes > 0)
-    out += "With labels in random order the same method gets what guessing would: " +
-           percent(result.permuted_accuracy) + " % where chance is " +
+    out += "With its labels in random order the same method gets " +
+           percent(result.permuted_accuracy) + " %, where chance is " +
            percent(1.0 / static_cast<double>(classes)) + " %.";
   return out + "</p>\n";
 }
@@ -84,7 +90,7 @@ std::string accuracy_section(const ReportInput& input) {
   const std::string badge = badge_html(input.dataset.info.kind);
   const ExplorationResult& first = input.results.front();
   const classifier::Evaluation& e = first.reductions.front().evaluation;
-  std::string out = "<section>\n<h2>Which fabric was it?</h2>\n" + method_words(first, e);
+  std::string out = "<section>\n<h2>Which fabric was it?</h2>\n" + method_words(input, first, e);
   out += figure("<div class=\"scroll\">" + accuracy_figure(input.results) + "</div>\n",
                 "Accuracy by exploration and by how the features of a core are reduced.", badge);
   out += figure(accuracy_table(input.results), table_caption(e), badge);

@@ -48,8 +48,7 @@ std::string force_section(const ReportInput& input) {
   out += figure(
       "<div class=\"scroll\">" + fabric_force_figure(fabrics, targets.front().band_n) + "</div>\n",
       "Normal force against its set point while the probe moved (" + target_words(targets) +
-          "). The paper prints no such figure. Stiff, thin cloth is hardest: one step "
-          "of the stage is more force there.",
+          "). The paper prints no such figure.",
       badge);
   out += "<details><summary>As a table</summary>\n" +
          figure(force_table(input, fabrics),

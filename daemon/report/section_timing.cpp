@@ -1,3 +1,5 @@
+#include <functional>
+
 #include "daemon/report/figures.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/html.hpp"
@@ -13,37 +15,56 @@ std::string measured(double seconds) {
   return seconds > 0 ? duration(seconds) : "<span class=\"dim\">not measured</span>";
 }
 
+// As printed, with the paper's three decimals.
 std::string printed(double seconds) {
-  return "<span class=\"paper\">" + duration(seconds) + "</span>";
+  return "<span class=\"paper\">" + fixed(seconds, 3) + " s</span>";
 }
 
-const paper::TrainingTime* paper_training(std::string_view exploration) {
+using Cell = std::function<std::string(const ExplorationResult&)>;
+
+// One column per exploration, then the paper's.
+void add_row(HtmlTable& table, const std::vector<ExplorationResult>& results,
+             const std::string& name, const Cell& cell, const std::string& paper_html) {
+  std::vector<std::string> cells = {name};
+  for (const ExplorationResult& result : results) cells.push_back(cell(result));
+  cells.push_back(paper_html.empty() ? std::string(no_value) : paper_html);
+  table.row(cells);
+}
+
+Cell evaluated(Reduction reduction, double classifier::Evaluation::*seconds) {
+  return [reduction, seconds](const ExplorationResult& result) {
+    const classifier::Evaluation* e = result.find(reduction);
+    return e == nullptr ? std::string(no_value) : measured(e->*seconds);
+  };
+}
+
+std::string printed_training(double paper::TrainingTime::*seconds) {
+  std::string out;
   for (const paper::TrainingTime& row : paper::training_times)
-    if (row.exploration == exploration) return &row;
-  return nullptr;
+    out += (out.empty() ? "" : "; ") + std::string(row.exploration) + " " + printed(row.*seconds);
+  return out;
 }
 
-void add_reduction(HtmlTable& table, const ExplorationResult& result, Reduction reduction,
-                   const std::string& words, double printed_train_s) {
-  const classifier::Evaluation* e = result.find(reduction);
-  if (e == nullptr) return;
-  const bool table2 = result.exploration == "M2" && reduction == Reduction::pvalue;
-  table.row({"training, " + words, escape(result.exploration), measured(e->train_s),
-             printed_train_s > 0 ? printed(printed_train_s) : std::string(no_value)});
-  table.row({"test of one trial, " + words, escape(result.exploration),
-             measured(e->test_s_per_sample),
-             table2 ? printed(paper::test_s_per_sample) : std::string(no_value)});
-}
-
-void add_exploration(HtmlTable& table, const ExplorationResult& result) {
-  const paper::TrainingTime* paper_s = paper_training(result.exploration);
-  table.row(
-      {"features of one trial", escape(result.exploration), measured(result.feature_s_per_sample),
-       result.exploration == "M2" ? printed(paper::feature_s_per_sample) : std::string(no_value)});
-  add_reduction(table, result, Reduction::pvalue, "p-value",
-                paper_s != nullptr ? paper_s->pvalue_s : 0);
-  add_reduction(table, result, Reduction::pca, "PCA", paper_s != nullptr ? paper_s->pca_s : 0);
-  add_reduction(table, result, Reduction::all, "all features", 0);
+std::string timing_table(const std::vector<ExplorationResult>& results) {
+  std::vector<std::string> head = {"step"};
+  for (const ExplorationResult& result : results)
+    head.push_back(escape(result.exploration) + ", this run");
+  head.push_back("<span class=\"paper\">paper, its own machine</span>");
+  HtmlTable table(head);
+  const auto features = [](const ExplorationResult& r) { return measured(r.feature_s_per_sample); };
+  add_row(table, results, "features of one trial", features, printed(paper::feature_s_per_sample));
+  const auto train_s = &classifier::Evaluation::train_s;
+  const auto test_s = &classifier::Evaluation::test_s_per_sample;
+  add_row(table, results, "training, p-value", evaluated(Reduction::pvalue, train_s),
+          printed_training(&paper::TrainingTime::pvalue_s));
+  add_row(table, results, "training, PCA", evaluated(Reduction::pca, train_s),
+          printed_training(&paper::TrainingTime::pca_s));
+  add_row(table, results, "training, all features", evaluated(Reduction::all, train_s), "");
+  add_row(table, results, "test of one trial, p-value", evaluated(Reduction::pvalue, test_s),
+          printed(paper::test_s_per_sample));
+  add_row(table, results, "test of one trial, PCA", evaluated(Reduction::pca, test_s), "");
+  add_row(table, results, "test of one trial, all features", evaluated(Reduction::all, test_s), "");
+  return table.finish();
 }
 
 std::size_t total_fits(const classifier::Evaluation& e) {
@@ -66,19 +87,15 @@ std::string caption(const ExplorationResult& result) {
          "core, about one MATLAB fit each, so it is very likely the final fit with parameters "
          "already known, without the grid search that ours includes (our inference; the paper "
          "does not say, nor does it name its machine). The paper\u2019s feature and test times are "
-         "from Table II, which matches M2 in Table IV.";
+         "from Table II, whose training time is that of M2 in Table IV.";
 }
 
 }  // namespace
 
 std::string timing_section(const ReportInput& input) {
   if (input.results.empty()) return {};
-  HtmlTable table(
-      {"step", "exploration", "this run", "<span class=\"paper\">paper, its own machine</span>"},
-      2);
-  for (const ExplorationResult& result : input.results) add_exploration(table, result);
   return "<section>\n<h2>How long it takes</h2>\n" +
-         figure(table.finish(), caption(input.results.front()),
+         figure(timing_table(input.results), caption(input.results.front()),
                 badge_html(input.dataset.info.kind)) +
          "</section>\n";
 }

@@ -18,7 +18,7 @@ Roboto,"Liberation Sans","DejaVu Sans",sans-serif;font-variant-numeric:tabular-n
 main{max-width:1120px;margin:0 auto;padding:28px 20px 60px}
 h1{font-size:1.9rem;line-height:1.2;margin:.5rem 0 .3rem;letter-spacing:-.01em}
 h2{font-size:1.3rem;margin:2.6rem 0 .5rem;line-height:1.3}
-p{margin:.5rem 0 .8rem;max-width:46rem}
+p{margin:.5rem 0 .8rem;max-width:56rem}
 .lead{font-size:1.05rem;color:var(--soft)}
 .badge{display:inline-block;background:var(--badge);color:var(--badge-ink);font-size:.68rem;font-weight:700;
 letter-spacing:.08em;padding:.1rem .45rem;border-radius:3px;vertical-align:.08em;white-space:nowrap}
@@ -26,9 +26,9 @@ header .badge{font-size:.85rem;padding:.25rem .7rem}
 .note{border-left:4px solid var(--badge-ink);background:var(--card);padding:.7rem 1rem;margin:1.1rem 0;max-width:none}
 .note p{max-width:none;margin:.25rem 0}
 .alarm{border-color:var(--orange)}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:10px;margin:1.2rem 0}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(138px,1fr));gap:10px;margin:1.2rem 0}
 .tile{background:var(--card);border:1px solid var(--rule);border-radius:8px;padding:.7rem .9rem}
-.tile b{display:block;font-size:1.5rem;line-height:1.25;font-weight:650}
+.tile b{display:block;white-space:nowrap;font-size:1.35rem;line-height:1.25;font-weight:650}
 .tile span{color:var(--soft);font-size:.84rem;line-height:1.35;display:block}
 figure{margin:1rem 0;background:var(--card);border:1px solid var(--rule);border-radius:8px;padding:14px 16px}
 figcaption{color:var(--soft);font-size:.88rem;line-height:1.45;margin-top:.6rem;max-width:56rem}
@@ -41,8 +41,9 @@ svg .tick,svg .key{fill:var(--soft);font-size:11.5px}
 svg .axis-title{fill:var(--soft);font-size:12px}
 svg .row-name{font-size:13px}
 svg .phase-name,svg .pad-name{font-weight:700;font-size:12px}
-svg .small .phase-name,svg.small .phase-name{font-size:9px;font-weight:400;fill:var(--soft)}
-svg.small .tick{font-size:9.5px}
+svg.small .phase-name{font-size:9px;font-weight:400;fill:var(--soft)}
+svg.small .tick,svg.small .axis-title{font-size:9.5px}
+.narrow{max-width:760px;margin:0 auto}
 .grid{stroke:var(--grid);stroke-width:1}.axis{stroke:var(--soft);stroke-width:1}
 .curve{fill:none;stroke-width:1.5;stroke-linejoin:round}.thin{stroke-width:1.1}
 .first{stroke:var(--blue)}.second{stroke:var(--orange)}
@@ -76,7 +77,7 @@ code,pre{font-family:ui-monospace,"DejaVu Sans Mono",Menlo,Consolas,monospace;fo
 pre{overflow-x:auto;background:var(--page);padding:.7rem;border-radius:6px;line-height:1.4}
 details{margin-top:.7rem}summary{cursor:pointer;color:var(--soft)}
 @media (max-width:680px){main{padding:16px 12px 40px}h1{font-size:1.5rem}.pads{grid-template-columns:repeat(2,1fr)}
-.tiles{grid-template-columns:repeat(2,1fr)}.scroll>svg.plot{min-width:600px}.scroll>svg.heat{min-width:480px}
+.tiles{grid-template-columns:repeat(2,1fr)}.scroll>svg.plot{min-width:600px}.scroll>svg.narrow{min-width:0}.scroll>svg.heat{min-width:480px}
 figure{padding:10px}dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.45rem}}
 @media print{:root{--page:#fff}body{font-size:11pt}figure,.tile{break-inside:avoid}h2{break-after:avoid}
 main{max-width:none;padding:0}.scroll{overflow:visible}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
