@@ -61,7 +61,7 @@ class ContactModel {
 
   /// The state `dt_s` later with the stages at `pose`, moved there in a straight line. dt_s >= 0.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& pose, double dt_s) const;
-  /// Pressure on the cloth, averaged over nothing, at an offset from the face's centre [Pa], for a
+  /// Pressure on the cloth at an offset from the face's centre [Pa], for a
   /// local texture response `texture` = e^{h/lambda}/<e^{h/lambda}>.
   [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,
                                    double texture) const;

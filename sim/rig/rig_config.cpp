@@ -16,10 +16,10 @@ using nlohmann::json;
 constexpr std::size_t most_devices = 64;
 constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
 
-const json& child_or_empty(const json& object, const char* key) {
-  static const json empty = json::object();
+/// The value at `key`, or an empty object.
+json child_or_empty(const json& object, const char* key) {
   const auto found = object.find(key);
-  return found == object.end() ? empty : *found;
+  return found == object.end() ? json::object() : *found;
 }
 
 /// A key of a section that others own too: only its value is checked here.
@@ -183,7 +183,7 @@ Result<EmulatedDevice> read_device(const json& device, const std::string& where,
   EmulatedDevice out;
   out.name = text_at(device, "name");
   if (out.name.empty()) return fail(Errc::parse, "a device without a name", where + "/name");
-  const json& emulator = child_or_empty(device, "emulator");
+  const json emulator = child_or_empty(device, "emulator");
   const std::string at = where + "/emulator", kind = text_at(emulator, "kind");
   if (kind == "apt_stage") {
     const std::string role = text_at(device, "role");
