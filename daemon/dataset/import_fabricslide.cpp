@@ -79,6 +79,7 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::str
   dataset.info.kind = BenchKind::real;
   dataset.info.name = "fabricslide";
   dataset.info.source = "fabricslide";
+  dataset.info.software_version = WEFT_VERSION;
   for (const std::filesystem::path& path : *files) {
     classifier::Trial trial;
     TrialRecord record;

@@ -71,6 +71,7 @@ Result<Dataset> import_manifest(const std::filesystem::path& path) {
   Dataset dataset;
   dataset.info.name = path.stem().string();
   dataset.info.source = "manifest";
+  dataset.info.software_version = WEFT_VERSION;
   std::set<std::filesystem::path> seen;
   auto more = manifest->next();
   for (; more && *more; more = manifest->next()) {
