@@ -69,6 +69,7 @@ class Run {
     std::optional<Status> up;
     bench_->bench->bring_up([&up](Status outcome) { up = std::move(outcome); });
     bench_->loop.run_until([&up] { return up.has_value(); });
+    brought_up_ = bench_->loop.now();
     return up ? *up : Status(fail(Errc::timeout, "the bench fell silent", "bench"));
   }
 
@@ -120,6 +121,7 @@ class Run {
     s.trials_complete = complete_;
     s.forecast_s = plan_->forecast.duration_s;
     s.virtual_s = to_seconds(bench_->loop.now());
+    s.bring_up_s = to_seconds(brought_up_);
     s.force = recording_.campaign_force();
     s.time.plant_and_emulators_s = bench_->rig_time.seconds();
     s.time.recorder_s = recording_.seconds();
@@ -134,6 +136,7 @@ class Run {
   TrialRecording recording_;
   const ProgressSink* progress_;
   std::size_t complete_ = 0;
+  TimePoint brought_up_;
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
 

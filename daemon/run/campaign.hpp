@@ -53,6 +53,7 @@ struct CampaignSummary {
   std::size_t trials_complete = 0;
   double forecast_s = 0;  ///< of the plan
   double virtual_s = 0;   ///< time on the bench's clock
+  double bring_up_s = 0;  ///< the part of it that opening and homing took; not in the forecast
   double wall_s = 0;      ///< bringing up, running and recording; export apart
   ForceTally force;       ///< phase M of all complete trials
   std::string dataset_sha256;

@@ -19,7 +19,7 @@ constexpr Bounds displacement_m{-10, 10, {}};
 constexpr double least_speed_mps = 1e-6;
 constexpr double least_leg_m = 1e-6;  // the stages' precision, paper section IV-A
 constexpr std::size_t most_legs = 1000;
-/// A tenth of a newton less than the cap: regulation needs room on both sides.
+/// Where a recipe gives no band: 5 % of the paper's 5 N.
 constexpr double default_band_n = 0.25;
 
 std::string letter(Phase phase) {

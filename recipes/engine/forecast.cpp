@@ -9,8 +9,8 @@
 namespace weft::recipes {
 namespace {
 
-// What cannot be known before the cloth is touched, as measured on the simulated bench with its
-// seventeen fabrics. The forecast is meant to be right within a few per cent, not to the second.
+// What cannot be known before the cloth is touched: estimates. The forecast is meant to be right
+// within a few per cent, not to the second; tests compare it with runs on the simulated bench.
 constexpr double cloth_height_m = 1.2e-3;    ///< mean height at first contact
 constexpr double seat_travel_m = 0.15e-3;    ///< from first contact until the cloth bears the probe
 constexpr double bias_s = 0.5;               ///< settling and averaging of the sensors
@@ -108,10 +108,27 @@ double trial_duration_s(const Plan& plan, const Exploration& exploration, Vec2 f
          move(limits.clearance_m - cloth_height_m, approach.transfer_speed_mps);
 }
 
+namespace {
+
+// From the home position down to the clear height, before the first trial.
+double clearing_s(const Plan& plan) {
+  const Moves move{plan.limits.max_acceleration_mps2};
+  const double home_z_m = plan.limits.geometry.travel[index(Axis::z)].min;
+  return move(plan.limits.clear_z_m() - home_z_m, plan.approach.transfer_speed_mps);
+}
+
+Vec2 home_point(const Geometry& geometry) {
+  return {geometry.travel[index(Axis::x)].min - geometry.origin_m.x_m,
+          geometry.travel[index(Axis::y)].min - geometry.origin_m.y_m};
+}
+
+}  // namespace
+
 Forecast forecast(const Plan& plan) {
   Forecast out;
   double total_recorded_s = 0;
-  Vec2 at = plan.explorations[plan.trials.front().exploration].start_m;
+  out.duration_s = clearing_s(plan);
+  Vec2 at = home_point(plan.limits.geometry);
   for (const TrialSpec& trial : plan.trials) {
     const Exploration& exploration = plan.explorations[trial.exploration];
     out.duration_s += trial_duration_s(plan, exploration, at);
