@@ -26,9 +26,10 @@ double share_of_row(const Confusion& confusion, std::size_t truth, std::size_t p
                   : static_cast<double>(confusion.at(truth, predicted)) / static_cast<double>(sum);
 }
 
-// A single mistake must be seen, so shade grows with the root of the share off the diagonal.
-double shade(double share, bool diagonal) {
-  return diagonal ? 0.08 + 0.92 * share : std::min(1.0, 0.18 + 0.82 * std::sqrt(share));
+// The root, so that a single mistake among hundreds is still seen; the same on and off the
+// diagonal, so that both colours compare.
+double shade(double share) {
+  return 0.12 + 0.88 * std::sqrt(share);
 }
 
 void draw_cell(svg::Canvas& canvas, const Confusion& confusion, std::size_t truth,
@@ -39,11 +40,11 @@ void draw_cell(svg::Canvas& canvas, const Confusion& confusion, std::size_t trut
     canvas.rect(box, diagonal ? "cell-diagonal" : "cell-empty");
     return;
   }
-  const double opacity = shade(share_of_row(confusion, truth, predicted), diagonal);
+  const double opacity = shade(share_of_row(confusion, truth, predicted));
   canvas.rect(box, diagonal ? "cell-hit" : "cell-miss", opacity);
   const double middle = box.x + box.width / 2;
   canvas.text({middle, box.y + box.height / 2 + 3.5}, std::to_string(count),
-              opacity > 0.6 ? "cell-text on" : "cell-text", svg::Anchor::middle);
+              opacity > 0.72 ? "cell-text on" : "cell-text", svg::Anchor::middle);
 }
 
 struct Mistake {

@@ -9,8 +9,8 @@
 namespace weft::daemon {
 
 /// Rows are the true fabrics, columns what they were taken for; counts in the cells. Shade is the
-/// share of the row: blue on the diagonal, orange off it, a pair that colour-blind readers tell
-/// apart; the count says the same without colour.
+/// root of the share of the row: blue on the diagonal, orange off it, a pair that colour-blind
+/// readers tell apart; the count says the same without colour.
 std::string confusion_map(const classifier::Confusion& confusion, std::string_view title);
 
 /// The `count` most frequent mistakes, in words: "silk taken for satin 14 times (3.9 %)".

@@ -78,7 +78,7 @@ std::string confusion_figure(const ExplorationResult& result, const std::string&
                 "<b>" + escape(title) + ".</b> " + thousands(e->confusion.total()) +
                     " test trials summed over " + split_words(*e) + ", " +
                     thousands(e->confusion.correct()) +
-                    " correct. Blue: right; orange: wrong; shade: share of the row. " +
+                    " correct. Blue: right; orange: wrong; shade: root of the share of its row. " +
                     escape(worst_confusions(e->confusion, 3)),
                 badge);
 }

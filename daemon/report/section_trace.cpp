@@ -9,7 +9,8 @@ namespace {
 constexpr std::string_view phases_key =
     "Phases: <b>S</b> resting under the sensor\u2019s own weight, <b>P</b> force controlled "
     "without "
-    "motion, <b>M</b> motion at constant force, <b>E</b> resting again.";
+    "motion, <b>M</b> motion at constant force, <b>E</b> resting again. Blank: between phases, "
+    "while the force settles or the probe comes to rest; not part of the data set.";
 
 std::string trial_words(const TrialRecord& record) {
   return escape(record.spec.label) + ", " + escape(record.spec.exploration) + ", repetition " +

@@ -7,7 +7,7 @@
 namespace weft::daemon {
 namespace {
 
-constexpr double pause_s = 0.5;
+constexpr double pause_s = 0.15;  // over five taxel periods: nothing was recorded
 
 double seconds(std::int64_t t_ns, std::int64_t origin_ns) {
   return static_cast<double>(t_ns - origin_ns) * 1e-9;

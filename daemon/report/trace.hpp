@@ -39,7 +39,7 @@ std::optional<std::size_t> typical_trial(const Dataset& dataset, std::string_vie
 TrialTrace trace_of(const Dataset& dataset, std::size_t trial);
 
 /// At most about 2 x `buckets` points: least and greatest value of each bucket of time, so that no
-/// peak is lost. A point that is not finite marks a pause of more than 0.5 s.
+/// peak is lost. A point that is not finite marks a pause of more than 0.15 s.
 std::vector<svg::Point> thinned(const Curve& curve, std::size_t buckets);
 
 }  // namespace weft::daemon
