@@ -123,7 +123,7 @@ Status read_trial_table(Reader& in, Dataset& dataset) {
 /// later slice lies within its column.
 std::vector<std::uint64_t> read_extents(Reader& in, const char* name, std::size_t trials,
                                         std::size_t rows) {
-  const auto samples = in.column<std::uint64_t>(name);
+  auto samples = in.column<std::uint64_t>(name);
   std::uint64_t left = rows;
   bool fits = samples.size() == trials;
   for (const std::uint64_t count : samples) {
