@@ -1,7 +1,10 @@
 #include <hdf5.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <cstdlib>
 
 #include "daemon/dataset/hdf5_file.hpp"
@@ -234,6 +237,25 @@ TEST_CASE("a failed write leaves the older file and nothing else") {
   std::filesystem::create_directory(folder / "taken");
   CHECK(write_hdf5(dataset, folder / "taken").error().code == Errc::io);
   CHECK(files_in(folder.path()) == 2);
+}
+
+TEST_CASE("a disk that fills up while a set is written is an error and leaves nothing behind") {
+  const TemporaryFolder folder;
+  const Dataset dataset = recorded(folder, 2, 9000);
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1 << 17, 1 << 17};  // 128 KiB: the set needs more
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const auto refused = write_hdf5(dataset, folder / "d.h5");
+    _exit(!refused && refused.error().code == Errc::io ? 9 : 1);
+  }
+  int state = 0;
+  REQUIRE(waitpid(child, &state, 0) == child);
+  CHECK(WIFEXITED(state));
+  CHECK(WEXITSTATUS(state) == 9);
+  CHECK(files_in(folder.path()) == 0);
 }
 
 TEST_CASE("h5py reads the file, and an independent program finds the same digests") {
