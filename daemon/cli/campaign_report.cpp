@@ -9,6 +9,7 @@
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/evaluate_campaign.hpp"
 #include "daemon/report/report.hpp"
+#include "weft_build_stamp.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -47,7 +48,8 @@ Result<CampaignReport> write_report(const CampaignSummary& summary,
   report.json = folder / "report.json";
   if (!results) report.not_classified = results.error();
   const std::vector<ExplorationResult> none;
-  const ReportInput input{summary, *dataset, results ? *results : none, machine_text(), {}};
+  const ReportInput input{summary, *dataset, results ? *results : none, machine_text(),
+                          WEFT_COMMIT};
   if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());
   if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
   report.summary = summary_text(input);

@@ -18,7 +18,7 @@ struct EvaluateArgs {
   std::vector<std::string> test_groups;
   double train_fraction = 0.0;  ///< 0: by groups
   std::size_t repeats = 30;
-  std::string reduction = "pvalue";  ///< or "every"
+  std::string reduction = "every";
   TrialChoice trials;
   TrainChoice training;
 };

@@ -46,7 +46,9 @@ std::string summary_text(const TrainArgs& args, const classifier::StoredModel& s
 void add_options(CLI::App& command, TrainArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
   command.add_option("-o,--output", args.out, "model file to write")->required();
-  command.add_option("--reduction", args.reduction, "of the features")
+  command
+      .add_option("--reduction", args.reduction,
+                  "of the features; best: chosen by cross-validation")
       ->check(CLI::IsMember({"pvalue", "pca", "all", "best"}))
       ->capture_default_str();
   add_trial_options(command, args.trials);

@@ -13,7 +13,7 @@ namespace weft::daemon::cli {
 struct TrainArgs {
   std::filesystem::path dataset;
   std::filesystem::path out;
-  std::string reduction = "pvalue";
+  std::string reduction = "best";
   TrialChoice trials;
   TrainChoice training;
 };

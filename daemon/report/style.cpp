@@ -26,9 +26,9 @@ header .badge{font-size:.85rem;padding:.25rem .7rem}
 .note{border-left:4px solid var(--badge-ink);background:var(--card);padding:.7rem 1rem;margin:1.1rem 0;max-width:none}
 .note p{max-width:none;margin:.25rem 0}
 .alarm{border-color:var(--orange)}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(138px,1fr));gap:10px;margin:1.2rem 0}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(144px,1fr));gap:10px;margin:1.2rem 0}
 .tile{background:var(--card);border:1px solid var(--rule);border-radius:8px;padding:.7rem .9rem}
-.tile b{display:block;white-space:nowrap;font-size:1.35rem;line-height:1.25;font-weight:650}
+.tile b{display:block;font-size:1.2rem;line-height:1.25;font-weight:650}
 .tile span{color:var(--soft);font-size:.84rem;line-height:1.35;display:block}
 figure{margin:1rem 0;background:var(--card);border:1px solid var(--rule);border-radius:8px;padding:14px 16px}
 figcaption{color:var(--soft);font-size:.88rem;line-height:1.45;margin-top:.6rem;max-width:56rem}

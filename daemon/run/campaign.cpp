@@ -202,7 +202,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Progr
   if (Status ok = recorder->finish(); !ok) return pass(ok.error());
   summary.wall_s = seconds_since(began);
   summary.bench = rig->bench;
-  summary.level = "L1";
+  summary.level = rig->plant_level;
   summary.campaign_file = campaign_file;
   if (summary.trials_complete == 0) return summary;
   const auto export_began = steady_wall_now();

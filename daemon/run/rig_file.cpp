@@ -70,6 +70,11 @@ Result<RigFile> from_json(const json& root) {
   if (!kind) return pass(kind.error());
   rig.name = *name;
   rig.bench = *kind;
+  if (rig.bench == BenchKind::simulated && root.contains("simulation")) {
+    Result<std::string> level = text_member(root["simulation"], "level", "/simulation");
+    if (!level) return pass(level.error());
+    rig.plant_level = *level;
+  }
   for (std::size_t i = 0; i < root["devices"].size(); ++i) {
     Result<DeviceEntry> device = device_entry(root["devices"][i], "/devices/" + std::to_string(i));
     if (!device) return pass(device.error());

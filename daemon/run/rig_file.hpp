@@ -24,6 +24,7 @@ struct DeviceEntry {
 struct RigFile {
   std::string name;
   BenchKind bench = BenchKind::unknown;
+  std::string plant_level;  ///< fidelity of the plant, "L1"; empty on a real bench
   std::vector<DeviceEntry> devices;
   std::string text;  ///< the whole file, as recorded with the campaign
 };

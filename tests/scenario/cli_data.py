@@ -80,7 +80,7 @@ def good_path(t, d, rows):
         t.expect(result["accuracy"] == 1.0 and sum(map(sum, result["confusion"])) == 12, f"{reduction}: {result}")
     every = ["evaluate", "d.h5", "--train-fraction", "0.4", "--repeats", "5", "--seed", "7", "--reduction", "every"]
     a, b = t.succeeds(*every, cwd=d), t.succeeds(*every, "--threads", "1", cwd=d)
-    t.expect(list(a["results"]) == ["all", "pca", "pvalue"], f"every: {list(a['results'])}")
+    t.expect(list(a["results"]) == ["all", "best", "pca", "pvalue"], f"every: {list(a['results'])}")
     for r in a["results"]:
         t.expect(a["results"][r]["confusion"] == b["results"][r]["confusion"], f"{r}: threads change the result")
         t.expect(len(a["results"][r]["accuracy_of_splits"]) == 5, f"{r}: five splits")

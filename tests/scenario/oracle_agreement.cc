@@ -3,7 +3,8 @@
 //
 //   oracle_agreement features INDEX.csv            feature CSV, 17 digits: label, then Table I
 //   oracle_agreement pairs INDEX.csv               per pair and feature t and p, per delta the
-//   subset //   oracle_agreement evaluate INDEX.csv TRAIN TEST REDUCTION [WINDOW_S PERIOD_S]
+//                                              subset
+//   oracle_agreement evaluate INDEX.csv TRAIN TEST REDUCTION [WINDOW_S PERIOD_S]
 //
 // REDUCTION: pvalue, pca, all, best, each with -groups for folds by group; pvalue-paper selects
 // once outside the folds.

@@ -4,8 +4,8 @@ add_executable(oracle_agreement ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agre
 target_link_libraries(oracle_agreement PRIVATE weft_classifier)
 add_test(NAME scenario_oracle_agreement
          COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement.py
-                 $<TARGET_FILE:oracle_agreement> ${PROJECT_SOURCE_DIR}/../shared)
-set_tests_properties(scenario_oracle_agreement PROPERTIES SKIP_RETURN_CODE 77)
+                 $<TARGET_FILE:oracle_agreement> ${PROJECT_SOURCE_DIR}/../shared $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_oracle_agreement PROPERTIES SKIP_RETURN_CODE 77 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The command line as a person meets it.
 set(cli_tests ${CMAKE_CURRENT_SOURCE_DIR}/scenario)
@@ -14,9 +14,9 @@ add_test(NAME scenario_cli_check
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_check.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_run
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-add_test(NAME scenario_cli_fabricslide
-         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_fabricslide.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
+add_test(NAME scenario_cli_real_fabrics
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run PROPERTIES TIMEOUT 300)
-set_tests_properties(scenario_cli_fabricslide PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
-set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_fabricslide
+set_tests_properties(scenario_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
+set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_real_fabrics
                      PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -1,0 +1,9 @@
+# Writes OUT, a header with the commit that is being built. Touched only when the commit changes.
+execute_process(COMMAND git -C ${SOURCE} rev-parse --short=12 HEAD OUTPUT_VARIABLE commit
+                OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+execute_process(COMMAND git -C ${SOURCE} status --porcelain --untracked-files=no OUTPUT_VARIABLE changes
+                ERROR_QUIET)
+if(commit AND changes)
+  string(APPEND commit "-modified")
+endif()
+file(CONFIGURE OUTPUT ${OUT} CONTENT "#pragma once\n#define WEFT_COMMIT \"@commit@\"\n" @ONLY)
