@@ -1,6 +1,6 @@
 #pragma once
-// The driver interface and the plugin ABI. A driver owns no thread, socket or clock: its host gives it
-// a Loop and a Link. Nothing throws across this border.
+// The driver interface and the plugin ABI. A driver owns no thread, socket or clock: its host gives
+// it a Loop and a Link. Nothing throws across this border.
 
 #include <cstdint>
 #include <memory>
@@ -26,8 +26,9 @@ struct MoveCommand {
   double target = 0;
   double speed = 0;
 };
-/// Move with `velocity` for at most `horizon` and then stop by itself: the finite form of a velocity
-/// command, so that a dead host leaves stages that stop. Sent again each cycle by the force loop.
+/// Move with `velocity` for at most `horizon` and then stop by itself: the finite form of a
+/// velocity command, so that a dead host leaves stages that stop. Sent again each cycle by the
+/// force loop.
 struct ServoCommand {
   double velocity = 0;  ///< [m/s] or [rad/s], signed
   Duration horizon{};
@@ -83,7 +84,8 @@ struct DriverEntryV1 {
   const char* summary;             ///< one sentence
   const char* config_schema_json;  ///< JSON Schema of the configuration
   /// `config_json` has been read from the rig file. The error is a sentence for the user.
-  Result<std::unique_ptr<Driver>> (*create)(std::string_view config_json, DriverHost& host) noexcept;
+  Result<std::unique_ptr<Driver>> (*create)(std::string_view config_json,
+                                            DriverHost& host) noexcept;
 };
 
 /// The value for DriverEntryV1::build_fingerprint of this translation unit.

@@ -38,10 +38,14 @@ constexpr std::optional<DriverState> next(DriverState state, LifecycleEvent even
 
 constexpr std::string_view to_string(DriverState state) {
   switch (state) {
-    case DriverState::closed: return "closed";
-    case DriverState::open: return "open";
-    case DriverState::armed: return "armed";
-    case DriverState::faulted: return "faulted";
+    case DriverState::closed:
+      return "closed";
+    case DriverState::open:
+      return "open";
+    case DriverState::armed:
+      return "armed";
+    case DriverState::faulted:
+      return "faulted";
   }
   return "unknown";
 }

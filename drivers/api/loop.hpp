@@ -1,6 +1,6 @@
 #pragma once
-// The one source of time and timers. Two implementations live in daemon/loop: real (Asio) and virtual
-// (ordered timers; when idle, jump to the next).
+// The one source of time and timers. Two implementations live in daemon/loop: real (Asio) and
+// virtual (ordered timers; when idle, jump to the next).
 
 #include <cstdint>
 #include <functional>

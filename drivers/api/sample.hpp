@@ -1,5 +1,6 @@
 #pragma once
-// What drivers publish: SI values where a calibration exists, raw counts (named so) where it does not.
+// What drivers publish: SI values where a calibration exists, raw counts (named so) where it does
+// not.
 
 #include <array>
 #include <cstdint>
@@ -12,10 +13,10 @@ namespace weft {
 
 /// One status reading of one stage. Linear axes: metres; rotary axes: radians; both from home.
 struct StageSample {
-  double position = 0;      ///< [m] or [rad]
+  double position = 0;  ///< [m] or [rad]
   bool moving = false;
   bool homed = false;
-  bool limit = false;       ///< a hardware limit switch is made
+  bool limit = false;         ///< a hardware limit switch is made
   std::uint32_t move_id = 0;  ///< number of the last motion command whose completion was confirmed
 };
 
@@ -36,7 +37,7 @@ struct TaxelSample {
 };
 
 struct Sample {
-  TimePoint host;           ///< arrival on the host clock
+  TimePoint host;              ///< arrival on the host clock
   std::uint32_t sequence = 0;  ///< the device's number, or the driver's own where the wire has none
   std::uint32_t lost = 0;      ///< frames missing right before this one
   std::variant<StageSample, WrenchSample, TaxelSample> value;

@@ -15,16 +15,24 @@ enum class Phase : std::uint8_t {
   end = 'E',     ///< resting again after the motion
 };
 
-constexpr char to_char(Phase phase) { return static_cast<char>(phase); }
+constexpr char to_char(Phase phase) {
+  return static_cast<char>(phase);
+}
 
 constexpr std::optional<Phase> phase_from_char(char c) {
   switch (c) {
-    case '-': return Phase::none;
-    case 'S': return Phase::rest;
-    case 'P': return Phase::press;
-    case 'M': return Phase::motion;
-    case 'E': return Phase::end;
-    default: return std::nullopt;
+    case '-':
+      return Phase::none;
+    case 'S':
+      return Phase::rest;
+    case 'P':
+      return Phase::press;
+    case 'M':
+      return Phase::motion;
+    case 'E':
+      return Phase::end;
+    default:
+      return std::nullopt;
   }
 }
 

@@ -7,18 +7,30 @@ namespace weft {
 
 std::string_view to_string(Errc code) {
   switch (code) {
-    case Errc::invalid_argument: return "invalid argument";
-    case Errc::parse: return "parse";
-    case Errc::checksum: return "checksum";
-    case Errc::range: return "range";
-    case Errc::not_found: return "not found";
-    case Errc::io: return "io";
-    case Errc::timeout: return "timeout";
-    case Errc::wrong_state: return "wrong state";
-    case Errc::device: return "device";
-    case Errc::safety: return "safety";
-    case Errc::unsupported: return "unsupported";
-    case Errc::corrupt: return "corrupt";
+    case Errc::invalid_argument:
+      return "invalid argument";
+    case Errc::parse:
+      return "parse";
+    case Errc::checksum:
+      return "checksum";
+    case Errc::range:
+      return "range";
+    case Errc::not_found:
+      return "not found";
+    case Errc::io:
+      return "io";
+    case Errc::timeout:
+      return "timeout";
+    case Errc::wrong_state:
+      return "wrong state";
+    case Errc::device:
+      return "device";
+    case Errc::safety:
+      return "safety";
+    case Errc::unsupported:
+      return "unsupported";
+    case Errc::corrupt:
+      return "corrupt";
   }
   return "unknown";
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Errors are values. A Result holds a value or an Error that says where, what was expected, what was
-// got and what to do; callers add context while unwinding.
+// Errors are values. A Result holds a value or an Error that says where, what was expected, what
+// was got and what to do; callers add context while unwinding.
 
 #include <string>
 #include <string_view>

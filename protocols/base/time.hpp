@@ -18,8 +18,12 @@ struct WeftEpoch {
 };
 using TimePoint = std::chrono::time_point<WeftEpoch, Duration>;
 
-constexpr double to_seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-constexpr double to_seconds(TimePoint t) { return to_seconds(t.time_since_epoch()); }
+constexpr double to_seconds(Duration d) {
+  return std::chrono::duration<double>(d).count();
+}
+constexpr double to_seconds(TimePoint t) {
+  return to_seconds(t.time_since_epoch());
+}
 
 /// Nearest nanosecond; the caller keeps `seconds` finite and below 292 years.
 constexpr Duration from_seconds(double seconds) {

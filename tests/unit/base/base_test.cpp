@@ -9,7 +9,9 @@
 using namespace weft;
 
 namespace {
-Bytes ascii(std::string_view text) { return {text.begin(), text.end()}; }
+Bytes ascii(std::string_view text) {
+  return {text.begin(), text.end()};
+}
 }  // namespace
 
 TEST_CASE("CRCs give the catalogue's check values") {
