@@ -67,7 +67,7 @@ void add(const Confusion& part, Confusion& sum) {
   }
 }
 
-void summarise(Evaluation& out) {
+void summarise(std::span<const Split> splits, Evaluation& out) {
   std::vector<double> accuracy, train_s, test_s;
   for (const SplitOutcome& s : out.splits) {
     accuracy.push_back(s.accuracy);
@@ -79,7 +79,8 @@ void summarise(Evaluation& out) {
   out.train_s = mean_of(train_s);
   out.test_s_per_sample = mean_of(test_s);
   out.ci95 = accuracy.size() == 1 ? wilson_interval(out.confusion.correct(), out.confusion.total())
-                                  : split_interval(accuracy);
+                                  : split_interval(accuracy, splits.front().train.size(),
+                                                   splits.front().test.size());
 }
 
 }  // namespace
@@ -112,7 +113,7 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
     if (!first) first.emplace(std::move(*model));
   }
   Evaluation out{std::move(confusion), std::move(outcomes), 0, 0, {}, 0, 0, std::move(*first)};
-  summarise(out);
+  summarise(splits, out);
   return out;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "classifier/selection/student_t.hpp"
+
 namespace weft::classifier {
 namespace {
 
@@ -18,17 +20,26 @@ Interval wilson_interval(std::size_t correct, std::size_t total) {
   const double z2 = z95 * z95 / n;
   const double centre = (p + z2 / 2.0) / (1.0 + z2);
   const double half = z95 * std::sqrt(p * (1.0 - p) / n + z2 / (4.0 * n)) / (1.0 + z2);
-  out.low = std::max(0.0, centre - half);
-  out.high = std::min(1.0, centre + half);
+  // the ends are exact where the formula is so up to rounding
+  out.low = correct == 0 ? 0.0 : std::max(0.0, centre - half);
+  out.high = correct == total ? 1.0 : std::min(1.0, centre + half);
   return out;
 }
 
-Interval split_interval(std::span<const double> accuracy) {
+Interval split_interval(std::span<const double> accuracy, std::size_t train, std::size_t test) {
   const double mean = mean_of(accuracy);
-  const double half =
-      z95 * deviation_of(accuracy) / std::sqrt(static_cast<double>(accuracy.size()));
+  const double deviation = deviation_of(accuracy);
+  const auto tested = static_cast<double>(test);
+  if (!(deviation > 0.0)) {
+    Interval one = wilson_interval(static_cast<std::size_t>(std::llround(mean * tested)), test);
+    one.method = "Wilson score of one split, all splits agree";
+    return one;
+  }
+  const auto splits = static_cast<double>(accuracy.size());
+  const double inflation = 1.0 / splits + tested / static_cast<double>(train);
+  const double half = critical_t(0.05, splits - 1.0) * deviation * std::sqrt(inflation);
   return {std::max(0.0, mean - half), std::min(1.0, mean + half),
-          "normal, mean over random splits of the same data"};
+          "Student t with the Nadeau-Bengio variance, mean over random splits of the same data"};
 }
 
 double mean_of(std::span<const double> values) {

@@ -18,10 +18,12 @@ struct Interval {
 /// without trials.
 Interval wilson_interval(std::size_t correct, std::size_t total);
 
-/// Mean +- 1.96 sd / sqrt(n) of the accuracies of n >= 2 random splits, cut to [0, 1]. It describes
-/// the mean over splits of this data set; the splits share trials, so it says nothing about new
-/// recordings.
-Interval split_interval(std::span<const double> accuracy);
+/// Of the mean accuracy of R >= 2 random splits of one data set into `train` and `test` trials, cut
+/// to [0, 1]: mean +- t sd sqrt(1/R + test/train) with Student's t of R - 1 degrees of freedom. The
+/// splits share trials, so sd / sqrt(R) would shrink to nothing with enough of them; test/train
+/// stands for that correlation (Nadeau and Bengio 2003, Machine Learning 52, the corrected
+/// resampled t). Splits that all agree have no sd to go by: Wilson's interval of a single one.
+Interval split_interval(std::span<const double> accuracy, std::size_t train, std::size_t test);
 
 double mean_of(std::span<const double> values);
 /// Sample standard deviation (n - 1); 0 for fewer than two values.

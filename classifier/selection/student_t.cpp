@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 namespace weft::classifier {
 namespace {
@@ -85,6 +86,21 @@ double log_two_sided_p(double t, double df) {
 
 double two_sided_p(double t, double df) {
   return std::exp(log_two_sided_p(t, df));
+}
+
+double critical_t(double p, double df) {
+  if (!(p > 0.0 && p < 1.0 && df > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+  const double wanted = std::log(p);
+  double low = 0.0, high = 1.0;
+  while (std::isfinite(high) && log_two_sided_p(high, df) > wanted) {
+    low = high;
+    high *= 2.0;
+  }
+  if (!std::isfinite(high)) return high;
+  // halves the bracket until no double lies inside
+  for (double t = std::midpoint(low, high); t > low && t < high; t = std::midpoint(low, high))
+    (log_two_sided_p(t, df) > wanted ? low : high) = t;
+  return high;
 }
 
 }  // namespace weft::classifier

@@ -11,4 +11,8 @@ double log_two_sided_p(double t, double df);
 /// The same as a probability: relative error below 1e-12 down to 1e-300, then underflows to 0.
 double two_sided_p(double t, double df);
 
+/// The t > 0 with two_sided_p(t, df) = p: 0.05 gives the factor of a 95 % interval. NaN unless 0 <
+/// p < 1 and df > 0; infinity where no finite t is that unlikely.
+double critical_t(double p, double df);
+
 }  // namespace weft::classifier

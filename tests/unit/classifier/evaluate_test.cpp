@@ -86,12 +86,28 @@ TEST_CASE("Wilson's interval has its published values") {
   CHECK(wilson_interval(0, 0).high == 1.0);
 }
 
-TEST_CASE("The interval over splits is the mean and 1.96 standard errors") {
-  const std::vector<double> accuracy = {0.8, 0.9};
-  const Interval interval = split_interval(accuracy);
-  CHECK(deviation_of(accuracy) == Approx(0.1 / std::sqrt(2.0)));
-  CHECK(interval.low == Approx(0.85 - 1.959964 * 0.05).epsilon(1e-6));
-  CHECK(interval.high == Approx(0.85 + 1.959964 * 0.05).epsilon(1e-6));
+TEST_CASE("The interval over splits has the width of Nadeau and Bengio, worked by hand") {
+  const std::vector<double> accuracy = {0.5, 0.6, 0.55};
+  CHECK(deviation_of(accuracy) == Approx(0.05));
+  // variance 0.05^2 (1/3 + 8/32) = 0.00145833, t(0.975, 2) = 0.95 / sqrt(2 0.975 0.025) = 4.302653
+  const Interval interval = split_interval(accuracy, 32, 8);
+  CHECK(interval.low == Approx(0.55 - 0.164310).margin(1e-6));
+  CHECK(interval.high == Approx(0.55 + 0.164310).margin(1e-6));
+  CHECK(interval.method.find("Nadeau-Bengio") != std::string::npos);
+}
+
+TEST_CASE("More splits of the same trials do not narrow the interval to nothing") {
+  std::vector<double> accuracy;
+  for (int i = 0; i < 10000; ++i) accuracy.push_back(i % 2 == 0 ? 0.8 : 0.9);
+  const Interval interval = split_interval(accuracy, 40, 60);
+  CHECK(interval.high - interval.low > 2.0 * 1.95 * 0.05 * std::sqrt(1.5));
+}
+
+TEST_CASE("Splits that all agree have the interval of one of them, not none") {
+  const Interval all_right = split_interval(std::vector<double>{1.0, 1.0, 1.0}, 8, 12);
+  CHECK(all_right.high == 1.0);
+  CHECK(all_right.low == Approx(wilson_interval(12, 12).low));
+  CHECK(all_right.low < 0.8);
 }
 
 TEST_CASE("Permuting the labels brings the accuracy to chance, the true labels do not") {

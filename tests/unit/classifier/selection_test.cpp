@@ -157,5 +157,16 @@ TEST_CASE("Wide and tall tables give the same axes, capped, and no variance give
   CHECK(pca_basis(Matrix(3, 5), 20).axes.rows() == 1);
 }
 
+TEST_CASE("Critical t has its closed forms and its tabled value, and undoes the tail") {
+  const double p = 0.05;
+  CHECK(critical_t(p, 1.0) == Approx(1.0 / std::tan(std::acos(-1.0) * p / 2.0)).epsilon(1e-12));
+  CHECK(critical_t(p, 2.0) == Approx((1.0 - p) / std::sqrt(p * (2.0 - p) / 2.0)).epsilon(1e-12));
+  CHECK(critical_t(p, 29.0) == Approx(2.045229642).epsilon(1e-9));  // printed tables: 2.045
+  for (const double tail : {0.9, 1e-3, 1e-100})
+    CHECK(two_sided_p(critical_t(tail, 14.0), 14.0) == Approx(tail).epsilon(1e-11));
+  for (const double bad : {0.0, 1.0, -0.1, std::nan("")}) CHECK(std::isnan(critical_t(bad, 5.0)));
+  CHECK(std::isnan(critical_t(0.05, 0.0)));
+}
+
 }  // namespace
 }  // namespace weft::classifier
