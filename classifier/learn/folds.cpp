@@ -1,50 +1,91 @@
 #include "classifier/learn/folds.hpp"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "classifier/learn/random.hpp"
 
 namespace weft::classifier {
 namespace {
 
-// Distinct units with a row of the wanted class, in order of first appearance.
-std::vector<std::size_t> units_of(std::span<const int> sign, std::span<const std::size_t> unit,
-                                  bool positive) {
-  std::vector<std::size_t> out;
-  for (std::size_t i = 0; i < sign.size(); ++i) {
-    if ((sign[i] > 0) != positive) continue;
-    if (std::find(out.begin(), out.end(), unit[i]) == out.end()) out.push_back(unit[i]);
+// The units with a row of either class, in order of first appearance, and whether they have both.
+struct Units {
+  std::vector<std::size_t> mixed;
+  std::vector<std::size_t> positive;
+  std::vector<std::size_t> negative;
+};
+
+Units units_of(std::span<const int> sign, std::span<const std::size_t> unit) {
+  std::map<std::size_t, std::array<bool, 2>> has;
+  for (std::size_t i = 0; i < sign.size(); ++i) has[unit[i]][sign[i] > 0 ? 1 : 0] = true;
+  Units out;
+  for (const std::size_t u : unit) {
+    auto& [negative, positive] = has[u];
+    if (!negative && !positive) continue;  // seen
+    (negative && positive ? out.mixed : positive ? out.positive : out.negative).push_back(u);
+    negative = positive = false;
   }
   return out;
 }
+
+// Deals units into k folds, each to the fold that has the fewest units of its class or classes,
+// then the fewest in all. Units of both classes go first and so to different folds; a class with at
+// most one of them then finds folds without it. Hence a class of two or more units is in two or
+// more folds, and every training part has both classes.
+class Dealer {
+ public:
+  explicit Dealer(std::size_t folds) : held_(folds) {}
+
+  void deal(const std::vector<std::size_t>& units, bool positive, bool negative) {
+    for (const std::size_t u : units) {
+      const auto load = [&](const Held& h) {
+        return std::pair((positive ? h.positive : 0) + (negative ? h.negative : 0), h.units);
+      };
+      const auto least =
+          std::min_element(held_.begin(), held_.end(),
+                           [&](const Held& a, const Held& b) { return load(a) < load(b); });
+      least->positive += positive ? 1 : 0;
+      least->negative += negative ? 1 : 0;
+      ++least->units;
+      fold_of_.emplace(u, static_cast<std::size_t>(least - held_.begin()));
+    }
+  }
+
+  [[nodiscard]] std::size_t fold_of(std::size_t unit) const { return fold_of_.at(unit); }
+
+ private:
+  struct Held {
+    std::size_t positive = 0, negative = 0, units = 0;
+  };
+  std::vector<Held> held_;
+  std::map<std::size_t, std::size_t> fold_of_;
+};
 
 }  // namespace
 
 std::vector<Fold> stratified_folds(std::span<const int> sign, std::span<const std::size_t> unit,
                                    std::size_t folds, std::uint64_t seed) {
-  std::vector<std::size_t> positive = units_of(sign, unit, true);
-  std::vector<std::size_t> negative = units_of(sign, unit, false);
-  const std::size_t k = std::min({folds, positive.size(), negative.size()});
+  Units units = units_of(sign, unit);
+  const std::size_t k = std::min({folds, units.mixed.size() + units.positive.size(),
+                                  units.mixed.size() + units.negative.size()});
   if (k < 2) {
     std::vector<std::size_t> single(sign.size());
     std::iota(single.begin(), single.end(), std::size_t{0});
     return stratified_folds(sign, single, folds, seed);
   }
   RandomEngine engine(seed);
-  shuffle(positive, engine);
-  shuffle(negative, engine);
-  // Dealt like cards, one class after the other without a restart: 8 + 8 trials in 5 folds give
-  // 4,3,3,3,3.
-  std::map<std::size_t, std::size_t> fold_of;
-  for (const auto* units : {&positive, &negative}) {
-    for (const std::size_t u : *units) fold_of.emplace(u, fold_of.size() % k);
-  }
+  for (auto* list : {&units.positive, &units.negative, &units.mixed}) shuffle(*list, engine);
+  Dealer dealer(k);
+  dealer.deal(units.mixed, true, true);
+  dealer.deal(units.positive, true, false);
+  dealer.deal(units.negative, false, true);
   std::vector<Fold> out(k);
   for (std::size_t i = 0; i < sign.size(); ++i) {
     for (std::size_t f = 0; f < k; ++f) {
-      (fold_of[unit[i]] == f ? out[f].validate : out[f].train).push_back(i);
+      (dealer.fold_of(unit[i]) == f ? out[f].validate : out[f].train).push_back(i);
     }
   }
   return out;

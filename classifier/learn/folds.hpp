@@ -15,10 +15,11 @@ struct Fold {
 };
 
 /// Stratified folds of two classes (sign > 0 and the rest): every row validates once. Rows of one
-/// `unit` (windows of one recording, trials of one session) stay together; with one row per unit
-/// the classes' shares differ by at most one row between folds. k = min(folds, units of either
-/// class); where a class has a single unit the rows are dealt singly. Reproducible from the seed.
-/// Both classes need two rows, so that k >= 2.
+/// `unit` (windows of one recording, trials of one session) stay together, also where a unit holds
+/// both classes; every fold trains on both classes. With one row per unit the classes' shares
+/// differ by at most one row between folds. k = min(folds, units of either class); where a class
+/// has a single unit the rows are dealt singly. Reproducible from the seed. Both classes need two
+/// rows, so that k >= 2.
 std::vector<Fold> stratified_folds(std::span<const int> sign, std::span<const std::size_t> unit,
                                    std::size_t folds, std::uint64_t seed);
 

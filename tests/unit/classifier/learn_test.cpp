@@ -159,6 +159,75 @@ TEST_CASE("Windows of one recording are never split between training and validat
   }
 }
 
+// A random layout: units of 1 to 3 rows, each row of either class at random; at least two units a
+// class.
+struct Layout {
+  std::vector<int> sign;
+  std::vector<std::size_t> unit;
+};
+
+std::size_t units_with(const Layout& layout, int sign) {
+  std::set<std::size_t> out;
+  for (std::size_t i = 0; i < layout.sign.size(); ++i)
+    if (layout.sign[i] == sign) out.insert(layout.unit[i]);
+  return out.size();
+}
+
+Layout random_layout(RandomEngine& engine) {
+  for (;;) {
+    Layout out;
+    const std::size_t units = 2 + random_below(engine, 7);
+    const std::size_t mixing = random_below(engine, 4);  // 0: every unit has one class only
+    for (std::size_t u = 0; u < units; ++u) {
+      const int own = random_below(engine, 2) == 0 ? 1 : -1;
+      for (std::size_t r = 1 + random_below(engine, 3); r > 0; --r) {
+        out.sign.push_back(random_below(engine, 4) < mixing ? -own : own);
+        out.unit.push_back(u);
+      }
+    }
+    if (units_with(out, 1) >= 2 && units_with(out, -1) >= 2) return out;
+  }
+}
+
+TEST_CASE(
+    "Whatever the groups and the seed, every fold trains on both classes and splits no group") {
+  RandomEngine engine(11);
+  for (std::uint64_t round = 0; round < 3000; ++round) {
+    const Layout layout = random_layout(engine);
+    const auto& [sign, unit] = layout;
+    const auto folds = stratified_folds(sign, unit, 5, round);
+    REQUIRE(folds.size() ==
+            std::min<std::size_t>({5, units_with(layout, 1), units_with(layout, -1)}));
+    std::vector<std::size_t> validated;
+    for (const Fold& fold : folds) {
+      std::set<int> classes;
+      std::set<std::size_t> trained;
+      for (const std::size_t r : fold.train) {
+        classes.insert(sign[r]);
+        trained.insert(unit[r]);
+      }
+      REQUIRE(classes.size() == 2);
+      REQUIRE_FALSE(fold.validate.empty());
+      for (const std::size_t r : fold.validate) REQUIRE(trained.count(unit[r]) == 0);
+      validated.insert(validated.end(), fold.validate.begin(), fold.validate.end());
+    }
+    std::sort(validated.begin(), validated.end());
+    REQUIRE(validated == one_each(sign.size()));
+  }
+}
+
+TEST_CASE(
+    "A group that both classes share is never dealt together with the only other of a class") {
+  // class a in groups A and B, class b in A and C
+  const std::vector<int> sign = {1, -1, 1, -1};
+  const std::vector<std::size_t> unit = {0, 0, 1, 2};
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const auto folds = stratified_folds(sign, unit, 5, seed);
+    REQUIRE(folds.size() == 2);
+    for (const Fold& fold : folds) CHECK(fold.train.size() == 2);
+  }
+}
+
 TEST_CASE("A parallel loop visits every item once with any number of threads") {
   for (const std::size_t threads : {0U, 1U, 3U, 50U}) {
     std::vector<int> visits(20);
