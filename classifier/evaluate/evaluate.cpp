@@ -133,6 +133,7 @@ std::vector<CoreRow> core_table(const FabricModel& model, std::size_t top_count)
     row.c = info.c;
     row.gamma = info.gamma;
     row.cv_errors = info.cv_errors;
+    row.folds = info.folds;
     row.support_vectors = core.coefficient().size();
     out.push_back(std::move(row));
   }

@@ -52,6 +52,7 @@ struct CoreRow {
   double c = 0.0;
   double gamma = 0.0;
   std::size_t cv_errors = 0;
+  std::size_t folds = 0;  ///< of the cross-validation
   std::size_t support_vectors = 0;
 };
 

@@ -93,6 +93,7 @@ Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
   if (!grid) return pass(grid.error());
   Reducer reducer = full.truncated(full.sizes()[grid->member]);
   CoreInfo info = describe(rows, sign, reducer, *grid, options);
+  info.folds = folds.size();
   const Matrix projected = reducer.project(rows);
   const auto svm = fit_final(projected, sign, info, options.tolerance);
   if (!svm) return pass(svm.error());

@@ -32,7 +32,8 @@ struct CoreInfo {
   std::size_t cv_errors = 0;  ///< of the chosen grid point, out of train_rows
   double cv_loss = 0.0;
   std::size_t train_rows = 0;
-  std::size_t fits = 0;  ///< SVMs solved for the grid
+  std::size_t folds = 0;  ///< of the cross-validation; with two trials a class it leaves one out
+  std::size_t fits = 0;   ///< SVMs solved for the grid
 };
 
 /// A trained core. Immutable; may be used by several threads.

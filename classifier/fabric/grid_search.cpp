@@ -30,7 +30,7 @@ GridScore score(const SvmSolution& svm, const Matrix& kernel, const std::vector<
   return out;
 }
 
-Status check_fold(const Fold& fold, std::span<const int> sign) {
+Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOptions& options) {
   bool positive = false, negative = false;
   for (const auto* rows : {&fold.train, &fold.validate}) {
     for (const std::size_t r : *rows) {
@@ -41,8 +41,15 @@ Status check_fold(const Fold& fold, std::span<const int> sign) {
     }
   }
   for (const std::size_t r : fold.train) (sign[r] > 0 ? positive : negative) = true;
-  if (positive && negative) return {};
-  return fail(Errc::invalid_argument, "fold trains on one class only", "folds");
+  if (!positive || !negative)
+    return fail(Errc::invalid_argument, "fold trains on one class only", "folds");
+  if (options.nested && options.reduction == Reduction::pvalue &&
+      fold.train.size() < least_fold_rows) {
+    return fail(Errc::invalid_argument, "fold is too small to select features in", "folds",
+                "at least " + std::to_string(least_fold_rows) + " training rows",
+                std::to_string(fold.train.size()), "Use fewer validation rows or nested = false");
+  }
+  return {};
 }
 
 // One fold: every distinct number of directions is solved once and counted for every member that
@@ -134,7 +141,7 @@ Result<GridResult> search_grid(const Matrix& rows, std::span<const int> sign, co
   const std::size_t members = full.sizes().size();
   result.scores.resize(members * options.grid.gamma.size() * options.grid.c.size());
   for (const Fold& fold : folds) {
-    if (auto ok = check_fold(fold, sign); !ok) return pass(ok.error());
+    if (auto ok = check_fold(fold, sign, options); !ok) return pass(ok.error());
     const Reducer reducer =
         options.nested ? Reducer::fit(rows.take(fold.train), take(sign, fold.train), options)
                        : full;

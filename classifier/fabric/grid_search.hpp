@@ -30,7 +30,8 @@ struct GridResult {
 };
 
 /// `full` is the reducer learnt from all `rows`; with options.nested every fold learns its own.
-/// Refuses folds that name a row beyond the last or leave a class without a training row.
+/// Refuses folds that name a row beyond the last, leave a class without a training row, or leave
+/// fewer than three rows where p-values are nested.
 Result<GridResult> search_grid(const Matrix& rows, std::span<const int> sign, const Reducer& full,
                                std::span<const Fold> folds, const TrainOptions& options);
 

@@ -89,8 +89,8 @@ void write_info(LineWriter& out, const CoreInfo& info) {
   out.number("C", info.c);
   out.number("gamma", info.gamma);
   out.number("cv_loss", info.cv_loss);
-  const std::array counts{info.cv_errors, info.train_rows, info.fits};
-  out.counts("cv_errors,train_rows,fits", counts);
+  const std::array counts{info.cv_errors, info.train_rows, info.fits, info.folds};
+  out.counts("cv_errors,train_rows,fits,folds", counts);
   out.count("selected", info.selected.size());
   for (const SelectedFeature& f : info.selected) {
     out.count("column", f.column);
@@ -188,11 +188,12 @@ CoreInfo read_info(LineReader& in, std::size_t features) {
   info.c = in.number("C");
   info.gamma = in.number("gamma");
   info.cv_loss = in.number("cv_loss");
-  const std::vector<std::size_t> counts = in.counts("cv_errors,train_rows,fits", 3);
+  const std::vector<std::size_t> counts = in.counts("cv_errors,train_rows,fits,folds", 4);
   if (in.ok()) {
     info.cv_errors = counts[0];
     info.train_rows = counts[1];
     info.fits = counts[2];
+    info.folds = counts[3];
   }
   info.selected = read_selected(in, features);
   return info;

@@ -39,7 +39,7 @@ struct StoredModel {
 };
 
 /// First line of every file.
-inline constexpr const char* model_file_header = "weft-fabric-model 1";
+inline constexpr const char* model_file_header = "weft-fabric-model 2";
 
 /// Refuses a model whose features are not those of `setup`; Errc::io when the stream fails.
 Status save_model(const StoredModel& stored, std::ostream& out);

@@ -64,6 +64,36 @@ class Dealer {
   std::map<std::size_t, std::size_t> fold_of_;
 };
 
+std::vector<Fold> gather(const std::vector<std::size_t>& fold_of_row, std::size_t folds) {
+  std::vector<Fold> out(folds);
+  for (std::size_t i = 0; i < fold_of_row.size(); ++i) {
+    for (std::size_t f = 0; f < folds; ++f) {
+      (fold_of_row[i] == f ? out[f].validate : out[f].train).push_back(i);
+    }
+  }
+  return out;
+}
+
+std::vector<Fold> leave_one_out(std::span<const std::size_t> unit) {
+  std::map<std::size_t, std::size_t> number;
+  std::vector<std::size_t> fold_of_row;
+  for (const std::size_t u : unit)
+    fold_of_row.push_back(number.emplace(u, number.size()).first->second);
+  return gather(fold_of_row, number.size());
+}
+
+// A pooled t-test inside the fold needs three rows: with two it has no degree of freedom.
+bool large_enough(const std::vector<Fold>& folds) {
+  return std::all_of(folds.begin(), folds.end(),
+                     [](const Fold& fold) { return fold.train.size() >= least_fold_rows; });
+}
+
+std::vector<std::size_t> one_each(std::size_t count) {
+  std::vector<std::size_t> out(count);
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  return out;
+}
+
 }  // namespace
 
 std::vector<Fold> stratified_folds(std::span<const int> sign, std::span<const std::size_t> unit,
@@ -71,23 +101,18 @@ std::vector<Fold> stratified_folds(std::span<const int> sign, std::span<const st
   Units units = units_of(sign, unit);
   const std::size_t k = std::min({folds, units.mixed.size() + units.positive.size(),
                                   units.mixed.size() + units.negative.size()});
-  if (k < 2) {
-    std::vector<std::size_t> single(sign.size());
-    std::iota(single.begin(), single.end(), std::size_t{0});
-    return stratified_folds(sign, single, folds, seed);
-  }
+  if (k < 2) return stratified_folds(sign, one_each(sign.size()), folds, seed);
   RandomEngine engine(seed);
   for (auto* list : {&units.positive, &units.negative, &units.mixed}) shuffle(*list, engine);
   Dealer dealer(k);
   dealer.deal(units.mixed, true, true);
   dealer.deal(units.positive, true, false);
   dealer.deal(units.negative, false, true);
-  std::vector<Fold> out(k);
-  for (std::size_t i = 0; i < sign.size(); ++i) {
-    for (std::size_t f = 0; f < k; ++f) {
-      (dealer.fold_of(unit[i]) == f ? out[f].validate : out[f].train).push_back(i);
-    }
-  }
+  std::vector<std::size_t> fold_of_row;
+  for (const std::size_t u : unit) fold_of_row.push_back(dealer.fold_of(u));
+  std::vector<Fold> out = gather(fold_of_row, k);
+  if (!large_enough(out)) out = leave_one_out(unit);
+  if (!large_enough(out)) out = leave_one_out(one_each(sign.size()));
   return out;
 }
 

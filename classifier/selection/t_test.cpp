@@ -54,6 +54,7 @@ std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign) 
   const ClassSums y = sums_of(rows, sign, false, scale);
   const double per_mean = 1.0 / x.count + 1.0 / y.count;
   std::vector<double> t(rows.cols(), 0.0);
+  if (x.count + y.count < 3.0) return t;
   for (std::size_t k = 0; k < t.size(); ++k) {
     const double floor = 1e-9 * std::max(std::abs(x.mean[k]), std::abs(y.mean[k]));
     const double pooled = (x.square[k] + y.square[k]) / (x.count + y.count - 2.0);

@@ -10,9 +10,9 @@
 namespace weft::classifier {
 
 /// Two-sample t statistic with pooled variance of every column; rows with sign[i] > 0 against the
-/// others. Each side needs a row, both together three. Columns are compared at their own scale, so
-/// nothing overflows. The pooled deviation is kept above 1e-9 of the larger mean (AMB-13): equal up
-/// to rounding means t = 0.
+/// others. Each side needs a row, both together three (otherwise every t is 0). Columns are
+/// compared at their own scale, so nothing overflows. The pooled deviation is kept above 1e-9 of
+/// the larger mean (AMB-13): equal up to rounding means t = 0.
 std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign);
 
 /// Columns by falling |t|; equal ones by column number. |t| and not p: p underflows.

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/model.hpp"
 #include "tests/unit/classifier/support.hpp"
 
@@ -191,6 +192,37 @@ TEST_CASE("Training refuses unusable options and folds") {
   CHECK_FALSE(train(matrix, options));
   options.make_folds = [](std::span<const int>) { return std::vector<Fold>{{{0, 99}, {2}}}; };
   CHECK_FALSE(train(matrix, options));
+  // one row of each class: no degree of freedom to select with inside the fold
+  options.make_folds = [](std::span<const int>) { return std::vector<Fold>{{{0, 4}, {1, 5}}}; };
+  const auto tiny = train(matrix, options);
+  REQUIRE_FALSE(tiny);
+  CHECK(tiny.error().message == "fold is too small to select features in");
+  options.nested = false;
+  CHECK(train(matrix, options));
+}
+
+TEST_CASE("Two training trials a fabric: the delta is chosen on evidence, not on column 0") {
+  // The first 20 of 60 columns tell nothing, the others tell the four classes apart; folds of one
+  // row each cannot know (all t are 0) and give 0.55 here.
+  const std::size_t classes = 4, trials = 12;
+  double accuracy = 0.0;
+  std::size_t inputs = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    FeatureMatrix matrix = gaussian_classes(classes, trials, 60, 0.0, seed);
+    for (std::size_t r = 0; r < matrix.size(); ++r)
+      for (std::size_t k = 20; k < 60; ++k)
+        matrix.values(r, k) += ((r / trials >> (k % 2)) & 1U) != 0 ? 2.0 : 0.0;
+    const auto splits = stratified_splits(matrix.labels, 2.0 / 12.0, 4, seed).value();
+    const auto result = evaluate(matrix, splits, {});
+    REQUIRE(result);
+    accuracy += result->accuracy / 12.0;
+    for (const FabricCore& core : result->model.cores()) {
+      CHECK(core.info().folds == 4);
+      inputs += core.info().inputs;
+    }
+  }
+  CHECK(accuracy > 0.62);
+  CHECK(inputs > 2 * 12 * 6);  // 12 models of 6 cores: more than a column each
 }
 
 TEST_CASE("Voting refuses another length, NaN and other columns") {
