@@ -33,8 +33,9 @@ void Plant::mount(const Patch& patch, const Pose& pose) {
 }
 
 void Plant::convert(int stage, std::uint64_t frame) {
-  convert_pad(static_cast<std::size_t>(stage), frame);
-  convert_pad(static_cast<std::size_t>(stage + pad_timing::stages), frame);
+  const auto pad = static_cast<std::size_t>(stage);
+  convert_pad(pad, frame);
+  convert_pad(pad + std::size_t{pad_timing::stages}, frame);
 }
 
 void Plant::convert_pad(std::size_t pad, std::uint64_t frame) {

@@ -24,7 +24,8 @@ constexpr Disc make_disc() {
   for (int dy = -radius; dy <= radius; ++dy) {
     int half = 0;
     while ((half + 1) * (half + 1) + dy * dy <= radius * radius) ++half;
-    disc.half[static_cast<std::size_t>(dy + radius)] = static_cast<std::size_t>(half);
+    const int row = dy + radius;
+    disc.half[static_cast<std::size_t>(row)] = static_cast<std::size_t>(half);
     disc.cells += static_cast<float>(2 * half + 1);
   }
   return disc;
@@ -160,7 +161,7 @@ void TextureMap::average(float* out) {
   static_assert(lane >= outputs);
   for (std::size_t j = 0; j < outputs; ++j) {
     float sum[lane] = {};
-    for (std::size_t dx = 0; dx <= 2 * disc_cells; ++dx) {
+    for (std::size_t dx = 0; dx <= std::size_t{2} * disc_cells; ++dx) {
       const std::size_t half = disc.half[dx];
       const float* below = &prefix_[(j + disc_cells + half + 1) * padded + dx];
       const float* above = &prefix_[(j + disc_cells - half) * padded + dx];
