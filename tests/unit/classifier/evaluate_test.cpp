@@ -2,6 +2,7 @@
 #include <set>
 
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/evaluate/permutation.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier {
@@ -111,19 +112,43 @@ TEST_CASE("Splits that all agree have the interval of one of them, not none") {
 }
 
 TEST_CASE("Permuting the labels brings the accuracy to chance, the true labels do not") {
-  FeatureMatrix matrix = gaussian_classes(4, 20, 20, 3.0, 1);
+  const FeatureMatrix matrix = gaussian_classes(4, 20, 20, 3.0, 1);
   const auto splits = stratified_splits(matrix.labels, 0.4, 6, 2).value();
   const auto honest = evaluate(matrix, splits, {});
   REQUIRE(honest);
   CHECK(honest->accuracy > 0.8);
-  double sum = 0.0;
-  for (std::uint64_t seed = 0; seed < 4; ++seed) {
-    FeatureMatrix shuffled = matrix;
-    shuffled.labels = permuted_labels(matrix.labels, seed);
-    const auto again = stratified_splits(shuffled.labels, 0.4, 6, 2).value();
-    sum += evaluate(shuffled, again, {})->accuracy;
-  }
-  CHECK(sum / 4 == Approx(0.25).margin(0.08));
+  const auto permuted = evaluate_permuted(matrix, {}, {.permutations = 12});
+  REQUIRE(permuted);
+  REQUIRE(permuted->accuracy.size() == 12);
+  CHECK(permuted->trials == 12 * 48);
+  CHECK(permuted->chance == Approx(0.25).epsilon(1e-12));
+  CHECK(permuted->mean == Approx(mean_of(permuted->accuracy)));
+  // 576 answers at chance: standard deviation 0.018; four of them are passed once in 16 000 seeds
+  CHECK(permuted->mean == Approx(0.25).margin(4 * 0.018));
+}
+
+TEST_CASE("Permutations repeat with their seed, differ among each other, and none is refused") {
+  const FeatureMatrix matrix = gaussian_classes(3, 8, 5, 2.0, 5);
+  const PermutationOptions options{.train_fraction = 0.5, .permutations = 6, .splits = 2};
+  const auto once = evaluate_permuted(matrix, {.seed = 3}, options);
+  const auto again = evaluate_permuted(matrix, {.seed = 3}, options);
+  REQUIRE(once);
+  CHECK(once->trials == 6 * 2 * 12);
+  CHECK(once->accuracy == again->accuracy);
+  CHECK(std::set<double>(once->accuracy.begin(), once->accuracy.end()).size() > 1);
+  CHECK_FALSE(evaluate_permuted(matrix, {}, {.permutations = 0}));
+  CHECK_FALSE(evaluate_permuted(matrix, {}, {.train_fraction = 1.5}));
+  CHECK_FALSE(evaluate_permuted(matrix, {}, {.splits = 0}));
+}
+
+TEST_CASE("Chance follows the answers where labels are unequally frequent") {
+  // columns tell nothing; 3 of 4 trials are of one label
+  FeatureMatrix matrix = gaussian_classes(2, 20, 4, 0.0, 6);
+  for (std::size_t r = 20; r < 30; ++r) matrix.labels[r] = "classa";
+  const auto permuted = evaluate_permuted(matrix, {}, {.permutations = 4});
+  REQUIRE(permuted);
+  CHECK(permuted->chance > 0.5);
+  CHECK(permuted->chance <= 0.75);
 }
 
 TEST_CASE("Evaluation sums the confusion, averages the splits and times with the caller's clock") {
