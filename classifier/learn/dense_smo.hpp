@@ -1,0 +1,78 @@
+#pragma once
+// Sequential minimal optimisation for small dense problems: what libsvm computes, without its
+// caches.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "classifier/features/matrix.hpp"
+
+namespace weft::classifier {
+
+/// Two-class C-SVC on a kernel matrix held whole. Follows libsvm 3.x step by step (second order
+/// choice of the pair, Fan, Chen and Lin 2005; shrinking; kernel rounded to float), so that
+/// solutions agree with libsvm's to the last bit: a grid search that breaks ties by the loss then
+/// chooses the same point. No allocation after the first problem of a size. One object per thread.
+class DenseSmo {
+ public:
+  /// `sign`: +1 or -1 per row of the problem, in the caller's order; both must occur.
+  void set_rows(std::span<const int> sign);
+
+  /// Kernel values between the rows, finite, row i at `kernel + i * stride`.
+  void set_kernel(const double* kernel, std::size_t stride);
+
+  /// Solves for 0 < c to the stopping tolerance > 0. False when it did not converge within the
+  /// iteration limit; the outcome is then not usable.
+  bool solve(double c, double tolerance);
+
+  /// alpha_i y_i per row, in the caller's order; f(x) = sum_i coefficient[i] K(x, row i) + bias.
+  [[nodiscard]] std::span<const double> coefficient() const { return {coefficient_.data(), n_}; }
+  [[nodiscard]] double bias() const { return bias_; }
+  /// No multiplier ever reached C on the way: every larger C has this very solution.
+  [[nodiscard]] bool holds_for_larger_c() const { return !touched_c_; }
+
+ private:
+  struct Pick {
+    std::size_t i = 0, j = 0;
+    bool found = false;
+  };
+  void begin(double c);
+  Pick pick(double tolerance) const;
+  void step(Pick pair);
+  void set_alpha(std::size_t i, double alpha);
+  void bound(std::size_t i);
+  void add_to_bar(std::size_t i, double weight);
+  void shrink(double tolerance);
+  [[nodiscard]] bool can_shrink(std::size_t i, double top_up, double top_low) const;
+  void unshrink();
+  void exchange(std::size_t i, std::size_t j);
+  void finish();
+  const double* row(std::size_t i) const { return kernel_ + i * width_; }
+
+  std::size_t n_ = 0;
+  std::size_t width_ = 0;           // n rounded up to whole vector blocks
+  std::vector<std::size_t> order_;  // position in the problem -> caller's row
+  std::vector<double> sign_;        // +1 for the caller's negative rows, which come first
+  std::vector<double> rounded_;     // [n x width] kernel as float values
+  std::vector<double> diagonal_;
+
+  // The problem under way; positions move when it shrinks.
+  std::vector<double> swapped_;  // copy of rounded_ after the first exchange
+  const double* kernel_ = nullptr;
+  std::vector<std::size_t> place_;  // position now -> position at the start
+  std::vector<double> y_, d_, alpha_;
+  std::vector<double> v_;         // -y times the gradient
+  std::vector<double> bar_;       // its part that comes from multipliers at C
+  std::vector<double> up_, low_;  // 0 where the row may move that way, else -inf
+  std::vector<unsigned char> at_c_;
+  std::size_t active_ = 0;
+  double c_ = 0.0;
+  bool touched_c_ = false;
+  bool unshrunk_ = false;
+
+  std::vector<double> coefficient_;
+  double bias_ = 0.0;
+};
+
+}  // namespace weft::classifier
