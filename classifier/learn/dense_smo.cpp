@@ -20,6 +20,12 @@ constexpr std::size_t lanes = 4;
 using Block = double __attribute__((vector_size(lanes * sizeof(double)), aligned(8)));
 
 #define WEFT_INLINE [[gnu::always_inline]] inline
+// clang 14 names such clones so that its own linker does not find them.
+#if defined(__x86_64__) && !defined(__clang__)
+#define WEFT_FOR_THIS_PROCESSOR [[gnu::target_clones("avx2", "default")]]
+#else
+#define WEFT_FOR_THIS_PROCESSOR
+#endif
 
 WEFT_INLINE Block load(const double* p) {
   return *reinterpret_cast<const Block*>(p);
@@ -265,7 +271,7 @@ void DenseSmo::finish() {
   }
 }
 
-[[gnu::target_clones("avx2", "default")]] bool DenseSmo::solve(double c, double tolerance) {
+WEFT_FOR_THIS_PROCESSOR bool DenseSmo::solve(double c, double tolerance) {
   begin(c);
   const std::size_t period = std::min<std::size_t>(n_, 1000);
   std::size_t until_shrink = period + 1;
