@@ -9,7 +9,9 @@ using namespace std::chrono_literals;
 
 constexpr Duration look_period = 10ms;
 constexpr Duration ready_limit = 5s;
-constexpr Duration home_limit = 180s;  // 150 mm at the slowest homing speed of the stages, 1 mm/s
+// The driver knows how long its stage may take and says what is wrong; this is for one that says
+// nothing at all, and longer than any home_timeout_s that a driver accepts.
+constexpr Duration home_limit = 4000s;
 constexpr std::array home_order{StageAxis::z, StageAxis::rx, StageAxis::ry, StageAxis::x,
                                 StageAxis::y};
 
@@ -77,8 +79,8 @@ const Error* Bench::fault() const {
   return nullptr;
 }
 
-void Bench::stop() {
-  for (Device* stage : stages_) stage->driver().stop();
+void Bench::on_log(const Device::LogSink& sink) {
+  for (const auto& device : devices_) device->on_log(sink);
 }
 
 void Bench::finish(Status outcome) {

@@ -37,9 +37,6 @@ class Bench {
   /// Opens and arms every device, then homes the stages, z first (up, away from the cloth).
   /// `done` is called once, with the first fault or the device that did not get ready in time.
   void bring_up(std::function<void(Status)> done);
-  /// Ends motion on every stage now.
-  void stop();
-
   [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
   /// The first fault of any device.
   [[nodiscard]] const Error* fault() const;
@@ -49,6 +46,8 @@ class Bench {
   [[nodiscard]] const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
   /// Sees every sample of wrench and taxels after the snapshot was updated.
   void on_sensor_sample(Device::SampleSink sink) { sensor_sink_ = std::move(sink); }
+  /// Hears every line of every driver's log.
+  void on_log(const Device::LogSink& sink);
 
  private:
   explicit Bench(Loop& loop) : loop_(&loop) {}

@@ -28,12 +28,16 @@ class Device final : public DriverHost {
   /// The fault that the driver reported, if any.
   [[nodiscard]] const std::optional<Error>& fault_seen() const { return fault_; }
 
+  /// What the driver told of the device; empty until it is open.
+  [[nodiscard]] const DeviceIdentity& identity() const { return identity_; }
+
   void on_sample(SampleSink sink) { sink_ = std::move(sink); }
   void on_log(LogSink sink) { log_ = std::move(sink); }
 
   Loop& loop() override { return *loop_; }
   Link& link() override { return *link_; }
   void publish(const Sample& sample) override;
+  void identified(const DeviceIdentity& identity) override { identity_ = identity; }
   void state_changed(DriverState) override {}
   void fault(const Error& error) override;
   void log(LogLevel level, std::string_view text) override;
@@ -46,6 +50,7 @@ class Device final : public DriverHost {
   std::unique_ptr<Link> link_;
   SampleSink sink_;
   LogSink log_;
+  DeviceIdentity identity_;
   std::optional<Error> fault_;
   std::unique_ptr<Driver> driver_;  ///< last: it uses the members above until it is gone
 };

@@ -4,8 +4,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
+#include <vector>
 
 #include "drivers/api/link.hpp"
 #include "drivers/api/loop.hpp"
@@ -28,7 +31,7 @@ struct MoveCommand {
 };
 /// Move with `velocity` for at most `horizon` and then stop by itself: the finite form of a
 /// velocity command, so that a dead host leaves stages that stop. Sent again each cycle by the
-/// force loop.
+/// force loop. Velocity 0 stops along the acceleration ramp, whatever the horizon.
 struct ServoCommand {
   double velocity = 0;  ///< [m/s] or [rad/s], signed
   Duration horizon{};
@@ -40,6 +43,17 @@ struct BiasCommand {};
 
 using Command = std::variant<HomeCommand, MoveCommand, ServoCommand, PollCommand, BiasCommand>;
 
+/// Who a device is: the provenance of its samples.
+struct DeviceIdentity {
+  /// What came over the wire and nothing else: {"serial", "45000001"}. Empty where the protocol
+  /// carries no identity.
+  std::vector<std::pair<std::string, std::string>> reported;
+  /// What the driver turns counts into SI with: {"counts_per_m", 409.6e6}. Empty for raw counts.
+  std::vector<std::pair<std::string, double>> scale;
+};
+/// {"reported": {...}, "scale": {...}}
+std::string to_json(const DeviceIdentity& identity);
+
 /// What a driver gets from the program that runs it. Outlives the driver.
 class DriverHost {
  public:
@@ -47,6 +61,8 @@ class DriverHost {
   virtual Loop& loop() = 0;
   virtual Link& link() = 0;
   virtual void publish(const Sample& sample) = 0;
+  /// Once per conversation, before `open` is told.
+  virtual void identified(const DeviceIdentity& identity) = 0;
   virtual void state_changed(DriverState state) = 0;
   /// The driver has left `armed` or `open` for `faulted`.
   virtual void fault(const Error& error) = 0;
@@ -58,7 +74,7 @@ class Driver {
  public:
   virtual ~Driver() = default;
   [[nodiscard]] virtual DriverState state() const noexcept = 0;
-  /// Starts the conversation: identity is read and checked. closed -> open.
+  /// Starts the conversation: identity is read, checked and told. closed -> open.
   virtual Status open() noexcept = 0;
   /// Makes the device ready: channel enabled, limits set, streams started. open -> armed.
   virtual Status arm() noexcept = 0;
@@ -72,7 +88,7 @@ class Driver {
 };
 
 /// Bumped whenever anything in drivers/api changes meaning or layout.
-constexpr std::uint32_t driver_abi_version = 1;
+constexpr std::uint32_t driver_abi_version = 2;
 
 /// What a plugin exports as `extern "C" const weft::DriverEntryV1 weft_driver_v1`. Built-in drivers
 /// export the same struct under their own name; daemon/plugins lists them.

@@ -96,6 +96,11 @@ void NetftDriver::on_bad_datagram(const Error& error) {
 void NetftDriver::on_record(const Record& record, TimePoint arrival) {
   if (state() == DriverState::closed) {
     opening_.cancel();
+    // RDT records carry no serial number and no calibration: nothing is reported.
+    host().identified({.reported = {},
+                       .scale = {{"counts_per_n", 1 / settings_.newton_per_count},
+                                 {"counts_per_nm", 1 / settings_.newton_metre_per_count},
+                                 {"sign_z", settings_.sign_z}}});
     enter(LifecycleEvent::opened);
     return;
   }

@@ -1,5 +1,7 @@
 #include "drivers/taxel_array/settings.hpp"
 
+#include <algorithm>
+
 #include "drivers/api/config.hpp"
 #include "protocols/taxel/cpm_finger.hpp"
 #include "protocols/taxel/taxel.hpp"
@@ -15,7 +17,8 @@ const char* const taxel_config_schema = R"({
     "taxels": {"type": "integer", "minimum": 1, "maximum": 64, "default": 16},
     "form": {"enum": ["weft", "cpm_udp"], "default": "weft", "description": "weft: serial frames of protocols/taxel; cpm_udp: datagrams of the CPM-Finger's gateway, 16 taxels"},
     "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 1, "description": "for the first frame"},
-    "stale_after_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 0.3}
+    "rate_hz": {"type": "number", "minimum": 0.1, "maximum": 10000, "default": 37, "description": "frames a second that the sensor sends"},
+    "stale_after_s": {"type": "number", "minimum": 0.01, "maximum": 60, "description": "ten periods of the stream, at least 0.3"}
   }
 })";
 
@@ -29,8 +32,10 @@ Result<TaxelSettings> read_taxel_settings(std::string_view config_json) {
   if (settings.form == TaxelForm::cpm_udp && settings.taxels != protocols::taxel::cpm::taxels)
     config.refuse("taxels", "the CPM-Finger has another number", "16",
                   std::to_string(settings.taxels));
+  const double rate_hz = config.number("rate_hz", 37, {0.1, 1e4});
   settings.reply_timeout = from_seconds(config.number("reply_timeout_s", 1, {0.01, 60}));
-  settings.stale_after = from_seconds(config.number("stale_after_s", 0.3, {0.01, 60}));
+  settings.stale_after = from_seconds(
+      config.number("stale_after_s", std::min(std::max(0.3, 10 / rate_hz), 60.0), {0.01, 60}));
   if (Status status = config.finish(); !status) return pass(status.error());
   return settings;
 }

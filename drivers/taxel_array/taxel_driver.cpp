@@ -118,6 +118,7 @@ std::uint32_t TaxelDriver::count_lost() {
 bool TaxelDriver::advance() {
   if (state() == DriverState::closed) {
     silence_.stop();
+    host().identified({.reported = {{"taxels", std::to_string(frame_.taxel_count)}}, .scale = {}});
     enter(LifecycleEvent::opened);
     return false;
   }

@@ -59,10 +59,22 @@ Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
   return {};
 }
 
-std::string describe(const HardwareInfo& info) {
-  return info.model.str() + ", serial " + std::to_string(info.serial) + ", firmware " +
-         std::to_string(info.firmware_major) + "." + std::to_string(info.firmware_interim) + "." +
-         std::to_string(info.firmware_minor);
+DeviceIdentity identity_of(const StageSettings& settings, const HardwareInfo& info) {
+  const std::string unit = settings.model->axis == protocols::apt::Axis::linear ? "m" : "rad";
+  DeviceIdentity identity;
+  identity.reported = {{"model", info.model.str()},
+                       {"serial", std::to_string(info.serial)},
+                       {"firmware", std::to_string(info.firmware_major) + "." +
+                                        std::to_string(info.firmware_interim) + "." +
+                                        std::to_string(info.firmware_minor)},
+                       {"hardware_version", std::to_string(info.hardware_version)},
+                       {"stage_id", std::to_string(info.stage_id)},
+                       {"notes", info.notes.str()}};
+  identity.scale = {
+      {"counts_per_" + unit, settings.scale.counts_per_unit},
+      {"velocity_counts_per_" + unit + "_s", settings.scale.velocity_counts},
+      {"acceleration_counts_per_" + unit + "_s2", settings.scale.acceleration_counts}};
+  return identity;
 }
 
 }  // namespace weft::drivers

@@ -1,6 +1,7 @@
 #pragma once
 // Is the unit at the other end the one that the configuration means?
 
+#include "drivers/api/driver.hpp"
 #include "drivers/thorlabs_apt/settings.hpp"
 #include "protocols/apt/bodies.hpp"
 
@@ -10,7 +11,7 @@ namespace weft::drivers {
 /// Errors: device, naming both sides.
 Status check_identity(const StageSettings& settings, const protocols::apt::HardwareInfo& info);
 
-/// "LTS150, serial 45000001, firmware 1.2.3".
-std::string describe(const protocols::apt::HardwareInfo& info);
+/// What the controller says of itself, and the scale of its counts.
+DeviceIdentity identity_of(const StageSettings& settings, const protocols::apt::HardwareInfo& info);
 
 }  // namespace weft::drivers

@@ -73,8 +73,16 @@ void read_limits(ConfigReader& config, StageSettings& settings) {
   settings.travel_high_counts = counts_of(position_to_counts(scale, travel[1]));
 }
 
+// From the far end of the stage's own travel, or all the way round, at its homing speed; half as
+// much again for ramps and the second approach to the switch, and ten seconds.
+double home_time_limit_s(const StageModel& model) {
+  const double way = model.travel_high - model.travel_low + model.home_offset;
+  return 1.5 * way / model.home_speed + 10;
+}
+
 void read_timing(ConfigReader& config, StageSettings& settings) {
-  settings.home_timeout = from_seconds(config.number("home_timeout_s", 120, {0.1, 3600}));
+  settings.home_timeout = from_seconds(
+      config.number("home_timeout_s", home_time_limit_s(*settings.model), {0.1, 3600}));
   settings.reply_timeout = from_seconds(config.number("reply_timeout_s", 1, {0.01, 60}));
   const double poll_hz = config.number("poll_hz", 0, {0, 1000});
   if (poll_hz > 0) settings.poll_period = from_seconds(1 / poll_hz);
@@ -100,7 +108,7 @@ const char* const stage_config_schema = R"({
     "travel_deg": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "rotary stages: [low, high] from home"},
     "in_position_counts": {"type": "integer", "minimum": 0, "maximum": 10000, "default": 4, "description": "a finished move may be this far from its target"},
     "require_homed": {"type": "boolean", "default": true, "description": "refuse motion before homing"},
-    "home_timeout_s": {"type": "number", "minimum": 0.1, "maximum": 3600, "default": 120},
+    "home_timeout_s": {"type": "number", "minimum": 0.1, "maximum": 3600, "description": "follows the stage: 1.5 x (travel + offset) / homing speed + 10"},
     "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 1},
     "poll_hz": {"type": "number", "minimum": 0, "maximum": 1000, "default": 0, "description": "status readings without being asked; 0: only on PollCommand"}
   }

@@ -119,13 +119,13 @@ Result<std::uint32_t> StageDriver::run(const MoveCommand& move) {
 }
 
 Result<std::uint32_t> StageDriver::run(const ServoCommand& servo) {
+  if (servo.velocity == 0) {  // a stop is never refused: not for its horizon, not before homing
+    if (!end_servo()) return link_failed();
+    return 0;
+  }
   if (Status homed = require_homed(); !homed) return pass(std::move(homed.error()));
   if (servo.horizon <= Duration::zero())
     return fail(Errc::range, "the horizon of a velocity command must be above zero");
-  if (servo.velocity == 0) {
-    end_servo();
-    return 0;
-  }
   const Result<std::int32_t> velocity = speed_counts(std::abs(servo.velocity));
   if (!velocity) return pass(velocity.error());
   const double reach_counts =
@@ -184,13 +184,13 @@ void StageDriver::end_motion() {
 
 // The status in hand may be older than the last command, so a motion that we started counts as
 // moving until the device has reported its end.
-void StageDriver::end_servo() {
+bool StageDriver::end_servo() {
   const bool seen_moving = (last_.status_bits & status::any_motion) != 0 && stops_under_way_ == 0;
-  if (motion_.kind == MotionKind::none && !seen_moving) return;
+  if (motion_.kind == MotionKind::none && !seen_moving) return true;
   end_motion();
   ++stops_under_way_;
   put_short(MessageId::move_stop, settings_.channel, stop_profiled);
-  flush();
+  return flush();
 }
 
 void StageDriver::stop() noexcept {

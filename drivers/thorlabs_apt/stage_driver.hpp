@@ -38,7 +38,7 @@ class StageDriver final : public DriverBase {
   Result<std::int32_t> speed_counts(double speed) const;
   std::uint32_t begin(MotionKind kind, std::int32_t target_counts, Duration limit);
   void end_motion();
-  void end_servo();
+  bool end_servo();
 
   void handle(const protocols::apt::Message& message, TimePoint arrival);
   void on_info(const protocols::apt::Message& message);

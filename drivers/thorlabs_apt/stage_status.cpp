@@ -82,7 +82,7 @@ void StageDriver::on_info(const Message& message) {
     raise(std::move(same.error()));
     return;
   }
-  host().log(LogLevel::info, describe(*info));
+  host().identified(identity_of(settings_, *info));
   enter(LifecycleEvent::opened);
 }
 

@@ -83,6 +83,7 @@ class FakeHost final : public DriverHost {
     if (const auto* taxels = std::get_if<TaxelSample>(&sample.value))
       taxel_counts.assign(taxels->counts.begin(), taxels->counts.end());
   }
+  void identified(const DeviceIdentity& identity) override { identities.push_back(identity); }
   void state_changed(DriverState state) override { states.push_back(state); }
   void fault(const Error& error) override { faults.push_back(error); }
   void log(LogLevel, std::string_view text) override { logs.emplace_back(text); }
@@ -93,6 +94,7 @@ class FakeHost final : public DriverHost {
   std::size_t published = 0;
   std::vector<Sample> samples;
   std::vector<std::uint16_t> taxel_counts;  ///< of the last sample
+  std::vector<DeviceIdentity> identities;
   std::vector<DriverState> states;
   std::vector<Error> faults;
   std::vector<std::string> logs;

@@ -53,6 +53,32 @@ struct Bench {
 
 }  // namespace
 
+TEST_CASE("the sensor's identity is its scale: RDT reports no serial number") {
+  Bench bench(R"({"counts_per_newton": 250000, "sign_z": -1})");
+  REQUIRE(bench.driver->open());
+  CHECK(bench.host.identities.empty());
+  bench.receive(1);
+  bench.receive(1);
+  REQUIRE(bench.host.identities.size() == 1);
+  const DeviceIdentity& identity = bench.host.identities[0];
+  CHECK(identity.reported.empty());
+  CHECK(
+      to_json(identity) ==
+      R"({"reported":{},"scale":{"counts_per_n":250000.0,"counts_per_nm":1000000.0,"sign_z":-1.0}})");
+}
+
+TEST_CASE("a slow stream is not stale before ten of its periods") {
+  Bench bench(R"({"rate_hz": 5})");
+  bench.arm();
+  for (int i = 2; i < 12; ++i) {
+    bench.host.loop_.advance(0.2);
+    bench.receive(static_cast<std::uint32_t>(i));
+  }
+  CHECK(bench.host.faults.empty());
+  bench.host.loop_.advance(2.1);
+  CHECK(bench.fault_code() == Errc::timeout);
+}
+
 TEST_CASE("the sensor is opened with one sample, streams when armed, and publishes SI values") {
   Bench bench;
   REQUIRE(bench.driver->open());

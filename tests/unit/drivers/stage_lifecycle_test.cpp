@@ -1,3 +1,5 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "tests/unit/drivers/stage_bench.hpp"
@@ -17,7 +19,31 @@ TEST_CASE("opening a servo stage sends what thorpy was seen to send, and waits f
   bench.receive_info("KDC101", 6);
   CHECK(bench.driver->state() == DriverState::open);
   CHECK(bench.host.states == std::vector{DriverState::open});
-  CHECK(bench.host.logs.at(0).find("serial 45000001") != std::string::npos);
+  REQUIRE(bench.host.identities.size() == 1);
+  const auto identity = nlohmann::json::parse(to_json(bench.host.identities[0]));
+  CHECK(identity.at("reported").at("model") == "KDC101");
+  CHECK(identity.at("reported").at("serial") == "45000001");
+  CHECK(identity.at("reported").at("stage_id") == "6");
+  CHECK(identity.at("scale").at("counts_per_rad") ==
+        Approx(1919.6418578623391 * 180 / std::acos(-1)));
+}
+
+TEST_CASE("what the controller says of itself is published, firmware included, before it is open") {
+  StageBench bench = StageBench::lts();
+  REQUIRE(bench.driver->open());
+  CHECK(bench.host.identities.empty());
+  apt::HardwareInfo info;
+  info.serial = 45123456;
+  info.model = apt::Text<8>::from("LTS150");
+  info.firmware_major = 3;
+  info.firmware_minor = 9;
+  info.notes = apt::Text<48>::from("caf\xE9");  // Latin-1, not UTF-8
+  bench.receive(MessageId::hw_get_info, info);
+  REQUIRE(bench.host.identities.size() == 1);
+  const auto identity = nlohmann::json::parse(to_json(bench.host.identities[0]));
+  CHECK(identity.at("reported").at("serial") == "45123456");
+  CHECK(identity.at("reported").at("firmware") == "3.0.9");
+  CHECK(identity.at("scale").at("counts_per_m") == counts_per_m);
 }
 
 TEST_CASE("opening an LTS150 leaves out the message that it does not list") {

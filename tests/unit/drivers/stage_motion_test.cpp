@@ -226,6 +226,40 @@ TEST_CASE("homing that ends without the homed bit, or never ends, is a fault") {
   CHECK(waited_s == Approx(10).margin(0.3));
 }
 
+TEST_CASE(
+    "each stage is given the time that homing over its whole travel takes, and not much more") {
+  struct Case {
+    const char* stage;
+    const char* model;
+    std::uint16_t stage_id;
+    double slowest_s;  // reference A.7: 150 mm at 2 and 1 mm/s, 360 degrees at 10 and 2 deg/s
+  };
+  for (const Case& c : {Case{"LTS150", "LTS150", 0, 75},
+                        {"NRT150", "BSC201", 0, 150},
+                        {"PRM1-Z8", "KDC101", 6, 36},
+                        {"CR1-Z7", "KDC101", 5, 180}}) {
+    INFO(c.stage);
+    StageBench bench(R"({"stage": ")" + std::string(c.stage) + R"("})");
+    const bool servo = std::string(c.model) == "KDC101";
+    const auto status = [&](std::int32_t counts, std::uint32_t bits) {
+      servo ? bench.receive_dc_status(counts, bits) : bench.receive_status(counts, bits);
+    };
+    REQUIRE(bench.driver->open());
+    bench.receive_info(c.model, c.stage_id);
+    REQUIRE(bench.driver->arm());
+    status(0, idle_not_homed);
+    REQUIRE(bench.driver->command(HomeCommand{}));
+    double waited_s = 0;
+    for (std::int32_t counts = 0; bench.host.faults.empty() && waited_s < 1000; waited_s += 0.25) {
+      status(counts += 100, homing);
+      bench.loop().advance(0.25);
+    }
+    CHECK(bench.fault_code() == Errc::timeout);
+    CHECK(waited_s > 1.2 * c.slowest_s);
+    CHECK(waited_s < 2 * c.slowest_s);
+  }
+}
+
 TEST_CASE("a velocity command is a finite move from the last position") {
   StageBench bench = StageBench::lts();
   bench.arm_lts(4096000);                                         // 10 mm
@@ -260,6 +294,22 @@ TEST_CASE("velocity zero stops a moving stage once, and says nothing to one at r
   bench.receive_stopped(4096200);
   REQUIRE(bench.driver->command(ServoCommand{0, horizon}));
   CHECK(bench.link().take_written().empty());
+}
+
+TEST_CASE("velocity zero is a profiled stop whatever its horizon, and before homing too") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts(4096000);
+  REQUIRE(bench.driver->command(MoveCommand{0.1, 0.02}));
+  bench.link().take_written();
+  REQUIRE(bench.driver->command(ServoCommand{}));
+  CHECK(bench.link().take_written() == hex("65 04 01 02 50 01"));
+  StageBench homing_stage = StageBench::lts();
+  homing_stage.arm_lts(4096000, idle_not_homed);
+  REQUIRE(homing_stage.driver->command(HomeCommand{}));
+  homing_stage.receive_status(4000000, homing);
+  homing_stage.link().take_written();
+  REQUIRE(homing_stage.driver->command(ServoCommand{}));
+  CHECK(homing_stage.link().take_written() == hex("65 04 01 02 50 01"));
 }
 
 TEST_CASE("a velocity command replaces a move, which is then never confirmed") {

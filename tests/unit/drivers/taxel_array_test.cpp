@@ -56,6 +56,8 @@ TEST_CASE("the array opens on its first good frame and publishes from the frame 
   REQUIRE(bench.driver->open());
   bench.receive(Bench::frame(4));
   CHECK(bench.driver->state() == DriverState::open);
+  REQUIRE(bench.host.identities.size() == 1);
+  CHECK(to_json(bench.host.identities[0]) == R"({"reported":{"taxels":"16"},"scale":{}})");
   CHECK(bench.host.samples.empty());
   REQUIRE(bench.driver->arm());
   CHECK(bench.driver->arm().error().code == Errc::wrong_state);
