@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/evaluate/permutation.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
@@ -144,6 +145,27 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen,
           {"results", results}};
 }
 
+// What the same training reaches when the labels are in random order, beside every outcome.
+Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
+                    const std::vector<Outcome>& outcomes, std::string& text, json& out) {
+  text += "Labels in random order:\n";
+  for (const Outcome& outcome : outcomes) {
+    const auto permuted = classifier::evaluate_permuted(
+        chosen.features, train_options(args.training, outcome.reduction),
+        {args.train_fraction, args.permute_labels, 1});
+    if (!permuted) return pass(permuted.error(), args.dataset.string());
+    const std::string name(classifier::to_string(outcome.reduction));
+    out["results"][name]["permuted"] = {{"accuracy", permuted->mean},
+                                        {"accuracy_of_permutations", permuted->accuracy},
+                                        {"chance", permuted->chance},
+                                        {"tested", permuted->trials}};
+    text += "  " + name + " " + percent(permuted->mean, 2) + " % of " +
+            thousands(permuted->trials) + " answers over " + std::to_string(args.permute_labels) +
+            " permutations, chance " + percent(permuted->chance, 2) + " %\n";
+  }
+  return {};
+}
+
 void add_split_options(CLI::App& command, EvaluateArgs& args) {
   auto* train = command.add_option("--train-groups", args.train_groups, "groups that train: A,B");
   auto* test = command.add_option("--test-groups", args.test_groups, "groups that test: C");
@@ -152,6 +174,11 @@ void add_split_options(CLI::App& command, EvaluateArgs& args) {
   auto* fraction = command.add_option("--train-fraction", args.train_fraction,
                                       "share of each label's trials that trains, such as 0.4");
   fraction->excludes(train)->check(CLI::Range(0.001, 0.999));
+  command
+      .add_option("--permute-labels", args.permute_labels,
+                  "also train and test with labels in random order, so often: must give chance")
+      ->needs(fraction)
+      ->check(CLI::Range(1, 100000));
   command.add_option("--repeats", args.repeats, "random splits")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
@@ -205,8 +232,11 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
     if (!evaluation) return pass(evaluation.error(), args.dataset.string());
     outcomes.push_back({reduction, std::move(*evaluation)});
   }
-  print(console, report_text(args, *chosen, *splits, outcomes),
-        report_json(args, *chosen, *splits, outcomes));
+  std::string text = report_text(args, *chosen, *splits, outcomes);
+  json out = report_json(args, *chosen, *splits, outcomes);
+  if (args.permute_labels > 0)
+    if (Status ok = add_permuted(args, *chosen, outcomes, text, out); !ok) return pass(ok.error());
+  print(console, text, out);
   return exit_ok;
 }
 

@@ -18,6 +18,7 @@ struct EvaluateArgs {
   std::vector<std::string> test_groups;
   double train_fraction = 0.0;  ///< 0: by groups
   std::size_t repeats = 30;
+  std::size_t permute_labels = 0;  ///< permutations to try as well; 0: none
   std::string reduction = "every";
   TrialChoice trials;
   TrainChoice training;

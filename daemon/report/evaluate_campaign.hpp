@@ -32,7 +32,8 @@ struct ExplorationResult {
   std::size_t threads = 0;  ///< that trained; features and test are timed on one
   /// Mean over a sample of the trials, one at a time on one thread [s].
   double feature_s_per_sample = 0;
-  /// p-value method on the first split with labels in random order: what chance looks like.
+  /// p-value method with labels in random order, mean over several permutations with a split each:
+  /// what chance looks like.
   double permuted_accuracy = 0;
   std::vector<ReductionResult> reductions;  ///< pvalue, pca, all
 
