@@ -3,7 +3,8 @@
 #include <cmath>
 
 #include "classifier/learn/distance.hpp"
-#include "classifier/learn/svm.hpp"
+#include "classifier/learn/exponential.hpp"
+#include "classifier/learn/svm_solver.hpp"
 #include "classifier/selection/student_t.hpp"
 #include "classifier/selection/t_test.hpp"
 
@@ -29,7 +30,8 @@ std::vector<SelectedFeature> describe_selection(const Matrix& rows, std::span<co
   const double df = static_cast<double>(rows.rows()) - 2.0;
   std::vector<SelectedFeature> out;
   for (const std::size_t k : reducer.columns()) {
-    out.push_back({k, t[k], two_sided_p(t[k], df), log_two_sided_p(t[k], df)});
+    const double log_p = log_two_sided_p(t[k], df);
+    out.push_back({k, t[k], std::exp(log_p), log_p});
   }
   return out;
 }
@@ -50,13 +52,28 @@ CoreInfo describe(const Matrix& rows, std::span<const int> sign, const Reducer& 
   return info;
 }
 
-Result<SvmSolution> fit_final(const Matrix& projected, std::span<const int> sign,
-                              const CoreInfo& info, double tolerance) {
-  Matrix squared(projected.rows(), projected.rows());
-  add_squared_distances(projected, projected, 0, projected.cols(), squared);
-  SvmTrainer trainer(sign);
-  if (auto ok = trainer.set_kernel(rbf(squared, info.gamma)); !ok) return pass(ok.error());
-  return trainer.solve(info.c, tolerance);
+struct Trained {
+  std::vector<std::size_t> support;  // rows
+  std::vector<double> coefficient;
+  double bias = 0.0;
+};
+
+Result<Trained> fit_final(const Matrix& projected, std::span<const int> sign, const CoreInfo& info,
+                          const TrainOptions& options) {
+  Matrix kernel(projected.rows(), projected.rows());
+  add_squared_distances(projected, projected, 0, projected.cols(), kernel);
+  rbf(Matrix(kernel), info.gamma, kernel);
+  SvmSolver solver(sign, options.search != Search::libsvm);
+  if (auto ok = solver.set_kernel(kernel); !ok) return pass(ok.error());
+  if (auto ok = solver.solve(info.c, options.tolerance); !ok) return pass(ok.error());
+  Trained out;
+  out.bias = solver.bias();
+  for (std::size_t i = 0; i < sign.size(); ++i) {
+    if (solver.coefficient()[i] == 0.0) continue;
+    out.support.push_back(i);
+    out.coefficient.push_back(solver.coefficient()[i]);
+  }
+  return out;
 }
 
 }  // namespace
@@ -72,40 +89,35 @@ FabricCore::FabricCore(CoreInfo info, Reducer reducer, Matrix support,
 double FabricCore::decide(std::span<const double> features) const {
   std::vector<double> x(reducer_.directions());
   reducer_.project(features, x);
-  double f = 0.0;
+  std::vector<double> kernel(support_.rows());
   for (std::size_t s = 0; s < support_.rows(); ++s) {
     const auto sv = support_.row(s);
-    double squared = 0.0;
-    for (std::size_t k = 0; k < x.size(); ++k) squared += (x[k] - sv[k]) * (x[k] - sv[k]);
-    f += coefficient_[s] * std::exp(-info_.gamma * squared);
+    for (std::size_t k = 0; k < x.size(); ++k) kernel[s] += (x[k] - sv[k]) * (x[k] - sv[k]);
   }
+  exp_of_negative(kernel, info_.gamma);
+  double f = 0.0;
+  for (std::size_t s = 0; s < kernel.size(); ++s) f += coefficient_[s] * kernel[s];
   return f + bias_;
 }
 
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
-                              std::span<const Fold> folds, const TrainOptions& options) {
+                              std::span<const Fold> folds, const TrainOptions& options,
+                              const RareT& rare) {
   if (options.reduction == Reduction::best) {
     return fail(Errc::invalid_argument, "a core needs one kind of reduction", "train_core",
                 "pvalue, pca or all", "best");
   }
-  const Reducer full = Reducer::fit(rows, sign, options);
-  const auto grid = search_grid(rows, sign, full, folds, options);
+  const Reducer full = Reducer::fit(rows, sign, options, rare);
+  const auto grid = search_grid(rows, sign, full, folds, options, rare);
   if (!grid) return pass(grid.error());
   Reducer reducer = full.truncated(full.sizes()[grid->member]);
   CoreInfo info = describe(rows, sign, reducer, *grid, options);
   info.folds = folds.size();
   const Matrix projected = reducer.project(rows);
-  const auto svm = fit_final(projected, sign, info, options.tolerance);
+  auto svm = fit_final(projected, sign, info, options);
   if (!svm) return pass(svm.error());
-  std::vector<std::size_t> support;
-  std::vector<double> coefficient;
-  for (std::size_t i = 0; i < sign.size(); ++i) {
-    if (svm->coefficient[i] == 0.0) continue;
-    support.push_back(i);
-    coefficient.push_back(svm->coefficient[i]);
-  }
-  return FabricCore(std::move(info), std::move(reducer), projected.take(support),
-                    std::move(coefficient), svm->bias);
+  return FabricCore(std::move(info), std::move(reducer), projected.take(svm->support),
+                    std::move(svm->coefficient), svm->bias);
 }
 
 }  // namespace weft::classifier

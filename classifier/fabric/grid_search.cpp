@@ -2,33 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <string>
 #include <tuple>
 
-#include "classifier/learn/distance.hpp"
-#include "classifier/learn/svm.hpp"
-
 namespace weft::classifier {
 namespace {
-
-std::vector<int> take(std::span<const int> sign, const std::vector<std::size_t>& rows) {
-  std::vector<int> out;
-  out.reserve(rows.size());
-  for (const std::size_t r : rows) out.push_back(sign[r]);
-  return out;
-}
-
-GridScore score(const SvmSolution& svm, const Matrix& kernel, const std::vector<int>& sign) {
-  GridScore out;
-  for (std::size_t v = 0; v < kernel.rows(); ++v) {
-    double f = svm.bias;
-    for (std::size_t i = 0; i < kernel.cols(); ++i) f += svm.coefficient[i] * kernel(v, i);
-    if ((f > 0.0) != (sign[v] > 0)) ++out.errors;
-    out.loss += std::max(0.0, 1.0 - sign[v] * f);
-  }
-  return out;
-}
 
 Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOptions& options) {
   bool positive = false, negative = false;
@@ -52,104 +30,190 @@ Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOption
   return {};
 }
 
-// One fold: every distinct number of directions is solved once and counted for every member that
-// has it.
-class FoldSearch {
- public:
-  FoldSearch(const Matrix& rows, std::span<const int> sign, const Reducer& reducer,
-             const Fold& fold, const TrainOptions& options)
-      : options_(options),
-        sizes_(reducer.sizes()),
-        train_(reducer.project(rows.take(fold.train))),
-        validate_(reducer.project(rows.take(fold.validate))),
-        sign_(take(sign, fold.validate)),
-        trainer_(take(sign, fold.train)) {}
+// Places of a grid: all members, gammas and Cs.
+struct Point {
+  std::size_t member = 0, gamma = 0, c = 0;
+};
 
-  Status add_to(GridResult& result) {
-    Matrix tt(train_.rows(), train_.rows());
-    Matrix vt(validate_.rows(), train_.rows());
-    std::size_t done = 0;
-    for (const std::size_t size : std::set<std::size_t>(sizes_.begin(), sizes_.end())) {
-      add_squared_distances(train_, train_, done, size, tt);
-      add_squared_distances(validate_, train_, done, size, vt);
-      done = size;
-      if (auto ok = add_size(size, tt, vt, result); !ok) return ok;
+// What decides between two points: fewest errors, then (Tie::loss) smallest loss to 1e-9, smallest
+// C, gamma, and first member.
+using Key = std::tuple<std::size_t, double, double, double, std::size_t>;
+
+Key key_of(const TrainOptions& options, const Point& at, const GridScore& score) {
+  const double loss = options.tie == Tie::loss ? std::nearbyint(score.loss * 1e9) : 0.0;
+  return {score.errors, loss, options.grid.c[at.c], options.grid.gamma[at.gamma], at.member};
+}
+
+// Keeps the best point so far.
+class Choice {
+ public:
+  Choice(const TrainOptions& options, GridResult& result) : options_(options), result_(result) {}
+
+  void offer(const Point& at, const GridScore& score) {
+    const Key key = key_of(options_, at, score);
+    if (any_ && !(key < best_)) return;
+    any_ = true;
+    best_ = key;
+    result_.member = at.member;
+    result_.gamma = at.gamma;
+    result_.c = at.c;
+    result_.best = score;
+  }
+
+  // Whether a point with `part` of its score can still win: folds only add errors and loss.
+  [[nodiscard]] bool open(const Point& at, const GridScore& part) const {
+    if (!any_ || part.errors < result_.best.errors) return true;
+    if (part.errors > result_.best.errors) return false;
+    if (options_.tie == Tie::order) return key_of(options_, at, part) < best_;
+    // twice the resolution of the key, and the order of the sum
+    return part.loss <= result_.best.loss * (1.0 + 1e-12) + 2e-9;
+  }
+
+ private:
+  const TrainOptions& options_;
+  GridResult& result_;
+  Key best_;
+  bool any_ = false;
+};
+
+using FoldProblems = std::vector<FoldProblem>;
+
+Status add(GridScore& sum, const Result<GridScore>& score) {
+  if (!score) return pass(score.error());
+  sum.errors += score->errors;
+  sum.loss += score->loss;
+  return {};
+}
+
+Result<GridScore> total(FoldProblems& folds, const Point& at) {
+  GridScore sum;
+  for (FoldProblem& fold : folds)
+    if (auto ok = add(sum, fold.score(at.member, at.gamma, at.c)); !ok) return pass(ok.error());
+  return sum;
+}
+
+Status search_whole(FoldProblems& folds, std::size_t members, const TrainOptions& options,
+                    GridResult& result) {
+  Choice choice(options, result);
+  for (std::size_t m = 0; m < members; ++m) {
+    for (std::size_t g = 0; g < options.grid.gamma.size(); ++g) {
+      for (std::size_t c = 0; c < options.grid.c.size(); ++c) {
+        const auto score = total(folds, {m, g, c});
+        if (!score) return pass(score.error());
+        result.scores.push_back(*score);
+        choice.offer({m, g, c}, *score);
+      }
+    }
+  }
+  return {};
+}
+
+// All Cs of one member and gamma together, fold by fold; a point is dropped as soon as it cannot
+// win. The fold that last dropped a point goes first: most points fall at one hard fold.
+class FastSearch {
+ public:
+  FastSearch(FoldProblems& folds, const TrainOptions& options, GridResult& result)
+      : folds_(folds), options_(options), choice_(options, result) {
+    for (std::size_t f = 0; f < folds.size(); ++f) order_.push_back(f);
+  }
+
+  Status run(std::size_t members) {
+    for (std::size_t m = 0; m < members; ++m) {
+      if (seen_before(m)) continue;
+      for (const std::size_t g : from_the_middle(options_.grid.gamma.size()))
+        if (auto ok = column(m, g); !ok) return ok;
     }
     return {};
   }
 
  private:
-  Status add_size(std::size_t size, const Matrix& tt, const Matrix& vt, GridResult& result) {
-    for (std::size_t g = 0; g < options_.grid.gamma.size(); ++g) {
-      if (auto ok = trainer_.set_kernel(rbf(tt, options_.grid.gamma[g])); !ok) return ok;
-      const Matrix kernel = rbf(vt, options_.grid.gamma[g]);
-      for (std::size_t c = 0; c < options_.grid.c.size(); ++c) {
-        const auto svm = trainer_.solve(options_.grid.c[c], options_.tolerance);
-        if (!svm) return pass(svm.error());
-        ++result.fits;
-        count(size, g, c, score(*svm, kernel, sign_), result);
-      }
+  // The same number of directions in every fold as an earlier member, which wins the tie.
+  bool seen_before(std::size_t member) const {
+    for (std::size_t m = 0; m < member; ++m) {
+      if (std::all_of(folds_.begin(), folds_.end(), [&](const FoldProblem& fold) {
+            return fold.size_of(m) == fold.size_of(member);
+          }))
+        return true;
+    }
+    return false;
+  }
+
+  static std::vector<std::size_t> from_the_middle(std::size_t count) {
+    std::vector<std::size_t> out;
+    for (std::size_t k = 0; k < count; ++k)
+      out.push_back(k % 2 == 0 ? count / 2 + k / 2 : count / 2 - k / 2 - 1);
+    return out;
+  }
+
+  Status column(std::size_t member, std::size_t gamma) {
+    alive_.clear();
+    part_.assign(options_.grid.c.size(), {});
+    for (std::size_t c = 0; c < part_.size(); ++c)
+      if (choice_.open({member, gamma, c}, {})) alive_.push_back(c);
+    for (std::size_t place = 0; place < order_.size() && !alive_.empty(); ++place)
+      if (auto ok = fold(place, member, gamma); !ok) return ok;
+    for (const std::size_t c : alive_) {
+      const auto score = total(folds_, {member, gamma, c});
+      if (!score) return pass(score.error());
+      choice_.offer({member, gamma, c}, *score);
     }
     return {};
   }
 
-  void count(std::size_t size, std::size_t g, std::size_t c, const GridScore& s,
-             GridResult& result) const {
-    const std::size_t gammas = options_.grid.gamma.size();
-    for (std::size_t m = 0; m < sizes_.size(); ++m) {
-      if (sizes_[m] != size) continue;
-      GridScore& sum = result.scores[(m * gammas + g) * options_.grid.c.size() + c];
-      sum.errors += s.errors;
-      sum.loss += s.loss;
+  Status fold(std::size_t place, std::size_t member, std::size_t gamma) {
+    FoldProblem& problem = folds_[order_[place]];
+    const std::size_t before = alive_.size();
+    for (std::size_t& c : alive_) {
+      if (auto ok = add(part_[c], problem.score(member, gamma, c)); !ok) return ok;
+      if (!choice_.open({member, gamma, c}, part_[c])) c = dropped;
     }
+    std::erase(alive_, dropped);
+    if (alive_.size() < before)
+      std::rotate(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(place),
+                  order_.begin() + static_cast<std::ptrdiff_t>(place) + 1);
+    return {};
   }
 
+  static constexpr std::size_t dropped = static_cast<std::size_t>(-1);
+  FoldProblems& folds_;
   const TrainOptions& options_;
-  const std::vector<std::size_t> sizes_;
-  const Matrix train_;
-  const Matrix validate_;
-  const std::vector<int> sign_;
-  SvmTrainer trainer_;
+  Choice choice_;
+  std::vector<std::size_t> order_;  // of the folds
+  std::vector<std::size_t> alive_;  // Cs of the column
+  std::vector<GridScore> part_;     // per C, of the folds visited
 };
 
-// Fewest errors, then (Tie::loss) smallest loss to 1e-9, smallest C, gamma, and first member.
-void choose(const TrainOptions& options, std::size_t members, GridResult& result) {
-  using Key = std::tuple<std::size_t, double, double, double, std::size_t>;
-  const auto& grid = options.grid;
-  bool any = false;
-  Key best;
-  for (std::size_t m = 0; m < members; ++m) {
-    for (std::size_t g = 0; g < grid.gamma.size(); ++g) {
-      for (std::size_t c = 0; c < grid.c.size(); ++c) {
-        const GridScore& s = result.scores[(m * grid.gamma.size() + g) * grid.c.size() + c];
-        const double loss = options.tie == Tie::loss ? std::nearbyint(s.loss * 1e9) : 0.0;
-        const Key key{s.errors, loss, grid.c[c], grid.gamma[g], m};
-        if (any && !(key < best)) continue;
-        any = true;
-        best = key;
-        std::tie(result.member, result.gamma, result.c, result.best) = std::tie(m, g, c, s);
-      }
-    }
-  }
+std::vector<int> take(std::span<const int> sign, const std::vector<std::size_t>& rows) {
+  std::vector<int> out;
+  out.reserve(rows.size());
+  for (const std::size_t r : rows) out.push_back(sign[r]);
+  return out;
 }
 
 }  // namespace
 
 Result<GridResult> search_grid(const Matrix& rows, std::span<const int> sign, const Reducer& full,
-                               std::span<const Fold> folds, const TrainOptions& options) {
-  GridResult result;
-  const std::size_t members = full.sizes().size();
-  result.scores.resize(members * options.grid.gamma.size() * options.grid.c.size());
+                               std::span<const Fold> folds, const TrainOptions& options,
+                               const RareT& rare) {
+  FoldProblems problems;
+  problems.reserve(folds.size());  // a problem refers to its own kernel and must not move
   for (const Fold& fold : folds) {
     if (auto ok = check_fold(fold, sign, options); !ok) return pass(ok.error());
-    const Reducer reducer =
-        options.nested ? Reducer::fit(rows.take(fold.train), take(sign, fold.train), options)
-                       : full;
-    if (auto ok = FoldSearch(rows, sign, reducer, fold, options).add_to(result); !ok) {
-      return pass(ok.error());
+    if (options.nested) {
+      const Reducer own =
+          Reducer::fit(rows.take(fold.train), take(sign, fold.train), options, rare);
+      problems.emplace_back(rows, sign, own, fold, options);
+    } else {
+      problems.emplace_back(rows, sign, full, fold, options);
     }
   }
-  choose(options, members, result);
+  GridResult result;
+  const std::size_t members = full.sizes().size();
+  const Status done = options.search == Search::fast
+                          ? FastSearch(problems, options, result).run(members)
+                          : search_whole(problems, members, options, result);
+  if (!done) return pass(done.error());
+  for (const FoldProblem& problem : problems) result.fits += problem.fits();
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "classifier/fabric/fold_problem.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/fabric/reducer.hpp"
 #include "classifier/features/matrix.hpp"
@@ -13,15 +14,9 @@
 
 namespace weft::classifier {
 
-/// Validation result of one grid point, summed over the folds.
-struct GridScore {
-  std::size_t errors = 0;
-  double loss = 0.0;  ///< hinge loss: sum of max(0, 1 - y f)
-};
-
-/// Scores of all points and the chosen one. `member` counts deltas (or explained shares).
+/// The chosen point. `member` counts deltas (or explained shares).
 struct GridResult {
-  std::vector<GridScore> scores;  ///< [members x gammas x Cs]
+  std::vector<GridScore> scores;  ///< [members x gammas x Cs]; none with Search::fast
   std::size_t member = 0;
   std::size_t gamma = 0;
   std::size_t c = 0;
@@ -33,6 +28,7 @@ struct GridResult {
 /// Refuses folds that name a row beyond the last, leave a class without a training row, or leave
 /// fewer than three rows where p-values are nested.
 Result<GridResult> search_grid(const Matrix& rows, std::span<const int> sign, const Reducer& full,
-                               std::span<const Fold> folds, const TrainOptions& options);
+                               std::span<const Fold> folds, const TrainOptions& options,
+                               const RareT& rare = RareT());
 
 }  // namespace weft::classifier

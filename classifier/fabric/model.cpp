@@ -49,7 +49,8 @@ std::vector<std::size_t> fold_units(const FeatureMatrix& matrix,
 }
 
 Result<FabricCore> train_pair(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
-                              const std::vector<std::size_t>& b, const TrainOptions& options) {
+                              const std::vector<std::size_t>& b, const TrainOptions& options,
+                              const RareT& rare) {
   std::vector<std::size_t> rows = a;
   rows.insert(rows.end(), b.begin(), b.end());
   std::vector<int> sign(a.size(), 1);
@@ -58,7 +59,7 @@ Result<FabricCore> train_pair(const FeatureMatrix& matrix, const std::vector<std
       options.make_folds ? options.make_folds(sign)
                          : stratified_folds(sign, fold_units(matrix, rows, options.fold_unit),
                                             options.folds, options.seed);
-  return train_core(matrix.values.take(rows), sign, folds, options);
+  return train_core(matrix.values.take(rows), sign, folds, options, rare);
 }
 
 }  // namespace
@@ -182,10 +183,11 @@ Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& optio
   std::vector<std::string> labels;
   for (const auto& entry : rows) labels.push_back(entry.first);
   const std::vector<Pair> pairs = all_pairs(labels.size());
+  const RareT rare;
   std::vector<std::optional<Result<FabricCore>>> trained(pairs.size());
   parallel_for(pairs.size(), options.threads, [&](std::size_t i) {
-    trained[i].emplace(
-        train_pair(matrix, rows.at(labels[pairs[i].a]), rows.at(labels[pairs[i].b]), options));
+    trained[i].emplace(train_pair(matrix, rows.at(labels[pairs[i].a]), rows.at(labels[pairs[i].b]),
+                                  options, rare));
   });
   std::vector<FabricCore> cores;
   for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -30,6 +30,14 @@ enum class Tie {
   order  ///< the smaller C, then gamma, then delta (or fewer components)
 };
 
+/// Who solves the SVMs and how the grid is walked. All three choose the same parameters and train
+/// the same model.
+enum class Search {
+  fast,   ///< own dense solver; what cannot win any more is skipped
+  whole,  ///< own dense solver; every grid point is scored
+  libsvm  ///< libsvm, the reference; every grid point is solved by itself and scored
+};
+
 /// What stays together in a fold of the cross-validation.
 enum class FoldUnit {
   recording,  ///< a file; windows cut from one file (name before '#') are one recording
@@ -52,6 +60,7 @@ struct TrainOptions {
   /// Select again inside each fold; false: once from all training rows (AMB-15).
   bool nested = true;
   Tie tie = Tie::loss;
+  Search search = Search::fast;
   Grid grid = {};
   std::size_t cap = 20;   ///< the paper's N: most features (or components) of a core
   std::size_t folds = 5;  ///< fewer when a class has fewer trials

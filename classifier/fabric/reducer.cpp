@@ -38,13 +38,14 @@ struct Subset {
   std::vector<std::size_t> sizes;
 };
 
-Subset ranked_subset(const Matrix& rows, std::span<const int> sign, const TrainOptions& options) {
+Subset ranked_subset(const Matrix& rows, std::span<const int> sign, const TrainOptions& options,
+                     const RareT& rare) {
   const std::vector<double> t = t_statistics(rows, sign);
-  const std::vector<std::size_t> ranked = rank_by_t(t);
+  const std::vector<std::size_t> ranked = rank_by_t(t, options.cap);
   const double df = static_cast<double>(rows.rows()) - 2.0;
   Subset out;
   for (const double delta : options.grid.delta) {
-    out.sizes.push_back(subset_size(t, ranked, df, delta, options.cap));
+    out.sizes.push_back(subset_size(t, ranked, df, delta, options.cap, rare));
   }
   out.columns = first(ranked, *std::max_element(out.sizes.begin(), out.sizes.end()));
   return out;
@@ -58,9 +59,10 @@ Reducer::Reducer(std::vector<std::size_t> columns, Scaler scaler, Matrix axes)
       axes_(std::move(axes)),
       sizes_{directions()} {}
 
-Reducer Reducer::fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options) {
+Reducer Reducer::fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options,
+                     const RareT& rare) {
   if (options.reduction == Reduction::pvalue) {
-    Subset subset = ranked_subset(rows, sign, options);
+    Subset subset = ranked_subset(rows, sign, options, rare);
     Scaler scaler = fit_scaler(take_columns(rows, subset.columns));
     Reducer out(std::move(subset.columns), std::move(scaler), {});
     out.sizes_ = std::move(subset.sizes);

@@ -8,6 +8,7 @@
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/matrix.hpp"
 #include "classifier/learn/scaler.hpp"
+#include "classifier/selection/student_t.hpp"
 
 namespace weft::classifier {
 
@@ -18,7 +19,8 @@ namespace weft::classifier {
 class Reducer {
  public:
   /// Learns from training rows only; `sign` as in FoldMaker. Each sign must occur.
-  static Reducer fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options);
+  static Reducer fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options,
+                     const RareT& rare = RareT());
 
   /// Rebuilds a stored reducer; `axes` is empty unless the directions are components.
   Reducer(std::vector<std::size_t> columns, Scaler scaler, Matrix axes);

@@ -24,6 +24,7 @@ class Matrix {
     return {data_.data() + r * cols_, cols_};
   }
   [[nodiscard]] const std::vector<double>& data() const { return data_; }
+  [[nodiscard]] std::span<double> data() { return data_; }
 
   /// The named rows, in the order given; a row may be named twice.
   [[nodiscard]] Matrix take(std::span<const std::size_t> rows) const {

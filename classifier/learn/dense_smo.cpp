@@ -5,46 +5,14 @@
 #include <limits>
 #include <numeric>
 
+#include "classifier/learn/block.hpp"
+
 namespace weft::classifier {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double least_curvature = 1e-12;  // libsvm's TAU
 constexpr std::size_t iteration_limit = 1'000'000;
-
-// Blocks are passed by value only between functions that are always inlined: no call, no ABI.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
-// Four doubles, mapped by the compiler to what the processor has.
-constexpr std::size_t lanes = 4;
-using Block = double __attribute__((vector_size(lanes * sizeof(double)), aligned(8)));
-
-#define WEFT_INLINE [[gnu::always_inline]] inline
-// clang 14 names such clones so that its own linker does not find them.
-#if defined(__x86_64__) && !defined(__clang__)
-#define WEFT_FOR_THIS_PROCESSOR [[gnu::target_clones("avx2", "default")]]
-#else
-#define WEFT_FOR_THIS_PROCESSOR
-#endif
-
-WEFT_INLINE Block load(const double* p) {
-  return *reinterpret_cast<const Block*>(p);
-}
-WEFT_INLINE void store(double* p, Block v) {
-  *reinterpret_cast<Block*>(p) = v;
-}
-WEFT_INLINE Block all(double v) {
-  return Block{v, v, v, v};
-}
-WEFT_INLINE Block larger(Block a, Block b) {
-  return a > b ? a : b;
-}
-
-WEFT_INLINE double largest(Block a) {
-  const Block b = larger(a, __builtin_shufflevector(a, a, 2, 3, 0, 1));
-  const Block c = larger(b, __builtin_shufflevector(b, b, 1, 0, 3, 2));
-  return c[0];
-}
 
 }  // namespace
 

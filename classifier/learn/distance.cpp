@@ -1,6 +1,6 @@
 #include "classifier/learn/distance.hpp"
 
-#include <cmath>
+#include "classifier/learn/exponential.hpp"
 
 namespace weft::classifier {
 
@@ -20,11 +20,14 @@ void add_squared_distances(const Matrix& a, const Matrix& b, std::size_t from, s
   }
 }
 
+void rbf(const Matrix& squared, double gamma, Matrix& out) {
+  out = squared;
+  exp_of_negative(out.data(), gamma);
+}
+
 Matrix rbf(const Matrix& squared, double gamma) {
-  Matrix out(squared.rows(), squared.cols());
-  for (std::size_t i = 0; i < squared.rows(); ++i) {
-    for (std::size_t j = 0; j < squared.cols(); ++j) out(i, j) = std::exp(-gamma * squared(i, j));
-  }
+  Matrix out;
+  rbf(squared, gamma, out);
   return out;
 }
 

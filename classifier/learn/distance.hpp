@@ -14,5 +14,7 @@ void add_squared_distances(const Matrix& a, const Matrix& b, std::size_t from, s
 
 /// exp(-gamma d), element by element.
 Matrix rbf(const Matrix& squared, double gamma);
+/// The same into `out`, which takes its size without a new allocation where it can.
+void rbf(const Matrix& squared, double gamma, Matrix& out);
 
 }  // namespace weft::classifier

@@ -103,4 +103,19 @@ double critical_t(double p, double df) {
   return high;
 }
 
+double RareT::critical(double delta, double df) const {
+  const std::lock_guard lock(mutex_);
+  const auto [at, is_new] = known_.try_emplace({delta, df}, 0.0);
+  if (is_new) at->second = critical_t(delta, df);
+  return at->second;
+}
+
+bool RareT::operator()(double t, double df, double delta) const {
+  constexpr double margin = 1e-9;  // far more than p and critical_t are off
+  const double limit = critical(delta, df);
+  if (std::abs(t) > limit * (1.0 + margin)) return true;
+  if (std::abs(t) < limit * (1.0 - margin)) return false;
+  return two_sided_p(t, df) < delta;
+}
+
 }  // namespace weft::classifier

@@ -1,6 +1,10 @@
 #pragma once
 // Tail of Student's t distribution, good where a double still has digits.
 
+#include <map>
+#include <mutex>
+#include <utility>
+
 namespace weft::classifier {
 
 /// Natural logarithm of P(|T| > |t|) with `df` > 0 degrees of freedom: I_x(df/2, 1/2) at x = df /
@@ -14,5 +18,18 @@ double two_sided_p(double t, double df);
 /// The t > 0 with two_sided_p(t, df) = p: 0.05 gives the factor of a 95 % interval. NaN unless 0 <
 /// p < 1 and df > 0; infinity where no finite t is that unlikely.
 double critical_t(double p, double df);
+
+/// Asks whether t is less likely than delta, many times for few (delta, df). Safe to share between
+/// threads.
+class RareT {
+ public:
+  /// two_sided_p(t, df) < delta, mostly without computing p.
+  bool operator()(double t, double df, double delta) const;
+
+ private:
+  double critical(double delta, double df) const;
+  mutable std::mutex mutex_;
+  mutable std::map<std::pair<double, double>, double> known_;  // (delta, df) -> critical t
+};
 
 }  // namespace weft::classifier

@@ -1,10 +1,10 @@
 #include "classifier/selection/t_test.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
-
-#include "classifier/selection/student_t.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -16,14 +16,22 @@ struct ClassSums {
   double count = 0.0;
 };
 
+// The power of two next to 1 / v, made from the exponent bits; 1 for 0. Between 2^-1022 and 2^1022.
+double inverse_power_of_two(double v) {
+  if (!(v > 0.0)) return 1.0;
+  constexpr std::uint64_t bias = 1023;
+  const std::uint64_t exponent =
+      std::clamp<std::uint64_t>(std::bit_cast<std::uint64_t>(v) >> 52, 1, 2 * bias - 1);
+  return std::bit_cast<double>((2 * bias - exponent) << 52);
+}
+
 // 2^-e per column such that the largest magnitude is near 1: exact, and squares cannot overflow.
 std::vector<double> column_scales(const Matrix& rows) {
   std::vector<double> top(rows.cols(), 0.0);
   for (std::size_t r = 0; r < rows.rows(); ++r) {
     for (std::size_t k = 0; k < rows.cols(); ++k) top[k] = std::max(top[k], std::abs(rows(r, k)));
   }
-  for (double& v : top)
-    v = v > 0.0 ? std::ldexp(1.0, std::clamp(-std::ilogb(v), -1022, 1022)) : 1.0;
+  for (double& v : top) v = inverse_power_of_two(v);
   return top;
 }
 
@@ -64,22 +72,25 @@ std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign) 
   return t;
 }
 
-std::vector<std::size_t> rank_by_t(std::span<const double> t) {
+std::vector<std::size_t> rank_by_t(std::span<const double> t, std::size_t most) {
   std::vector<std::size_t> order(t.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [t](std::size_t a, std::size_t b) {
+  const std::size_t kept = std::min(most, order.size());
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(kept);
+  std::partial_sort(order.begin(), end, order.end(), [t](std::size_t a, std::size_t b) {
     const double ta = std::abs(t[a]);
     const double tb = std::abs(t[b]);
     return ta != tb ? ta > tb : a < b;
   });
+  order.resize(kept);
   return order;
 }
 
 std::size_t subset_size(std::span<const double> t, std::span<const std::size_t> ranked, double df,
-                        double delta, std::size_t cap) {
+                        double delta, std::size_t cap, const RareT& rare) {
   std::size_t size = 0;
   const std::size_t most = std::min(cap, ranked.size());
-  while (size < most && two_sided_p(t[ranked[size]], df) < delta) ++size;
+  while (size < most && rare(t[ranked[size]], df, delta)) ++size;
   return std::max<std::size_t>(size, 1);
 }
 

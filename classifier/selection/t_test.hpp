@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "classifier/features/matrix.hpp"
+#include "classifier/selection/student_t.hpp"
 
 namespace weft::classifier {
 
@@ -15,12 +16,14 @@ namespace weft::classifier {
 /// the larger mean (AMB-13): equal up to rounding means t = 0.
 std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign);
 
-/// Columns by falling |t|; equal ones by column number. |t| and not p: p underflows.
-std::vector<std::size_t> rank_by_t(std::span<const double> t);
+/// The first `most` columns by falling |t|; equal ones by column number. |t| and not p: p
+/// underflows.
+std::vector<std::size_t> rank_by_t(std::span<const double> t,
+                                   std::size_t most = static_cast<std::size_t>(-1));
 
 /// How many of the ranked columns to keep: those with p < delta, at most `cap`, at least one
 /// (AMB-14).
 std::size_t subset_size(std::span<const double> t, std::span<const std::size_t> ranked, double df,
-                        double delta, std::size_t cap);
+                        double delta, std::size_t cap, const RareT& rare = RareT());
 
 }  // namespace weft::classifier

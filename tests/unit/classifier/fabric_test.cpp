@@ -78,6 +78,7 @@ TEST_CASE("Solving each subset size once gives the same scores as solving every 
   for (std::size_t i = 0; i < 16; ++i) unit[i] = i;
   const auto folds = stratified_folds(sign, unit, 5, 1);
   TrainOptions options;
+  options.search = Search::whole;
   options.grid.c = {2, 512};
   options.grid.gamma = {0.01, 0.5};
   const auto search = [&](const TrainOptions& o) {
@@ -96,6 +97,42 @@ TEST_CASE("Solving each subset size once gives the same scores as solving every 
     }
   }
   CHECK(joint.fits <= fits_alone);
+}
+
+TEST_CASE("The fast search, the whole one and libsvm's train the same cores, bit for bit") {
+  std::size_t fast_fits = 0, plain_fits = 0;
+  for (const Reduction reduction : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
+    for (const Tie tie : {Tie::loss, Tie::order}) {
+      for (const bool nested : {true, false}) {
+        const FeatureMatrix matrix = gaussian_classes(4, 8, 30, 0.9, nested ? 21 : 22);
+        TrainOptions options{.reduction = reduction, .nested = nested, .tie = tie};
+        const auto fast = train(matrix, options).value();
+        options.search = Search::whole;
+        const auto whole = train(matrix, options).value();
+        options.search = Search::libsvm;
+        const auto plain = train(matrix, options).value();
+        for (std::size_t i = 0; i < fast.cores().size(); ++i) {
+          INFO(to_string(reduction)
+               << ", tie " << static_cast<int>(tie) << ", nested " << nested << ", core " << i);
+          for (const FabricModel* other : {&whole, &plain}) {
+            const FabricCore& core = fast.cores()[i];
+            const FabricCore& same = other->cores()[i];
+            CHECK(core.info().c == same.info().c);
+            CHECK(core.info().gamma == same.info().gamma);
+            CHECK(core.info().threshold == same.info().threshold);
+            CHECK(core.info().cv_errors == same.info().cv_errors);
+            CHECK(core.info().cv_loss == same.info().cv_loss);
+            CHECK(core.reducer().columns() == same.reducer().columns());
+            CHECK(core.coefficient() == same.coefficient());
+            CHECK(core.bias() == same.bias());
+          }
+          fast_fits += fast.cores()[i].info().fits;
+          plain_fits += plain.cores()[i].info().fits;
+        }
+      }
+    }
+  }
+  CHECK(fast_fits < plain_fits / 2);
 }
 
 TEST_CASE("Nested selection never sees the held-out trials: noise alone scores at chance") {

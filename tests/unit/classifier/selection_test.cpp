@@ -168,5 +168,28 @@ TEST_CASE("Critical t has its closed forms and its tabled value, and undoes the 
   CHECK(std::isnan(critical_t(0.05, 0.0)));
 }
 
+TEST_CASE("RareT says what the p-value says, also next to the border") {
+  const RareT rare;
+  for (const double df : {1.0, 11.0, 14.0, 300.0}) {
+    for (const double delta : {1e-5, 0.05, 0.999}) {
+      const double limit = critical_t(delta, df);
+      for (const double factor : {0.0, 0.5, 1 - 1e-8, 1 - 1e-12, 1.0, 1 + 1e-12, 1 + 1e-8, 3.0})
+        CHECK(rare(-limit * factor, df, delta) == (two_sided_p(limit * factor, df) < delta));
+    }
+  }
+  CHECK(rare(0.5, 14.0, 1.0));
+  CHECK_FALSE(rare(0.0, 14.0, 1.0));
+}
+
+TEST_CASE("Ranking only the first columns gives the beginning of the whole ranking") {
+  const std::vector<double> t{1, -3, 3, 0, 2, -2, 5};
+  const auto whole = rank_by_t(t);
+  for (std::size_t most = 0; most <= t.size() + 1; ++most) {
+    const auto some = rank_by_t(t, most);
+    REQUIRE(some.size() == std::min(most, t.size()));
+    CHECK(std::equal(some.begin(), some.end(), whole.begin()));
+  }
+}
+
 }  // namespace
 }  // namespace weft::classifier

@@ -1,0 +1,49 @@
+#pragma once
+// The two solvers behind one face: our own for small dense problems, libsvm for everything else.
+
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "classifier/learn/dense_smo.hpp"
+#include "classifier/learn/svm.hpp"
+
+namespace weft::classifier {
+
+/// Trains on one set of rows with several kernels and several C. One object per thread.
+class SvmSolver {
+ public:
+  /// Largest problem that the dense solver takes: its kernel is 2 MiB then.
+  static constexpr std::size_t most_dense_rows = 512;
+
+  /// `sign`: +1 or -1 per training row; both must occur. `dense` false: libsvm always.
+  SvmSolver(std::span<const int> sign, bool dense);
+
+  /// [n x n] kernel between the training rows; kept by reference until the next one. Errors as
+  /// SvmTrainer::set_kernel.
+  Status set_kernel(const Matrix& kernel);
+
+  /// The dense solver; libsvm where that does not converge. Errors as SvmTrainer::solve.
+  Status solve(double c, double tolerance);
+
+  [[nodiscard]] std::span<const double> coefficient() const { return coefficient_; }
+  [[nodiscard]] double bias() const { return bias_; }
+  /// This solution is also the one of every larger C.
+  [[nodiscard]] bool holds_for_larger_c() const { return holds_; }
+
+ private:
+  Status solve_with_libsvm(double c, double tolerance);
+
+  std::vector<int> sign_;
+  bool dense_;
+  const Matrix* kernel_ = nullptr;
+  DenseSmo smo_;
+  std::optional<SvmTrainer> libsvm_;  // made when it is first needed
+  bool libsvm_has_kernel_ = false;
+  SvmSolution solution_;  // libsvm's
+  std::span<const double> coefficient_;
+  double bias_ = 0.0;
+  bool holds_ = false;
+};
+
+}  // namespace weft::classifier
