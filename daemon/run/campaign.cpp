@@ -18,15 +18,6 @@ double seconds_since(std::chrono::nanoseconds begin) {
   return std::chrono::duration<double>(steady_wall_now() - begin).count();
 }
 
-// A recipe that is not JSON stays as it is: the checker says what is wrong with it.
-std::string with_seed(const std::string& recipe, std::optional<std::uint64_t> seed) {
-  if (!seed) return recipe;
-  json root = json::parse(recipe, nullptr, false);
-  if (!root.is_object()) return recipe;
-  root["seed"] = *seed;
-  return root.dump(2);
-}
-
 std::string all_problems(const std::vector<recipes::Diagnostic>& problems) {
   std::string text =
       std::to_string(problems.size()) + (problems.size() == 1 ? " problem:" : " problems:");
@@ -171,11 +162,11 @@ Result<CheckedRequest> check_request(const CampaignRequest& request) {
   if (!limits) return pass(limits.error(), request.rig.string());
   Result<std::string> recipe = read_text_file(request.recipe, recipes::max_recipe_bytes);
   if (!recipe) return pass(recipe.error());
-  const std::string text = with_seed(*recipe, request.seed);
-  recipes::CheckReport report = recipes::check_recipe(text, *limits);
+  recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
   if (!report.plan)
     return fail(Errc::invalid_argument, all_problems(report.problems), request.recipe.string());
-  return CheckedRequest{std::move(*report.plan), text, *rig_text, std::move(report.warnings)};
+  return CheckedRequest{std::move(*report.plan), std::move(*recipe), *rig_text,
+                        std::move(report.warnings)};
 }
 
 Result<CampaignSummary> run_campaign(const CampaignRequest& request, const ProgressSink& progress) {

@@ -57,12 +57,13 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
 
 }  // namespace
 
-CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits) {
+CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
+                         std::optional<std::uint64_t> seed) {
   Problems problems;
   nlohmann::json document;
   if (!parse_json(recipe_json, {.max_bytes = max_recipe_bytes}, document, problems))
     return {std::nullopt, problems.take(), {}};
-  StatedRecipe stated = read_recipe(document, limits, problems);
+  StatedRecipe stated = read_recipe(document, limits, seed, problems);
   check_trial_count(stated, problems);
   for (StatedExploration& exploration : stated.explorations)
     place_on_plate(exploration, limits, problems);

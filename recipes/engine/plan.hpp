@@ -97,8 +97,10 @@ struct CheckReport {
 inline constexpr std::size_t max_recipe_bytes = std::size_t{1} << 20;
 inline constexpr std::size_t max_trials = 1'000'000;
 
-/// Parses and checks a recipe against a rig. Never throws; any text is an input.
-CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits);
+/// Parses and checks a recipe against a rig. `seed` takes the place of the recipe's own, which is
+/// checked all the same. Never throws; any text is an input.
+CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
+                         std::optional<std::uint64_t> seed = {});
 
 /// Which patch of cloth a trial touches: FNV-1a 64 over the decimal seed, fabric, exploration and
 /// repetition, separated by '/', then mixed by splitmix64. It depends on nothing else, so that the

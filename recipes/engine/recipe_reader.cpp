@@ -133,12 +133,23 @@ void read_scalars(ObjectReader& recipe, StatedRecipe& stated) {
   stated.on_trial_failure = on_failure == 1 ? OnTrialFailure::carry_on : OnTrialFailure::stop;
 }
 
+/// Before the order is read: an order without a seed of its own draws from this one.
+void take_seed(std::optional<std::uint64_t> seed, StatedRecipe& stated, Problems& problems) {
+  if (!seed) return;
+  stated.seed = *seed;
+  if (*seed > static_cast<std::uint64_t>(largest_seed))
+    problems.add({"/seed", "the seed given in its place is out of range",
+                  "0 to " + std::to_string(largest_seed), std::to_string(*seed), ""});
+}
+
 }  // namespace
 
-StatedRecipe read_recipe(const json& document, const RigLimits& limits, Problems& problems) {
+StatedRecipe read_recipe(const json& document, const RigLimits& limits,
+                         std::optional<std::uint64_t> seed, Problems& problems) {
   StatedRecipe stated;
   ObjectReader recipe(document, "", problems);
   read_scalars(recipe, stated);
+  take_seed(seed, stated, problems);
   read_fabrics(recipe, limits, stated, problems);
   read_order(recipe, stated, problems);
   read_approach(recipe, limits, stated, problems);

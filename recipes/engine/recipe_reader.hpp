@@ -37,8 +37,9 @@ struct StatedRecipe {
   double mount_timeout_s = 600;
 };
 
-/// Reads what is there; the result is complete only when no problem was added.
+/// Reads what is there; the result is complete only when no problem was added. `seed` takes the
+/// place of the document's.
 StatedRecipe read_recipe(const nlohmann::json& document, const RigLimits& limits,
-                         Problems& problems);
+                         std::optional<std::uint64_t> seed, Problems& problems);
 
 }  // namespace weft::recipes

@@ -76,6 +76,13 @@ def not_json(t, root, rig, d):
         bad.write_text(broken)
         error = t.refuses("check", "bad.json", "--rig", rig, cwd=d, says=["bad.json"])
         t.expect(bool(error), name)
+    for name, broken in {"a key twice": text.replace('"seed": 2016', '"seed": 1, "seed": 2'), "deep": "[" * 500_000,
+                         "deep and closed": '{"a":' * 100_000 + "1" + "}" * 100_000}.items():
+        bad.write_text(broken)
+        error = t.refuses("run", "bad.json", "--rig", rig, "--out", "out", "--seed", "7", cwd=d, says=["bad.json"])
+        t.expect("twice" in str(error) or "nested" in str(error), f"{name} with --seed: {error}")
+    bad.write_text(text)
+    t.refuses("run", "bad.json", "--rig", rig, "--out", "out", "--seed", str(2**53), cwd=d, says=["bad.json: ", "/seed"])
     with open(bad, "wb") as f:  # 200 MB without writing them
         f.truncate(200 << 20)
     t.refuses("check", "bad.json", "--rig", rig, cwd=d, says=["bad.json", "bytes"])

@@ -6,6 +6,7 @@
 #include "tests/unit/recipes/bench.hpp"
 
 using namespace weft::recipes;
+using test::limits;
 using test::plan_of;
 using test::small_recipe;
 using test::small_with;
@@ -16,9 +17,9 @@ namespace {
 const char* const order_stub = "\"repetitions\": 2";
 
 std::string randomised(int seed) {
-  return small_with(order_stub, std::string(order_stub) +
-                                    ", \"order\": {\"kind\": \"randomised\", \"seed\": " +
-                                    std::to_string(seed) + "}");
+  std::string text = R"("repetitions": 2, "order": {"kind": "randomised", "seed": )";
+  text += std::to_string(seed);
+  return small_with(order_stub, text += '}');
 }
 
 /// fabric, repetition and patch of each trial, in order.
@@ -63,6 +64,29 @@ TEST_CASE("A blocked order finishes one fabric before the next") {
     REQUIRE(plan.trials[i].exploration == i / 20 % 2);
     REQUIRE(plan.trials[i].repetition == i % 20 + 1);
   }
+}
+
+TEST_CASE("A seed given in the recipe's place draws what the recipe would draw with it") {
+  const std::string stated = with(randomised(5), ", \"seed\": 5", "");
+  const auto with_seed = [&](std::uint64_t seed) {
+    return check_recipe(stated, limits(), seed).plan.value();
+  };
+  const std::string written = with(stated, "\"repetitions\"", "\"seed\": 77, \"repetitions\"");
+  CHECK(with_seed(77).seed == 77);
+  CHECK(sequence(with_seed(77)) == sequence(plan_of(written)));
+  CHECK(with_seed(77).canonical_json == plan_of(written).canonical_json);
+  CHECK(sequence(with_seed(78)) != sequence(with_seed(77)));
+}
+
+TEST_CASE("A seed given in the recipe's place does not hide what is wrong with the text") {
+  const std::string twice =
+      small_with("\"repetitions\": 2", "\"seed\": 1, \"seed\": 2, \"repetitions\": 2");
+  CHECK_FALSE(check_recipe(twice, limits(), 77).plan);
+  const std::string wrong = small_with("\"repetitions\": 2", "\"seed\": -1, \"repetitions\": 2");
+  CHECK_FALSE(check_recipe(wrong, limits(), 77).plan);
+  const CheckReport large = check_recipe(small_recipe, limits(), std::uint64_t{1} << 53);
+  REQUIRE(large.problems.size() == 1);
+  CHECK(large.problems[0].pointer == "/seed");
 }
 
 TEST_CASE("A randomised order holds the same trials, and its seed decides it") {
