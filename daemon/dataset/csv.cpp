@@ -89,18 +89,16 @@ Result<CsvReader> CsvReader::open(const std::filesystem::path& path) {
 Result<bool> CsvReader::next() {
   auto line = next_line();
   if (!line || !*line || fields_.size() == header_.size()) return line;
-  return complaint(line_is_cut_ && fields_.size() < header_.size()
-                       ? "the last line is cut short: the file is not complete"
-                       : "wrong number of fields",
-                   std::to_string(header_.size()), std::to_string(fields_.size()));
+  return complaint("wrong number of fields", std::to_string(header_.size()),
+                   std::to_string(fields_.size()));
 }
 
 Result<bool> CsvReader::next_line() {
   while (at_ < text_.size()) {
     const std::size_t end = text_.find('\n', at_);
-    line_is_cut_ = end == std::string::npos;
+    const bool ends_with_file = end == std::string::npos;
     std::string_view line = std::string_view(text_).substr(at_, end - at_);
-    at_ = line_is_cut_ ? text_.size() : end + 1;
+    at_ = ends_with_file ? text_.size() : end + 1;
     ++line_number_;
     if (line.size() > max_line_bytes)
       return complaint("the line is too long", "at most " + std::to_string(max_line_bytes),
@@ -108,6 +106,9 @@ Result<bool> CsvReader::next_line() {
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (trimmed(line).empty()) continue;
     if (line.find('\0') != std::string_view::npos) return complaint("a zero byte: not a text file");
+    if (ends_with_file)
+      return fail(Errc::parse, "the last line has no line break: the file may be cut short",
+                  where(), "a line break at the end", {}, "Add a newline if the file is whole");
     if (auto done = split(line); !done) return pass(std::move(done).error());
     return true;
   }

@@ -13,7 +13,8 @@
 namespace weft::daemon {
 
 /// A file's lines, one after the other, split into fields. RFC 4180 but for quoted line breaks,
-/// which are refused. Blanks around fields, blank lines, CRLF and a UTF-8 byte order mark are
+/// which are refused, and for a last line without line break: whether its last number is whole
+/// cannot be seen. Blanks around fields, blank lines, CRLF and a UTF-8 byte order mark are
 /// accepted.
 class CsvReader {
  public:
@@ -44,7 +45,6 @@ class CsvReader {
   std::string text_;
   std::size_t at_ = 0;
   std::size_t line_number_ = 0;
-  bool line_is_cut_ = false;  ///< the current line ends with the file instead of a line break
   std::vector<std::string> header_;
   std::vector<std::string> fields_;
 };
