@@ -20,3 +20,8 @@ set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run PROPE
 set_tests_properties(scenario_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
 set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_real_fabrics
                      PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# What is left of the accuracy on simulated data when the labels are in random order.
+add_test(NAME scenario_permuted_labels
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_permuted_labels PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
