@@ -14,10 +14,6 @@
 namespace weft::daemon::cli {
 namespace {
 
-double wall_seconds() {
-  return std::chrono::duration<double>(steady_wall_now()).count();
-}
-
 // "2 threads, Linux 6.1 x86_64, g++ 12.2.0"
 std::string machine_text() {
   utsname system{};
@@ -42,7 +38,7 @@ Result<CampaignReport> write_report(const CampaignSummary& summary,
   if (!dataset) return pass(dataset.error());
   EvaluateOptions options;
   options.repeats = repeats;
-  auto results = evaluate_campaign(*dataset, options, wall_seconds, progress_to(console));
+  auto results = evaluate_campaign(*dataset, options, steady_wall_seconds, progress_to(console));
   CampaignReport report;
   report.html = folder / "report.html";
   report.json = folder / "report.json";

@@ -1,15 +1,16 @@
 #include "daemon/cli/classify_command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "classifier/fabric/model_file.hpp"
-#include "classifier/features/windows.hpp"
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
+#include "daemon/report/format.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -47,22 +48,26 @@ Status check_rate(const classifier::FeatureSetup& setup, const Dataset& dataset)
               std::to_string(period_s) + " s");
 }
 
+// The model's own exploration. Imported recordings name none, and are taken for what the model
+// knows; so is the only exploration of a campaign by a model of imported recordings.
+Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const Dataset& dataset) {
+  const std::vector<std::string> present = explorations_of(dataset);
+  if (present.empty()) return fail(Errc::not_found, "no complete trial in the data set");
+  if (std::ranges::find(present, setup.exploration) != present.end()) return setup.exploration;
+  if (present.size() == 1 && (present.front().empty() || setup.exploration.empty()))
+    return present.front();
+  return fail(Errc::invalid_argument, "no trial of the exploration that the model was trained on",
+              {}, setup.exploration.empty() ? "a single exploration" : setup.exploration,
+              joined(present));
+}
+
 // Prepared as the training trials were.
 Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const Dataset& dataset) {
-  const bool named = dataset.info.source == "campaign";
-  TrialChoice choice;
-  choice.exploration = named ? setup.exploration : "";
-  auto strokes = choose_trials(dataset, choice, named);
-  if (!strokes || setup.window_s == 0.0) return strokes;
+  const Result<std::string> exploration = exploration_for(setup, dataset);
+  if (!exploration) return pass(exploration.error());
   if (auto ok = check_rate(setup, dataset); !ok) return pass(ok.error());
-  std::vector<Trial> out;
-  for (const Trial& stroke : *strokes) {
-    auto windows = classifier::cut_windows(
-        stroke, {setup.window_s, setup.window_step_s, setup.sample_period_s});
-    if (!windows) return pass(windows.error());
-    std::move(windows->begin(), windows->end(), std::back_inserter(out));
-  }
-  return out;
+  return in_windows(complete_trials(dataset, *exploration),
+                    {setup.window_s, setup.window_step_s, setup.sample_period_s});
 }
 
 Result<std::vector<Answer>> answers(const StoredModel& stored, std::vector<Trial> trials) {

@@ -8,6 +8,7 @@
 #include "daemon/cli/table.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/json_parts.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -29,22 +30,12 @@ Result<std::vector<Reduction>> reductions_of(const std::string& word) {
   return std::vector{*one};
 }
 
-double wall_seconds() {
-  return std::chrono::duration<double>(steady_wall_now()).count();
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : ",") + word;
-  return out;
-}
-
 std::string split_text(const EvaluateArgs& args, const classifier::Split& first) {
   const std::string sizes =
       std::to_string(first.train.size()) + " train, " + std::to_string(first.test.size()) + " test";
   if (args.train_fraction == 0.0)
-    return "groups " + joined(args.train_groups) + " train, groups " + joined(args.test_groups) +
-           " test: " + sizes;
+    return "groups " + joined(args.train_groups, ",") + " train, groups " +
+           joined(args.test_groups, ",") + " test: " + sizes;
   return std::to_string(args.repeats) + " random splits of " + percent(args.train_fraction, 0) +
          " % of each label: " + sizes;
 }
@@ -56,7 +47,10 @@ std::string accuracy_table(const std::vector<Outcome>& outcomes) {
     table.row({std::string(classifier::to_string(reduction)), percent(e.accuracy, 2),
                percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2), duration(e.train_s),
                fixed(e.test_s_per_sample * 1e6, 1) + " us"});
-  return table.text() + "  interval: " + outcomes.front().evaluation.ci95.method + "\n";
+  std::vector<std::pair<std::string, std::string>> methods;
+  for (const auto& [reduction, e] : outcomes)
+    methods.emplace_back(classifier::to_string(reduction), e.ci95.method);
+  return table.text() + "  interval: " + methods_text(methods) + "\n";
 }
 
 std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
@@ -82,44 +76,12 @@ std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
   return out;
 }
 
-json confusion_json(const classifier::Confusion& confusion) {
-  json rows = json::array();
-  for (std::size_t t = 0; t < confusion.classes(); ++t) {
-    json row = json::array();
-    for (std::size_t p = 0; p < confusion.classes(); ++p) row.push_back(confusion.at(t, p));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
-json cores_json(const classifier::FabricModel& model) {
-  json cores = json::array();
-  for (const classifier::CoreRow& row : classifier::core_table(model))
-    cores.push_back({{"pair", row.core},
-                     {"top_features", row.top},
-                     {"p_values", row.p_value},
-                     {"inputs", row.inputs},
-                     {"threshold", row.threshold},
-                     {"C", row.c},
-                     {"gamma", row.gamma},
-                     {"cv_errors", row.cv_errors},
-                     {"support_vectors", row.support_vectors}});
-  return cores;
-}
-
-json to_json(const Evaluation& e) {
-  json splits = json::array();
-  for (const classifier::SplitOutcome& split : e.splits) splits.push_back(split.accuracy);
-  return {{"accuracy", e.accuracy},
-          {"deviation", e.deviation},
-          {"ci95", {e.ci95.low, e.ci95.high}},
-          {"ci95_method", e.ci95.method},
-          {"accuracy_of_splits", splits},
-          {"confusion", confusion_json(e.confusion)},
-          {"train_s", e.train_s},
-          {"test_s_per_sample", e.test_s_per_sample},
-          {"chosen_reduction", classifier::to_string(e.model.reduction())},
-          {"cores", cores_json(e.model)}};
+json outcome_json(const Evaluation& e) {
+  json out = evaluation_json(e);
+  out["chosen_reduction"] = classifier::to_string(e.model.reduction());
+  out["cores"] = json::array();
+  for (const CoreLine& line : core_lines(e.model)) out["cores"].push_back(json(core_json(line)));
+  return out;
 }
 
 json report_json(const EvaluateArgs& args, const ChosenTrials& chosen,
@@ -127,7 +89,7 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen,
                  const std::vector<Outcome>& outcomes) {
   json results;
   for (const auto& [reduction, e] : outcomes)
-    results[std::string(classifier::to_string(reduction))] = to_json(e);
+    results[std::string(classifier::to_string(reduction))] = outcome_json(e);
   return {{"command", "evaluate"},
           {"dataset", args.dataset.string()},
           {"dataset_sha256", chosen.sha256},
@@ -136,6 +98,7 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen,
           {"rows", chosen.features.size()},
           {"features", chosen.features.names.size()},
           {"taxels", chosen.setup.taxels},
+          {"exploration", chosen.setup.exploration},
           {"window_s", args.trials.window_s},
           {"labels", outcomes.front().evaluation.confusion.labels},
           {"splits", splits.size()},
@@ -227,8 +190,8 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
   if (!splits) return pass(splits.error());
   std::vector<Outcome> outcomes;
   for (const Reduction reduction : *reductions) {
-    auto evaluation = classifier::evaluate(chosen->features, *splits,
-                                           train_options(args.training, reduction), wall_seconds);
+    auto evaluation = classifier::evaluate(
+        chosen->features, *splits, train_options(args.training, reduction), steady_wall_seconds);
     if (!evaluation) return pass(evaluation.error(), args.dataset.string());
     outcomes.push_back({reduction, std::move(*evaluation)});
   }

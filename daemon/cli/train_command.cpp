@@ -21,6 +21,7 @@ json summary_json(const TrainArgs& args, const classifier::StoredModel& stored, 
           {"bench", stored.provenance.bench},
           {"dataset_sha256", stored.provenance.dataset_sha256},
           {"training", stored.provenance.training},
+          {"exploration", stored.setup.exploration},
           {"reduction", classifier::to_string(stored.model.reduction())},
           {"labels", stored.model.labels()},
           {"rows", rows},
@@ -60,10 +61,10 @@ Result<int> run_train(const TrainArgs& args, Console& console) {
   if (!reduction) return pass(reduction.error(), "--reduction");
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
-  const auto began = steady_wall_now();
+  const double began_s = steady_wall_seconds();
   auto model = classifier::train(chosen->features, train_options(args.training, *reduction));
   if (!model) return pass(model.error(), args.dataset.string());
-  const double train_s = std::chrono::duration<double>(steady_wall_now() - began).count();
+  const double train_s = steady_wall_seconds() - began_s;
   const BenchKind kind = chosen->dataset.info.kind;
   const classifier::StoredModel stored{
       std::move(*model),

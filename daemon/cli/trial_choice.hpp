@@ -7,6 +7,7 @@
 
 #include "classifier/fabric/model_file.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/features/windows.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 
@@ -18,7 +19,7 @@ namespace weft::daemon::cli {
 
 /// Options that features, train and evaluate share.
 struct TrialChoice {
-  std::string exploration;     ///< empty: all; needed when the data set has several
+  std::string exploration;     ///< empty: the only one, or all; see choose_trials()
   double window_s = 0.0;       ///< 0: whole strokes
   double window_step_s = 0.0;  ///< 0: no overlap
   std::string norm = "l2";
@@ -34,15 +35,24 @@ struct ChosenTrials {
   classifier::FeatureSetup setup;
 };
 
-/// The explorations in a data set, in order of appearance.
-std::vector<std::string> explorations_of(const Dataset& dataset);
+/// Complete trials, and what they have in common.
+struct TrialSelection {
+  std::string exploration;  ///< of all of them; empty when several were taken, or none is named
+  std::size_t strokes = 0;  ///< before they were cut into windows
+  std::vector<classifier::Trial> trials;
+};
 
-/// Complete trials of the chosen exploration, cut into windows where asked for. Refuses an
-/// exploration that is not there, and several of them in `one_exploration` mode: M1 and M2 are
-/// different experiments.
-Result<std::vector<classifier::Trial>> choose_trials(const Dataset& dataset,
-                                                     const TrialChoice& choice,
-                                                     bool one_exploration);
+/// Complete trials of the exploration that `choice` names, or of the only one there is, cut into
+/// windows where asked for. Refuses an exploration that is not there. Without a name and with
+/// several of them all are taken, but refused in `one_exploration` mode: M1 and M2 are different
+/// experiments.
+Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
+                                     bool one_exploration);
+
+/// Each stroke's windows in turn; the strokes as they are when `options.window_s` is 0. Refuses
+/// windows of recordings whose sample period is not known.
+Result<std::vector<classifier::Trial>> in_windows(std::vector<classifier::Trial> strokes,
+                                                  const classifier::WindowOptions& options);
 
 /// Reads `path`, chooses and extracts.
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,

@@ -106,10 +106,24 @@ Status check(const Dataset& dataset) {
   return {};
 }
 
-std::vector<classifier::Trial> trials_of(const Dataset& dataset, std::string_view exploration) {
+std::vector<std::string> explorations_of(const Dataset& dataset) {
+  std::vector<std::string> names;
+  for (const TrialRecord& record : dataset.records)
+    if (record.outcome == TrialOutcome::complete &&
+        std::ranges::find(names, record.spec.exploration) == names.end())
+      names.push_back(record.spec.exploration);
+  return names;
+}
+
+std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
+                                               std::optional<std::string_view> exploration) {
   std::vector<classifier::Trial> chosen;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
-    if (dataset.records[i].spec.exploration == exploration) chosen.push_back(dataset.trials[i]);
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome != TrialOutcome::complete) continue;
+    if (!exploration || record.spec.exploration == *exploration)
+      chosen.push_back(dataset.trials[i]);
+  }
   return chosen;
 }
 

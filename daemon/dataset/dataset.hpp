@@ -86,7 +86,7 @@ struct TrialRecord {
 
 /// A stage axis; `rotary` decides the quantum (angle or position).
 struct Axis {
-  std::string name;  ///< "x", "y", "z", "a", "b"
+  std::string name;  ///< "x", "y", "z", "rx", "ry"
   bool rotary = false;
   [[nodiscard]] double quanta_per_unit() const {
     return rotary ? angle_quanta_per_rad : position_quanta_per_m;
@@ -106,11 +106,11 @@ struct DatasetInfo {
   BenchKind kind = BenchKind::unknown;
   std::string name;
   std::string source;       ///< "campaign", "manifest", "fabricslide"
-  std::string recipe_json;  ///< as run, empty for imported sets
+  std::string recipe_json;  ///< as written, empty for imported sets
   std::string rig_json;
   std::string recipe_sha256;  ///< of recipe_json; Recorder::create fills it when empty
   std::string rig_sha256;
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;  ///< that was used, whatever recipe_json says
   std::string software_version;
   double taxel_rate_hz = 0;  ///< nominal; 0 means not known
   double wrench_rate_hz = 0;
@@ -143,7 +143,11 @@ DatasetDigest digest_of(const Dataset& dataset);
 std::string dataset_sha256(const Dataset& dataset);
 std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record);
 
-/// The trials of one exploration, in order, as the classifier takes them.
-std::vector<classifier::Trial> trials_of(const Dataset& dataset, std::string_view exploration);
+/// The explorations of the complete trials, in order of appearance; one empty name for imported
+/// sets.
+std::vector<std::string> explorations_of(const Dataset& dataset);
+/// The complete trials of one exploration (nothing: of all), in order, as the classifier takes them.
+std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
+                                               std::optional<std::string_view> exploration = {});
 
 }  // namespace weft::daemon

@@ -7,6 +7,8 @@ namespace weft::daemon {
 
 /// Monotonic, any origin.
 std::chrono::nanoseconds steady_wall_now();
+/// The same in seconds.
+double steady_wall_seconds();
 /// Since 1970-01-01 UTC; recorded for people, part of no digest.
 std::chrono::nanoseconds utc_now();
 

@@ -7,6 +7,7 @@
 #include "classifier/evaluate/permutation.hpp"
 #include "classifier/features/extract.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "daemon/report/format.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -17,27 +18,6 @@ constexpr std::array reductions = {Reduction::pvalue, Reduction::pca, Reduction:
 constexpr std::size_t steps_per_exploration = 2 + reductions.size();
 constexpr std::size_t label_permutations = 8;  // one alone is off chance by a point or two
 constexpr std::size_t timed_trials = 32;       // enough for a mean, few enough to cost nothing
-
-std::vector<std::string> explorations_of(const Dataset& dataset) {
-  std::vector<std::string> names;
-  for (const TrialRecord& record : dataset.records) {
-    if (record.outcome != TrialOutcome::complete) continue;
-    if (std::find(names.begin(), names.end(), record.spec.exploration) == names.end())
-      names.push_back(record.spec.exploration);
-  }
-  return names;
-}
-
-std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
-                                               const std::string& exploration) {
-  std::vector<classifier::Trial> chosen;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    const TrialRecord& record = dataset.records[i];
-    if (record.outcome == TrialOutcome::complete && record.spec.exploration == exploration)
-      chosen.push_back(dataset.trials[i]);
-  }
-  return chosen;
-}
 
 // Spread over the campaign, so that every kind of cloth is among them.
 Result<double> time_features(const std::vector<classifier::Trial>& trials,
@@ -132,6 +112,15 @@ const classifier::Evaluation* ExplorationResult::find(Reduction reduction) const
   for (const ReductionResult& result : reductions)
     if (result.reduction == reduction) return &result.evaluation;
   return nullptr;
+}
+
+std::string interval_methods(const std::vector<ExplorationResult>& results) {
+  std::vector<std::pair<std::string, std::string>> figures;
+  for (const ExplorationResult& result : results)
+    for (const ReductionResult& r : result.reductions)
+      figures.emplace_back(result.exploration + " " + std::string(to_string(r.reduction)),
+                           r.evaluation.ci95.method);
+  return methods_text(figures);
 }
 
 Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,

@@ -41,6 +41,9 @@ struct ExplorationResult {
   [[nodiscard]] const classifier::Evaluation* find(classifier::Reduction reduction) const;
 };
 
+/// How the intervals were computed, for the reader of a report.
+std::string interval_methods(const std::vector<ExplorationResult>& results);
+
 /// Told before each step.
 struct EvaluationProgress {
   std::size_t step = 0;

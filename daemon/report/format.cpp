@@ -86,6 +86,20 @@ std::string escape(std::string_view text) {
   return out;
 }
 
+std::string methods_text(const std::vector<std::pair<std::string, std::string>>& figures) {
+  std::vector<std::string> methods;
+  for (const auto& [name, method] : figures)
+    if (std::ranges::find(methods, method) == methods.end()) methods.push_back(method);
+  if (methods.size() == 1) return methods.front();
+  for (std::string& method : methods) {
+    std::vector<std::string> names;
+    for (const auto& [name, used] : figures)
+      if (used == method) names.push_back(name);
+    method += " (" + joined(names) + ")";
+  }
+  return joined(methods, "; ");
+}
+
 std::string fixed(double value, int decimals) {
   if (!std::isfinite(value) || std::abs(value) > 1e15) return std::string(no_value);
   std::array<char, 48> text{};

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace weft::daemon {
 
@@ -13,6 +15,18 @@ inline constexpr std::string_view no_value = "\u2013";
 /// & < > " ' as entities; control characters and bytes that are not UTF-8 as U+FFFD, so that the
 /// result is well-formed in HTML and XML wherever it came from.
 std::string escape(std::string_view text);
+
+/// "a, b, c".
+template <class Words>
+std::string joined(const Words& words, std::string_view between = ", ") {
+  std::string out;
+  for (const auto& word : words) (out.empty() ? out : out += between) += word;
+  return out;
+}
+
+/// How each of several figures, (name, method), was computed: the method alone where all agree,
+/// else "Student t (M1 pvalue, M1 pca); Wilson (M1 all)".
+std::string methods_text(const std::vector<std::pair<std::string, std::string>>& figures);
 
 /// With `decimals` places; no_value when not finite.
 std::string fixed(double value, int decimals);

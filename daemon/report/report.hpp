@@ -21,6 +21,11 @@ struct ReportInput {
   std::string commit;                             ///< of the software; empty when unknown
 };
 
+/// Every planned trial is there and nothing went wrong. What is shown of any other run says so.
+bool is_complete(const CampaignSummary& run);
+/// "INCOMPLETE, 12 of 680 trials", or empty.
+std::string incomplete_words(const CampaignSummary& run);
+
 /// Refuses a run and a data set that disagree on the kind of bench: every figure of a report bears
 /// the word, so it must not be in doubt. All three writers ask first.
 Status check(const ReportInput& input);

@@ -6,6 +6,17 @@
 
 namespace weft::daemon {
 
+bool is_complete(const CampaignSummary& run) {
+  return run.trials_complete == run.trials_planned && !run.error;
+}
+
+std::string incomplete_words(const CampaignSummary& run) {
+  if (is_complete(run)) return {};
+  if (run.trials_complete == run.trials_planned) return "ENDED BY AN ERROR";
+  return "INCOMPLETE, " + thousands(run.trials_complete) + " of " + thousands(run.trials_planned) +
+         " trials";
+}
+
 Status check(const ReportInput& input) {
   if (input.run.bench != input.dataset.info.kind)
     return fail(Errc::invalid_argument, "run and data set disagree on the kind of bench", "report",

@@ -61,8 +61,8 @@ std::string method_words(const ReportInput& input, const ExplorationResult& resu
   return out + "</p>\n";
 }
 
-std::string table_caption(const classifier::Evaluation& e) {
-  return "Accuracy with its 95 % interval (" + escape(e.ci95.method) +
+std::string table_caption(const std::vector<ExplorationResult>& results) {
+  return "Mean accuracy, below it its 95 % interval (" + escape(interval_methods(results)) +
          "). The paper\u2019s figures were measured on real fabrics and are not comparable one to "
          "one; its Table II gives " +
          percent(paper::accuracy_table2, 2) +
@@ -87,13 +87,16 @@ std::string confusion_figure(const ExplorationResult& result, const std::string&
 
 std::string accuracy_section(const ReportInput& input) {
   if (input.results.empty() || input.results.front().reductions.empty()) return {};
-  const std::string badge = badge_html(input.dataset.info.kind);
+  const std::string badge = badge_html(input);
   const ExplorationResult& first = input.results.front();
   const classifier::Evaluation& e = first.reductions.front().evaluation;
   std::string out = "<section>\n<h2>Which fabric was it?</h2>\n" + method_words(input, first, e);
   out += figure("<div class=\"scroll\">" + accuracy_figure(input.results) + "</div>\n",
-                "Accuracy by exploration and by how the features of a core are reduced.", badge);
-  out += figure(accuracy_table(input.results), table_caption(e), badge);
+                "Accuracy by exploration and by how the features of a core are reduced; lines: 95 "
+                "% interval (" +
+                    escape(e.ci95.method) + ").",
+                badge);
+  out += figure(accuracy_table(input.results), table_caption(input.results), badge);
   out += "<div class=\"pair\">\n";
   for (const ExplorationResult& result : input.results) out += confusion_figure(result, badge);
   return out + "</div>\n</section>\n";

@@ -75,7 +75,7 @@ std::string core_section(const ReportInput& input) {
                       "pairs, then those with the most cross-validation errors. " +
                       size_words(lines) +
                       " Lower indices name the feature and the pad, upper ones the phase.",
-                  badge_html(input.dataset.info.kind));
+                  badge_html(input));
   }
   return out.empty() ? out
                      : "<section>\n<h2>What tells two fabrics apart</h2>\n" + out + "</section>\n";

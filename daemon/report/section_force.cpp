@@ -43,7 +43,7 @@ std::string force_section(const ReportInput& input) {
   const std::vector<ForceTarget> targets = force_targets(input.dataset.info);
   const std::vector<FabricForce> fabrics = force_by_fabric(input.dataset, targets);
   if (fabrics.empty()) return {};
-  const std::string badge = badge_html(input.dataset.info.kind);
+  const std::string badge = badge_html(input);
   std::string out = "<section>\n<h2>How well the force was held</h2>\n";
   out += figure(
       "<div class=\"scroll\">" + fabric_force_figure(fabrics, targets.front().band_n) + "</div>\n",
@@ -75,7 +75,7 @@ std::string wall_time_section(const ReportInput& input) {
                 "Wall time of the run on this machine, attributed by timing one call in sixteen; " +
                     duration(run.virtual_s) + " of bench time, " +
                     thousands(static_cast<std::size_t>(run.events)) + " timer and link events.",
-                badge_html(input.dataset.info.kind)) +
+                badge_html(input)) +
          "</section>\n";
 }
 

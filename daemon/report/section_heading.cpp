@@ -53,10 +53,11 @@ std::string simulated_note() {
 }
 
 std::string unfinished_note(const CampaignSummary& run) {
-  if (run.trials_complete == run.trials_planned && !run.error) return {};
+  if (is_complete(run)) return {};
   std::string out = "<div class=\"note alarm\"><p><b>The campaign is not complete:</b> " +
                     thousands(run.trials_complete) + " of " + thousands(run.trials_planned) +
-                    " trials, outcome " + escape(recipes::to_string(run.outcome)) + ".";
+                    " trials, outcome " + escape(recipes::to_string(run.outcome)) +
+                    ". Every figure is of the complete trials alone.";
   if (run.error) out += " " + escape(to_string(*run.error));
   return out + "</p></div>\n";
 }
@@ -67,8 +68,7 @@ std::string lead(const ReportInput& input) {
     fabrics.insert(record.spec.label);
     explorations.insert(record.spec.exploration);
   }
-  std::string names;
-  for (const std::string& name : explorations) names += (names.empty() ? "" : " and ") + name;
+  const std::string names = joined(explorations, " and ");
   std::string out = "<p class=\"lead\">" + thousands(fabrics.size()) + " fabrics, exploration" +
                     (explorations.size() == 1 ? " " : "s ") + escape(names) + ", seed " +
                     std::to_string(input.dataset.info.seed);
@@ -78,16 +78,20 @@ std::string lead(const ReportInput& input) {
 
 }  // namespace
 
-std::string badge_html(BenchKind kind) {
+std::string badge_html(const ReportInput& input) {
+  const BenchKind kind = input.dataset.info.kind;
   const std::string_view words = kind == BenchKind::simulated ? "SIMULATED"
                                  : kind == BenchKind::real    ? "REAL BENCH"
                                                               : "BENCH UNKNOWN";
-  return "<span class=\"badge\">" + std::string(words) + "</span>";
+  std::string out = "<span class=\"badge\">" + std::string(words) + "</span>";
+  if (!is_complete(input.run))
+    out += " <span class=\"badge\">" + incomplete_words(input.run) + "</span>";
+  return out;
 }
 
 std::string heading_section(const ReportInput& input) {
   const BenchKind kind = input.dataset.info.kind;
-  std::string out = "<header>" + badge_html(kind) + "\n<h1>Campaign " + escape(input.run.name) +
+  std::string out = "<header>" + badge_html(input) + "\n<h1>Campaign " + escape(input.run.name) +
                     "</h1>\n" + lead(input) + "</header>\n";
   out += unfinished_note(input.run);
   if (kind == BenchKind::simulated) out += simulated_note();

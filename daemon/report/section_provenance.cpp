@@ -40,7 +40,7 @@ std::string rates(const DatasetInfo& info) {
 std::string provenance_section(const ReportInput& input) {
   const DatasetInfo& info = input.dataset.info;
   std::string out = "<section>\n<h2>Where this came from</h2>\n<figure><dl>\n";
-  out += item("bench", escape(to_string(info.kind)) + " " + badge_html(info.kind));
+  out += item("bench", escape(to_string(info.kind)) + " " + badge_html(input));
   out += item("data set SHA-256", code(input.run.dataset_sha256));
   out += item("recipe SHA-256", code(info.recipe_sha256));
   out += item("rig SHA-256", code(info.rig_sha256));
@@ -57,8 +57,8 @@ std::string provenance_section(const ReportInput& input) {
   out += item("paper", escape(paper::citation));
   out += "</dl>\n";
   if (!info.recipe_json.empty() && info.recipe_json.size() <= longest_recipe)
-    out += "<details><summary>Recipe as run</summary><pre>" + escape(info.recipe_json) +
-           "</pre></details>\n";
+    out += "<details><summary>Recipe, run with the seed above</summary><pre>" +
+           escape(info.recipe_json) + "</pre></details>\n";
   return out + "</figure>\n</section>\n";
 }
 

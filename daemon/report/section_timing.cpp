@@ -95,8 +95,7 @@ std::string caption(const ExplorationResult& result) {
 std::string timing_section(const ReportInput& input) {
   if (input.results.empty()) return {};
   return "<section>\n<h2>How long it takes</h2>\n" +
-         figure(timing_table(input.results), caption(input.results.front()),
-                badge_html(input.dataset.info.kind)) +
+         figure(timing_table(input.results), caption(input.results.front()), badge_html(input)) +
          "</section>\n";
 }
 

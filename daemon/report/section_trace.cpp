@@ -42,7 +42,7 @@ std::string trace_section(const ReportInput& input) {
   const auto chosen = typical_trial(dataset, exploration);
   if (!chosen) return {};
   const TrialTrace trace = trace_of(dataset, *chosen);
-  const std::string badge = badge_html(dataset.info.kind);
+  const std::string badge = badge_html(input);
   std::string out = "<section>\n<h2>One trial</h2>\n";
   if (trace.record->wrench.samples() > 0) {
     const auto target = find_target(force_targets(dataset.info), trace.record->spec.exploration);

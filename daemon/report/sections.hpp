@@ -7,8 +7,9 @@
 
 namespace weft::daemon {
 
-/// "SIMULATED", "REAL BENCH" or "BENCH UNKNOWN".
-std::string badge_html(BenchKind kind);
+/// "SIMULATED", "REAL BENCH" or "BENCH UNKNOWN"; and "INCOMPLETE, 12 of 680 trials" where that is
+/// so.
+std::string badge_html(const ReportInput& input);
 
 std::string heading_section(const ReportInput& input);  ///< title, honesty note, tiles
 std::string trace_section(const ReportInput& input);

@@ -1,4 +1,5 @@
 #include <cctype>
+#include <sstream>
 
 #include "daemon/report/format.hpp"
 #include "daemon/report/paper.hpp"
@@ -9,6 +10,10 @@ namespace weft::daemon {
 namespace {
 
 using classifier::Reduction;
+
+constexpr std::size_t line_width = 80;
+constexpr std::size_t name_width = 21;  // "M1 paper, real cloth"
+constexpr std::size_t cell_width = 19;  // "100.0 (99.9-100.0)"
 
 std::string padded(std::string text, std::size_t width) {
   if (text.size() < width) text.append(width - text.size(), ' ');
@@ -24,6 +29,21 @@ std::string printable(std::string_view text) {
   std::string out;
   for (const char c : text) out += std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
   return out;
+}
+
+// Broken at blanks; every line starts with `indent`.
+std::string wrapped(const std::string& text, const std::string& indent) {
+  std::string out;
+  std::string line = indent;
+  std::istringstream words(text);
+  for (std::string word; words >> word; line += word) {
+    if (line.size() + 1 + word.size() > line_width) {
+      out += line + "\n";
+      line = indent;
+    }
+    if (line != indent) line += ' ';
+  }
+  return out + line + "\n";
 }
 
 std::string bench_words(BenchKind kind) {
@@ -51,37 +71,39 @@ std::string run_lines(const ReportInput& input) {
                                                     static_cast<double>(run.force.samples),
                                                 2) +
                                         " % in band");
-  return out + line("data set", run.dataset_sha256.empty() ? "none" : run.dataset_sha256);
+  // 64 digits leave no room for the usual column
+  return out + "  data set  " + (run.dataset_sha256.empty() ? "none" : run.dataset_sha256) + "\n";
 }
 
 std::string accuracy_cell(const ExplorationResult& result, Reduction reduction) {
   const classifier::Evaluation* e = result.find(reduction);
-  if (e == nullptr) return padded("-", 18);
-  const double half = (e->ci95.high - e->ci95.low) / 2;
-  return padded(percent(e->accuracy, 2) + " +- " + fixed(half * 100, 2), 18);
+  if (e == nullptr) return padded("-", cell_width);
+  return padded(
+      percent(e->accuracy) + " (" + percent(e->ci95.low) + "-" + percent(e->ci95.high) + ")",
+      cell_width);
 }
 
 std::string printed(double share) {
-  return padded(share < 0 ? "-" : percent(share, 0), 18);
+  return padded(share < 0 ? "-" : percent(share, 0), cell_width);
 }
 
 std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
-  std::string out = "\n  " + padded("accuracy [%]", 24) + padded("p-value", 18) +
-                    padded("PCA", 18) + "all features\n";
+  std::string out = "\n  " + padded("accuracy [%]", name_width) + padded("p-value", cell_width) +
+                    padded("PCA", cell_width) + "all features\n";
   for (const ExplorationResult& result : results) {
-    out += "  " + padded(printable(result.exploration), 24) +
+    out += "  " + padded(printable(result.exploration), name_width) +
            accuracy_cell(result, Reduction::pvalue) + accuracy_cell(result, Reduction::pca) +
            accuracy_cell(result, Reduction::all);
     out.erase(out.find_last_not_of(' ') + 1);
     out += "\n";
   }
   for (const paper::Accuracy& row : paper::accuracies) {
-    out += "  " + padded(std::string(row.exploration) + " paper, real cloth", 24) +
+    out += "  " + padded(std::string(row.exploration) + " paper, real cloth", name_width) +
            printed(row.pvalue) + printed(row.pca) + printed(row.all);
     out.erase(out.find_last_not_of(' ') + 1);
     out += "\n";
   }
-  return out;
+  return out + wrapped("in brackets: 95 % interval, " + printable(interval_methods(results)), "  ");
 }
 
 std::string timing_lines(const std::vector<ExplorationResult>& results) {
@@ -103,6 +125,7 @@ std::string summary_text(const ReportInput& input) {
   const BenchKind kind = input.dataset.info.kind;
   std::string out = "\nCampaign " + printable(input.run.name) + ", " + bench_words(kind);
   if (!input.run.level.empty()) out += " (plant " + printable(input.run.level) + ")";
+  if (!is_complete(input.run)) out += ", " + incomplete_words(input.run);
   out += "\n" + run_lines(input);
   if (input.results.empty()) return out;
   out += accuracy_lines(input.results) + "\n" + timing_lines(input.results);

@@ -6,6 +6,7 @@
 import csv
 import pathlib
 import random
+import re
 import shutil
 import sys
 import tempfile
@@ -77,7 +78,7 @@ def good_path(t, d, rows):
     for reduction in ("pvalue", "pca", "all", "best"):
         e = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--reduction", reduction, cwd=d)
         result = e["results"][reduction]
-        t.expect(result["accuracy"] == 1.0 and sum(map(sum, result["confusion"])) == 12, f"{reduction}: {result}")
+        t.expect(result["accuracy"] == 1.0 and sum(map(sum, result["confusion"]["count"])) == 12, f"{reduction}: {result}")
     every = ["evaluate", "d.h5", "--train-fraction", "0.4", "--repeats", "5", "--seed", "7", "--reduction", "every"]
     a, b = t.succeeds(*every, cwd=d), t.succeeds(*every, "--threads", "1", cwd=d)
     t.expect(list(a["results"]) == ["all", "best", "pca", "pvalue"], f"every: {list(a['results'])}")
@@ -109,6 +110,7 @@ def bad_trials(t, d):
     lines = good.splitlines()
     refuses_import(t, d, "truncated", good[: len(good) * 2 // 3].rsplit(",", 1)[0], ["bad.csv:"])
     refuses_import(t, d, "cut after a comma", good.rstrip().rsplit(",", 1)[0] + ",", ["bad.csv:221"])
+    refuses_import(t, d, "cut inside the last number", good.rstrip()[:-1], ["bad.csv:221", "newline"])
     refuses_import(t, d, "nan", good.replace(lines[7], "0.120,S,nan,1,2"), ["bad.csv:8"])
     refuses_import(t, d, "infinite", good.replace(lines[7], "0.120,S,1,inf,2"), ["bad.csv:8"])
     refuses_import(t, d, "word", good.replace(lines[7], "0.120,S,1,two,2"), ["bad.csv:8", "two"])
@@ -156,7 +158,7 @@ def damaged_files(t, d):
     t.refuses("dataset", "info", "0_0.csv", cwd=d, says=["0_0.csv"])
     model = (d / "m.weft").read_text()
     for name, text in {"short": model[: len(model) // 2], "altered": model.replace("bias ", "bias 1", 1),
-                       "version": model.replace("model 1", "model 7", 1), "empty": ""}.items():
+                       "version": re.sub(r"model \d+", "model 99", model, count=1), "empty": ""}.items():
         (d / "bad_model").write_text(text)
         t.refuses("classify", "bad_model", "new.csv", cwd=d, says=["bad_model"])
     t.refuses("classify", "gone.weft", "new.csv", cwd=d, says=["gone.weft"])

@@ -24,7 +24,7 @@ def evaluate(t, d, what, *arguments):
     t.expect(ran.returncode == 0, f"{what}: {ran.stderr}")
     results = json.loads(ran.stdout)["results"]
     for name, result in results.items():
-        print(f"{what}, {name}: {result['accuracy']:.4f} of {sum(map(sum, result['confusion']))}")
+        print(f"{what}, {name}: {result['accuracy']:.4f} of {sum(map(sum, result['confusion']['count']))}")
     return results
 
 
@@ -42,8 +42,8 @@ def strokes(t, source, d):
 
 
 def materials(t, shared, d):
-    maker = pathlib.Path(__file__).with_name("icub20_manifest.py")
-    subprocess.run([sys.executable, maker, shared, pathlib.Path(d) / "icub20"], check=True)
+    maker = pathlib.Path(__file__).with_name("real_data.py")
+    subprocess.run([sys.executable, maker, "icub20-manifest", shared / "data/icub20", pathlib.Path(d) / "icub20"], check=True)
     t.succeeds("dataset", "import", "icub20/manifest.csv", "-o", "icub20.h5", cwd=d)
     results = evaluate(t, d, "icub20, fold 3", "icub20.h5", "--train-groups", "0,1,2", "--test-groups", "3")
     t.expect(results["best"]["accuracy"] > 10 * CHANCE_OF_20, f"icub20: {results['best']['accuracy']}")

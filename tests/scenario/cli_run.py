@@ -20,6 +20,27 @@ def run(t, d, rig, *more, out):
     return json.loads(ran.stdout) if ran.returncode == 0 else {}
 
 
+def two_explorations(t, d, root, rig):
+    """A model of one exploration answers for trials of that one alone."""
+    for name, library in {"both": "khan2016", "only_m2": "m2"}.items():
+        recipe = json.loads((root / f"recipes/library/{library}.json").read_text())
+        recipe.update(name=name, fabrics=FABRICS, repetitions=3)
+        del recipe["$schema"]
+        (d / f"{name}.json").write_text(json.dumps(recipe))
+        ran = t.run("run", f"{name}.json", "--rig", rig, "--out", name, "--no-evaluate", cwd=d)
+        t.expect(ran.returncode == 0, f"run {name}: {ran.stderr}")
+    trained = t.succeeds("train", "a/dataset.h5", "-o", "m1.weft", cwd=d)
+    t.expect(trained["exploration"] == "M1", f"the only exploration is stored: {trained}")
+    answers = t.succeeds("classify", "m1.weft", "both/dataset.h5", cwd=d)["trials"]
+    t.expect(len(answers) == 6 and all("-M1-" in a["file"] for a in answers), f"M1 of M1 and M2: {answers}")
+    error = t.refuses("classify", "m1.weft", "only_m2/dataset.h5", cwd=d, says=["only_m2", "M1", "got M2"])
+    t.expect("--" not in error.get("sentence", "--"), f"classify has no option to choose: {error}")
+    t.refuses("train", "both/dataset.h5", "-o", "x.weft", cwd=d, says=["M1, M2", "--exploration"])
+    t.succeeds("train", "both/dataset.h5", "-o", "m2.weft", "--exploration", "M2", cwd=d)
+    answers = t.succeeds("classify", "m2.weft", "only_m2/dataset.h5", cwd=d)["trials"]
+    t.expect(len(answers) == 6, f"M2: {answers}")
+
+
 def main():
     t = Checks(sys.argv[1])
     root = pathlib.Path(sys.argv[2]).resolve()
@@ -57,6 +78,7 @@ def main():
         t.expect("SIMULATED" in plain.stdout, f"train says what the data are: {plain.stdout}{plain.stderr}")
         answers = t.succeeds("classify", "m.weft", "c/dataset.h5", cwd=d)
         t.expect(answers["model_bench"] == "simulated" and len(answers["trials"]) == trials, f"classify: {answers}")
+        two_explorations(t, d, root, rig)
     t.finish()
 
 

@@ -117,12 +117,14 @@ TEST_CASE("the group lists do not swallow the data set that follows") {
 TEST_CASE("only complete trials of the chosen exploration take part") {
   const auto chosen = choose_trials(two_explorations(), {"M2", 0.0, 0.0, "l2"}, true);
   REQUIRE(chosen);
-  REQUIRE(chosen->size() == 1);
-  CHECK(chosen->front().file == "M2complete");
+  REQUIRE(chosen->trials.size() == 1);
+  CHECK(chosen->trials.front().file == "M2complete");
+  CHECK(chosen->exploration == "M2");
 }
 
 TEST_CASE("explorations are not mixed in one classifier unless nobody trains") {
-  CHECK(choose_trials(two_explorations(), {}, false)->size() == 2);
+  CHECK(choose_trials(two_explorations(), {}, false)->trials.size() == 2);
+  CHECK(choose_trials(two_explorations(), {}, false)->exploration.empty());
   const auto mixed = choose_trials(two_explorations(), {}, true);
   REQUIRE_FALSE(mixed);
   CHECK(to_string(mixed.error()).find("M1, M2") != std::string::npos);
@@ -130,10 +132,23 @@ TEST_CASE("explorations are not mixed in one classifier unless nobody trains") {
         Errc::not_found);
 }
 
+TEST_CASE("the only exploration with complete trials is chosen without being named") {
+  Dataset dataset = two_explorations();
+  for (TrialRecord& record : dataset.records)
+    if (record.spec.exploration == "M2") record.outcome = TrialOutcome::aborted;
+  const auto chosen = choose_trials(dataset, {}, true);
+  REQUIRE(chosen);
+  CHECK(chosen->exploration == "M1");
+  CHECK(chosen->trials.size() == 1);
+  for (TrialRecord& record : dataset.records) record.outcome = TrialOutcome::aborted;
+  CHECK(choose_trials(dataset, {}, true).error().message == "no complete trial in the data set");
+}
+
 TEST_CASE("windows are cut at the data set's own rate") {
   // 4 s of motion at 10 Hz hold two windows of 1.5 s, and seven that start every 0.4 s
-  CHECK(choose_trials(two_explorations(), {"M1", 1.5, 0.0, "l2"}, true)->size() == 2);
-  CHECK(choose_trials(two_explorations(), {"M1", 1.5, 0.4, "l2"}, true)->size() == 7);
+  CHECK(choose_trials(two_explorations(), {"M1", 1.5, 0.0, "l2"}, true)->trials.size() == 2);
+  CHECK(choose_trials(two_explorations(), {"M1", 1.5, 0.4, "l2"}, true)->trials.size() == 7);
+  CHECK(choose_trials(two_explorations(), {"M1", 1.5, 0.4, "l2"}, true)->strokes == 1);
   Dataset no_rate = two_explorations();
   no_rate.info.taxel_rate_hz = 0;
   CHECK_FALSE(choose_trials(no_rate, {"M1", 1.5, 0.0, "l2"}, true));

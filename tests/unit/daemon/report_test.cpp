@@ -5,9 +5,11 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "daemon/report/core_rows.hpp"
 #include "daemon/report/force_quality.hpp"
+#include "daemon/report/format.hpp"
 #include "daemon/report/trace.hpp"
 #include "tests/unit/daemon/report_fixture.hpp"
 
@@ -127,6 +129,7 @@ TEST_CASE("report.json holds every key that programs read") {
   CHECK(report.at("bench") == "simulated");
   CHECK(report.at("trials_planned") == 18);
   CHECK(report.at("trials_complete") == 18);
+  CHECK(report.at("complete") == true);
   CHECK(report.at("virtual_s") == 1000);
   CHECK(report.at("wall_s") == 4);
   CHECK(report.at("realtime_factor") == 250);
@@ -138,6 +141,7 @@ TEST_CASE("report.json holds every key that programs read") {
     CHECK(r.at("ci95")[0] <= r.at("accuracy"));
     CHECK(r.at("confusion").at("labels").size() == 3);
     CHECK(r.at("confusion").at("count")[2].size() == 3);
+    CHECK(r.at("accuracy_of_splits").size() == r.at("splits"));
     CHECK(r.at("train_s").is_number());
     CHECK(r.at("test_s_per_sample").is_number());
   }
@@ -167,6 +171,21 @@ TEST_CASE("every figure says that it is simulated") {
   const std::string text = summary_text(campaign().input());
   CHECK(text.find("SIMULATED bench") != std::string::npos);
   CHECK(text.find("not comparable one to one") != std::string::npos);
+}
+
+TEST_CASE("an interval is shown with what it is") {
+  const std::string method = campaign().results[0].find(Reduction::pvalue)->ci95.method;
+  REQUIRE_FALSE(method.empty());
+  const std::string page = report_html(campaign().input());
+  CHECK(count_of(page, method) >= 2);  // figure and table
+  const std::string text = summary_text(campaign().input());
+  CHECK(text.find("+-") == std::string::npos);  // an interval cut at 100 % is not symmetric
+  CHECK(text.find("in brackets: 95 % interval") != std::string::npos);
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 80);
+  CHECK(methods_text({{"M1 pvalue", "t"}, {"M1 pca", "t"}}) == "t");
+  CHECK(methods_text({{"M1 pvalue", "t"}, {"M1 pca", "w"}, {"M2 pca", "t"}}) ==
+        "t (M1 pvalue, M2 pca); w (M1 pca)");
 }
 
 TEST_CASE("a real bench is not called simulated") {
@@ -236,5 +255,24 @@ TEST_CASE("a campaign that stopped early says so, without results too") {
   const json report = json::parse(report_json(input));
   CHECK(report.at("realtime_factor") == 0);
   CHECK(report.at("results").empty());
+  CHECK(report.at("complete") == false);
   CHECK(summary_text(input).find("3 of 680, aborted") != std::string::npos);
+}
+
+TEST_CASE("every figure of an incomplete campaign says how many trials it is made of") {
+  CampaignSummary run = campaign().run;
+  run.trials_planned = 20;
+  run.outcome = weft::recipes::Outcome::failed;
+  const ReportInput input{run, campaign().set, campaign().results, "", ""};
+  const std::string page = report_html(input);
+  const std::string badges =
+      "<figcaption><span class=\"badge\">SIMULATED</span> "
+      "<span class=\"badge\">INCOMPLETE, 18 of 20 trials</span>";
+  CHECK(count_of(page, "<figcaption>") == count_of(page, badges));
+  CHECK(report_test::unbalanced(page) == "");
+  CHECK(summary_text(input).find("INCOMPLETE, 18 of 20 trials") != std::string::npos);
+  const json report = json::parse(report_json(input));
+  CHECK(report.at("complete") == false);
+  CHECK(report.at("results").at("M1").at("trials") == 18);
+  CHECK(report_html(campaign().input()).find("INCOMPLETE") == std::string::npos);
 }

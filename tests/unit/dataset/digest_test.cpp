@@ -90,12 +90,18 @@ TEST_CASE("a data set that breaks a promise is refused by name") {
   }
 }
 
-TEST_CASE("trials are chosen by exploration") {
+TEST_CASE("trials are chosen by exploration, and only complete ones") {
   Dataset dataset = small_set();
   dataset.records[1].spec.exploration = "M2";
-  REQUIRE(trials_of(dataset, "M2").size() == 1);
-  CHECK(trials_of(dataset, "M2")[0].file == dataset.trials[1].file);
-  CHECK(trials_of(dataset, "M3").empty());
+  REQUIRE(complete_trials(dataset, "M2").size() == 1);
+  CHECK(complete_trials(dataset, "M2")[0].file == dataset.trials[1].file);
+  CHECK(complete_trials(dataset, "M3").empty());
+  CHECK(complete_trials(dataset).size() == dataset.trials.size());
+  CHECK(explorations_of(dataset) == std::vector<std::string>{"M1", "M2"});
+  dataset.records[1].outcome = TrialOutcome::failed;
+  CHECK(complete_trials(dataset, "M2").empty());
+  CHECK(complete_trials(dataset).size() == dataset.trials.size() - 1);
+  CHECK(explorations_of(dataset) == std::vector<std::string>{"M1"});
 }
 
 TEST_CASE("the words for bench kinds and outcomes go both ways") {

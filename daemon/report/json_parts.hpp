@@ -1,0 +1,24 @@
+#pragma once
+// The parts that report.json and the command line's --json have in common, in one shape.
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "classifier/evaluate/evaluate.hpp"
+#include "daemon/report/core_rows.hpp"
+#include "daemon/run/campaign.hpp"
+
+namespace weft::daemon {
+
+/// Accuracy, interval and its method, accuracy of each split, times, and the confusion matrix as
+/// {"labels": [...], "count": [[...]]}: a row per true label, a column per answer.
+nlohmann::ordered_json evaluation_json(const classifier::Evaluation& evaluation);
+
+/// One pair of fabrics: selected features with p, parameters, errors of the cross-validation.
+nlohmann::ordered_json core_json(const CoreLine& line);
+
+nlohmann::ordered_json tally_json(const ForceTally& tally);
+
+/// How the run went. "error" is the first problem's sentence, or null.
+nlohmann::ordered_json run_json(const CampaignSummary& run);
+
+}  // namespace weft::daemon
