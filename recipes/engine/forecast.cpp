@@ -51,7 +51,7 @@ double recorded_s(const Plan& plan, const Exploration& exploration) {
 double bytes_per_second(const RigLimits& limits) {
   const double taxel_row = taxel_row_overhead_bytes + 2 * static_cast<double>(limits.taxels);
   return limits.taxel_rate_hz * taxel_row + limits.wrench_rate_hz * wrench_row_bytes +
-         limits.stage_rate_hz * stage_row_bytes;
+         limits.stage_rate_hz() * stage_row_bytes;
 }
 
 void widen(Range& range, double value) {

@@ -33,6 +33,7 @@ class RigReader {
     section(rig, "probe", &RigReader::read_probe);
     section(rig, "plate", &RigReader::read_plate);
     section(rig, "control", &RigReader::read_control);
+    read_sensors(document);
     read_fabrics(rig);
   }
 
@@ -140,6 +141,28 @@ class RigReader {
 
   void read_control(ObjectReader& r) {
     set(limits_.cycle_hz, r.quantity({"cycle", {{"cycle_hz", 1}}}, {10, 1000, {}}));
+  }
+
+  /// What the sensors' drivers are told of their streams; the drivers themselves check the rest.
+  void read_sensors(const json& document) {
+    const json none = json::array();
+    const auto found = document.is_object() ? document.find("devices") : document.end();
+    const json& devices = found != document.end() && found->is_array() ? *found : none;
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+      const json& device = devices[i];
+      if (!device.is_object() || !device.contains("config")) continue;
+      const json role = device.value("role", json());
+      if (role != "wrench" && role != "taxels") continue;
+      ObjectReader config(device["config"], child("/devices", i) + "/config", problems_);
+      const Quantity rate{"rate_hz", {{"rate_hz", 1}}};
+      if (role == "wrench") {
+        set(limits_.wrench_rate_hz, config.quantity(rate, {1, 7000, {}}, Need::optional));
+      } else {
+        set(limits_.taxel_rate_hz, config.quantity(rate, {0.1, 1e4, {}}, Need::optional));
+        if (const auto taxels = config.integer("taxels", 1, 64, Need::optional))
+          limits_.taxels = static_cast<std::size_t>(*taxels);
+      }
+    }
   }
 
   void read_fabrics(ObjectReader& rig) {

@@ -26,10 +26,13 @@ struct RigLimits {
   double clearance_m = 8e-3;  ///< height above the plate for transfers: over the thickest cloth
   double cycle_hz = 100;      ///< scan cycle of controller and guards
   std::size_t taxels = 16;
-  double taxel_rate_hz = 37;
+  double taxel_rate_hz = 37;  ///< of the sensors' streams, as their drivers are configured
   double wrench_rate_hz = 100;
-  double stage_rate_hz = 20;         ///< recorded positions, all axes in one row
   std::vector<std::string> fabrics;  ///< names the rig can mount; empty when it takes any
+
+  /// Positions are recorded, all axes in one row, once in so many cycles.
+  static constexpr unsigned cycles_per_stage_row = 5;
+  [[nodiscard]] double stage_rate_hz() const { return cycle_hz / cycles_per_stage_row; }
 
   /// z stage position for transfers: the probe clears the cloth everywhere on the plate.
   [[nodiscard]] double clear_z_m() const { return geometry.surface_z_m - clearance_m; }

@@ -78,6 +78,16 @@ Status Rig::unmount(TimePoint now) {
   return {};
 }
 
+std::optional<double> Rig::stream_rate_hz(std::string_view device_name) const {
+  for (const EmulatedDevice& device : parts_->config.devices) {
+    if (device.name != device_name) continue;
+    if (const auto* box = std::get_if<RdtEmulatorParams>(&device.params)) return box->rate_hz;
+    if (std::holds_alternative<TaxelEmulatorParams>(device.params))
+      return 1e9 / pad_timing::frame_ns;
+  }
+  return std::nullopt;
+}
+
 std::vector<std::string> Rig::fabrics() const {
   return parts_->library.names();
 }

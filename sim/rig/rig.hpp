@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,6 +50,9 @@ class Rig {
   /// Leaves the bare plate, which is stiff and smooth.
   Status unmount(TimePoint now);
 
+  /// Samples a second that the emulator of `device_name` streams by itself; nothing for a stage,
+  /// which speaks when spoken to, and for an unknown name.
+  [[nodiscard]] std::optional<double> stream_rate_hz(std::string_view device_name) const;
   /// Names that mount() knows, in the table's order.
   [[nodiscard]] std::vector<std::string> fabrics() const;
   /// State of the plant at `now`, which must not lie before the last call of any kind.

@@ -58,6 +58,26 @@ TEST_CASE("Limits that contradict each other are refused") {
              Catch::Contains("own weight"));
 }
 
+TEST_CASE("Rates come from the drivers' configuration, that of the stages from the scan cycle") {
+  CHECK(test::limits().wrench_rate_hz == 100);
+  CHECK(test::limits().taxel_rate_hz == 37);
+  CHECK(test::limits().stage_rate_hz() == 20);
+  const std::string rig = with(
+      with(
+          rig_json, "\"devices\": []",
+          R"("devices": [{"role": "wrench", "config": {"rate_hz": 500, "rated_force_n": [1, 1, 1]}},
+              {"role": "taxels", "config": {"rate_hz": 50, "taxels": 8}}, {"role": 7, "config": 1}])"),
+      "\"cycle_hz\": 100", "\"cycle_hz\": 250");
+  const weft::Result<RigLimits> limits = parse_rig_limits(rig);
+  REQUIRE(limits);
+  CHECK(limits->wrench_rate_hz == 500);
+  CHECK(limits->taxel_rate_hz == 50);
+  CHECK(limits->taxels == 8);
+  CHECK(limits->stage_rate_hz() == 50);
+  CHECK_THAT(problems_of(with(rig, "\"rate_hz\": 500", "\"rate_hz\": -1")),
+             Catch::Contains("/devices/0/config/rate_hz"));
+}
+
 TEST_CASE("A rig file that is not JSON is refused with line and column") {
   CHECK_THAT(problems_of("{\"name\": }"), Catch::Contains("line 1, column 10"));
 }
