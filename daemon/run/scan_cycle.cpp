@@ -9,10 +9,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Stages other than z are read, and all are recorded, once in this many cycles: 20 Hz at 100 Hz.
-constexpr std::uint64_t slow_divisor = 5;
-// A servo command outlives this many cycles, then the stage stops by itself.
-constexpr int servo_horizon_cycles = 10;
+// Stages other than z are read, and all are recorded, once in this many cycles.
+constexpr std::uint64_t slow_divisor = recipes::RigLimits::cycles_per_stage_row;
+// The guard is for an engine's timer that did not come. A late loop runs this cycle first and the
+// timer, which may be the regular end of a phase, right after.
+constexpr Duration deadline_grace = 100ms;
 // Readings this close to zero, this many in a row, show that the bias was taken; ten counts of
 // a Mini40 SI-40-2 (protocols.md B.6).
 constexpr double bias_tolerance_n = 0.2;
@@ -47,6 +48,7 @@ std::optional<recipes::GuardTrip> Supervisor::look_at_guards() const {
   readings.taxels_at = seen.taxels_at;
   readings.position = seen.joints();
   readings.stage_at = seen.stage_at;
+  if (deadline_) readings.deadline = *deadline_ + deadline_grace;
   return recipes::evaluate(guard_limits_, readings, loop_->now());
 }
 
@@ -106,7 +108,7 @@ void Supervisor::regulate(Duration since_last) {
   input.dt_s = dt_s;
   input.learn_stiffness = state_.step != recipes::Step::sliding;
   const recipes::ForceCommand wanted = recipes::step(force_config_, regulation_->loop, input);
-  command(StageAxis::z, ServoCommand{wanted.velocity_mps, servo_horizon_cycles * period_});
+  command(StageAxis::z, ServoCommand{wanted.velocity_mps, servo_horizon()});
   if (!regulation_ || regulation_->settled) return;
   if (!regulation_->settle.step(force_n - regulation_->order.force_n, dt_s)) return;
   regulation_->settled = true;

@@ -1,5 +1,6 @@
 #include "daemon/run/supervisor.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace weft::daemon {
@@ -7,19 +8,20 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// How old a reading may be before the bench counts as blind: several periods of each stream.
-constexpr Duration wrench_max_age = 100ms;
-constexpr Duration taxels_max_age = 500ms;
-constexpr Duration stage_max_age = 500ms;
+// How old a reading may be before the bench counts as blind: ten periods of its stream, and not
+// less than what a busy host and a network may cost.
+Duration max_age(double rate_hz, Duration least) {
+  return std::max(from_seconds(10 / rate_hz), least);
+}
 
 recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
   recipes::GuardLimits limits;
   limits.force_cap_n = rig.force_cap_n;
   limits.torque_cap_nm = rig.torque_cap_nm;
   limits.travel = rig.geometry.travel;
-  limits.wrench_max_age = wrench_max_age;
-  limits.taxels_max_age = taxels_max_age;
-  limits.stage_max_age = stage_max_age;
+  limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
+  limits.taxels_max_age = max_age(rig.taxel_rate_hz, 500ms);
+  limits.stage_max_age = max_age(rig.stage_rate_hz(), 500ms);
   return limits;
 }
 
@@ -78,7 +80,8 @@ std::uint32_t Supervisor::command(StageAxis axis, const Command& command) {
 }
 
 void Supervisor::stand_still(StageAxis axis) {
-  if (!bench_->stage(axis).driver().command(ServoCommand{})) bench_->stage(axis).driver().stop();
+  Driver& driver = bench_->stage(axis).driver();
+  if (!driver.command(ServoCommand{0, servo_horizon()})) driver.stop();
 }
 
 void Supervisor::carry_out(const recipes::TrialBegin& effect) {
@@ -127,6 +130,7 @@ void Supervisor::carry_out(const recipes::SetPhase& effect) {
 
 void Supervisor::carry_out(const recipes::ArmTimer& effect) {
   loop_->cancel(engine_timer_);
+  deadline_ = effect.deadline;
   engine_timer_ = loop_->at(
       effect.deadline, [this, ticket = effect.ticket] { dispatch(recipes::TimerExpired{ticket}); });
 }

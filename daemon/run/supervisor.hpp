@@ -63,6 +63,9 @@ class Supervisor {
   void regulate(Duration since_last);
   void poll();
 
+  // A servo command outlives this many cycles, then the stage stops by itself.
+  static constexpr int servo_horizon_cycles = 10;
+  [[nodiscard]] Duration servo_horizon() const { return servo_horizon_cycles * period_; }
   std::uint32_t command(StageAxis axis, const Command& command);
   void stand_still(StageAxis axis);
 
@@ -109,6 +112,7 @@ class Supervisor {
   std::uint64_t cycles_ = 0;
   TimerId cycle_timer_ = 0;
   TimerId engine_timer_ = 0;
+  std::optional<TimePoint> deadline_;  ///< of the step that the engine is in
   std::optional<Motion> motion_;
   std::optional<Descent> descent_;
   std::optional<Biasing> biasing_;
