@@ -14,6 +14,7 @@ namespace weft::daemon::cli {
 inline constexpr int exit_ok = 0;
 inline constexpr int exit_failure = 1;
 inline constexpr int exit_usage = 2;
+inline constexpr int exit_signal = 128;  ///< plus the number of the signal that asked to stop
 
 struct Console {
   std::ostream& out;

@@ -6,6 +6,7 @@
 
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/progress.hpp"
+#include "daemon/cli/stop_signals.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/train_options.hpp"
 #include "daemon/cli/trial_choice.hpp"
@@ -29,6 +30,7 @@ json summary_json(const CampaignSummary& s) {
            {"name", s.name},
            {"bench", to_string(s.bench)},
            {"level", s.level},
+           {"outcome", recipes::to_string(s.outcome)},
            {"trials_planned", s.trials_planned},
            {"trials_complete", s.trials_complete},
            {"forecast_s", s.forecast_s},
@@ -75,6 +77,39 @@ json report_json(const CampaignSummary& summary, const CampaignReport& report) {
   return out;
 }
 
+struct Ran {
+  Result<CampaignSummary> summary;
+  int signal;  ///< that asked the campaign to stop, or 0
+};
+
+Ran run_until_stopped(const RunArgs& args, Console& console) {
+  ProgressPrinter progress(console.err, console.terminal);
+  const StopSignals signals;
+  CampaignHooks hooks;
+  hooks.progress = [&progress](const TrialProgress& line) { progress(line); };
+  hooks.device_log = [&](const DeviceLogLine& line) {
+    progress.finish();
+    console.err << "weft: " << line.device << ": "
+                << (line.level == LogLevel::error ? "error: " : "warning: ") << line.text
+                << std::endl;
+  };
+  hooks.stop = &signals.asked();
+  Result<CampaignSummary> summary =
+      run_campaign({args.recipe, args.rig, args.out, args.seed}, hooks);
+  progress.finish();
+  return {std::move(summary), signals.number()};
+}
+
+/// What a campaign that was asked to stop leaves behind. Returns the status of a process that the
+/// signal ended, as shells count.
+int interrupted(const CampaignSummary& s, int signal, Console& console) {
+  console.err << "weft: interrupted by signal " << signal << ": kept " << s.trials_complete
+              << " of " << s.trials_planned << " trials complete in " << s.campaign_file.string()
+              << (s.dataset_sha256.empty() ? "" : " and " + s.dataset_file.string()) << std::endl;
+  print(console, summary_text(s), summary_json(s));
+  return exit_signal + signal;
+}
+
 }  // namespace
 
 void add_options(CLI::App& command, RunArgs& args) {
@@ -90,12 +125,13 @@ void add_options(CLI::App& command, RunArgs& args) {
 }
 
 Result<int> run_run(const RunArgs& args, Console& console) {
-  ProgressPrinter progress(console.err, console.terminal);
-  const Result<CampaignSummary> summary =
-      run_campaign({args.recipe, args.rig, args.out, args.seed},
-                   [&progress](const TrialProgress& line) { progress(line); });
-  progress.finish();
-  if (!summary) return pass(summary.error());
+  const auto [summary, signal] = run_until_stopped(args, console);
+  if (!summary && signal == 0) return pass(summary.error());
+  if (!summary) {
+    report(console, summary.error());
+    return exit_signal + signal;
+  }
+  if (signal != 0) return interrupted(*summary, signal, console);
   const bool complete = summary->trials_complete == summary->trials_planned;
   if (!complete || !args.evaluate) {
     print(console, summary_text(*summary), summary_json(*summary));

@@ -23,7 +23,7 @@ struct RunArgs {
 };
 void add_options(CLI::App& command, RunArgs& args);
 
-/// exit_failure when not every trial is complete.
+/// exit_failure when not every trial is complete, exit_signal + number after SIGINT or SIGTERM.
 Result<int> run_run(const RunArgs& args, Console& console);
 
 }  // namespace weft::daemon::cli

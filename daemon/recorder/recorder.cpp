@@ -87,7 +87,6 @@ struct Recorder::Impl {
   bool finished = false;
   std::optional<Error> failure;  ///< the first; ends all recording
   std::optional<std::chrono::nanoseconds> last_commit;
-  std::uint64_t bytes = 0;
 
   Status prepare();
   Status ready(bool trial_open);
@@ -156,7 +155,6 @@ Status Recorder::Impl::write_chunk(ChunkBuffer& chunk) {
   insert_chunk.bind(7, chunk.t0_ns()).bind(8, std::int64_t{crc32(chunk.bytes())});
   insert_chunk.bind(9, chunk.bytes());
   if (auto done = insert_chunk.run(); !done) return done;
-  bytes += chunk.bytes().size();
   chunk.clear();
   return {};
 }
@@ -187,11 +185,15 @@ Recorder::Recorder(Recorder&&) noexcept = default;
 Recorder& Recorder::operator=(Recorder&&) noexcept = default;
 Recorder::~Recorder() = default;
 
-Result<Recorder> Recorder::create(const std::filesystem::path& path, const CampaignHeader& header) {
+Status Recorder::refuse_existing(const std::filesystem::path& path) {
   std::error_code ignored;
-  if (std::filesystem::exists(path, ignored))
-    return fail(Errc::wrong_state, "the campaign file exists already", path.string(), {}, {},
-                "Choose another folder or move the file away");
+  if (!std::filesystem::exists(path, ignored)) return {};
+  return fail(Errc::wrong_state, "the campaign file exists already", path.string(), {}, {},
+              "Choose another folder or move the file away");
+}
+
+Result<Recorder> Recorder::create(const std::filesystem::path& path, const CampaignHeader& header) {
+  if (Status free = refuse_existing(path); !free) return pass(free.error());
   auto database = sqlite::Database::open(path, sqlite::Mode::create);
   if (!database) return pass(std::move(database).error());
   Status done = configure(*database);
@@ -311,10 +313,6 @@ Status Recorder::finish() {
   if (done) done = impl_->database.execute("PRAGMA journal_mode=DELETE");
   impl_->finished = done.has_value();
   return impl_->guard(done);
-}
-
-std::uint64_t Recorder::bytes_recorded() const {
-  return impl_->bytes;
 }
 
 }  // namespace weft::daemon

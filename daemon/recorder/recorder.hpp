@@ -15,7 +15,7 @@ namespace weft::daemon {
 
 /// What a campaign file says about itself from its first byte on.
 struct CampaignHeader {
-  DatasetInfo info;  ///< recipe_json and rig_json as run; digests are filled in when empty
+  DatasetInfo info;  ///< recipe_json and rig_json as written; digests are filled in when empty
   std::size_t taxels = 16;
   std::uint32_t trials_planned = 0;
   std::int64_t created_utc_ns = 0;  ///< wall clock at the start, for people; never part of a digest
@@ -38,6 +38,8 @@ class Recorder {
   /// Longest time that a sample may wait for its commit.
   static constexpr std::chrono::milliseconds commit_budget{100};
 
+  /// What create() says of a path that exists; asked before a bench is moved in vain.
+  static Status refuse_existing(const std::filesystem::path& path);
   /// Refuses a path that exists.
   static Result<Recorder> create(const std::filesystem::path& path, const CampaignHeader& header);
 
@@ -67,8 +69,6 @@ class Recorder {
   Status commit();
   /// Commits, marks the campaign finished and folds the write-ahead log into the one file.
   Status finish();
-
-  [[nodiscard]] std::uint64_t bytes_recorded() const;  ///< sample bytes handed to SQLite so far
 
  private:
   struct Impl;
@@ -102,6 +102,16 @@ struct CampaignLoadOptions {
 /// Errors: not_found, parse (not a campaign file), corrupt (names trial, stream and chunk).
 Result<Dataset> load_campaign(const std::filesystem::path& path,
                               const CampaignLoadOptions& options = {});
+
+/// Whether the file begins as SQLite files do; load_campaign() tells whether it is Weft's.
+bool is_campaign_file(const std::filesystem::path& path);
+
+/// How far a campaign came; its trials tell the rest.
+struct CampaignProgress {
+  std::uint32_t planned = 0;  ///< trials
+  bool finished = false;      ///< the run came to its end, complete or not
+};
+Result<CampaignProgress> load_progress(const std::filesystem::path& path);
 
 /// A line of the journal.
 struct JournalEntry {

@@ -1,5 +1,6 @@
 #include "daemon/run/campaign.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/dataset/hdf5_file.hpp"
@@ -11,8 +12,6 @@ namespace weft::daemon {
 namespace {
 
 using nlohmann::json;
-
-constexpr double stage_rate_hz = 20;  // see scan_cycle.cpp
 
 double seconds_since(std::chrono::nanoseconds begin) {
   return std::chrono::duration<double>(steady_wall_now() - begin).count();
@@ -37,7 +36,7 @@ CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
   header.info.software_version = WEFT_VERSION;
   header.info.taxel_rate_hz = plan.limits.taxel_rate_hz;
   header.info.wrench_rate_hz = plan.limits.wrench_rate_hz;
-  header.info.stage_rate_hz = stage_rate_hz;
+  header.info.stage_rate_hz = plan.limits.stage_rate_hz();
   for (const StageAxis axis : recipes::all_axes)
     header.info.axes.push_back({std::string(recipes::to_string(axis)), !recipes::is_linear(axis)});
   header.taxels = plan.limits.taxels;
@@ -49,43 +48,59 @@ CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
 // The parts of a run in progress, and what is told about it.
 class Run {
  public:
-  Run(const CheckedRequest& checked, SimulatedBench& bench, Recorder& recorder,
-      const ProgressSink& progress)
+  Run(const CheckedRequest& checked, SimulatedBench& bench, const CampaignHooks& hooks)
       : plan_(&checked.plan),
         bench_(&bench),
-        recording_(recorder, checked.plan),
-        progress_(&progress) {}
+        hooks_(&hooks),
+        log_(*bench.bench, bench.loop, hooks.device_log) {}
 
   Status bring_up() {
     std::optional<Status> up;
     bench_->bench->bring_up([&up](Status outcome) { up = std::move(outcome); });
-    bench_->loop.run_until([&up] { return up.has_value(); });
+    bench_->loop.run_until([&] { return up.has_value() || stop_asked(); });
     brought_up_ = bench_->loop.now();
-    return up ? *up : Status(fail(Errc::timeout, "the bench fell silent", "bench"));
+    if (up) return *up;
+    if (stop_asked()) return fail(Errc::wrong_state, "stopped before the first trial", "bench");
+    return fail(Errc::timeout, "the bench fell silent", "bench");
   }
 
-  CampaignSummary execute() {
+  CampaignSummary execute(Recorder& recorder) {
+    TrialRecording recording(recorder, *plan_);
+    log_.journal_to(&recording);
     SupervisorHooks hooks;
     hooks.mount = [this](std::string_view fabric, std::uint64_t patch, TimePoint now) {
       return bench_->rig->mount(fabric, patch, now);
     };
-    hooks.trial_done = [this](const recipes::TrialDone& done, const ForceTally& force) {
-      tell(done, force);
+    hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
+      tell(done, force, recording);
     };
-    Supervisor supervisor(*plan_, bench_->host_time, *bench_->bench, recording_, std::move(hooks));
+    Supervisor supervisor(*plan_, bench_->host_time, *bench_->bench, recording, std::move(hooks));
     supervisor.start();
-    bench_->loop.run_until([&] { return supervisor.result().has_value(); });
-    return summary(supervisor.result());
+    bench_->loop.run_until([&] {
+      if (stop_asked() && !std::exchange(stopping_, true)) abort(supervisor, recording);
+      return supervisor.result().has_value();
+    });
+    log_.journal_to(nullptr);
+    return summary(supervisor.result(), recording);
   }
 
  private:
-  void tell(const recipes::TrialDone& done, const ForceTally& force) {
+  [[nodiscard]] bool stop_asked() const {
+    return hooks_->stop != nullptr && hooks_->stop->load(std::memory_order_relaxed);
+  }
+
+  void abort(Supervisor& supervisor, TrialRecording& recording) {
+    recording.journal(bench_->loop.now(), "stop_requested", "{}");
+    supervisor.request(recipes::AbortRequested{});
+  }
+
+  void tell(const recipes::TrialDone& done, const ForceTally& force, TrialRecording& recording) {
     const recipes::TrialSpec& spec = plan_->trials[done.trial];
     complete_ += done.outcome == recipes::Outcome::complete ? 1 : 0;
     if (done.error)
-      recording_.journal(bench_->loop.now(), "trial_error",
-                         json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
-    if (!*progress_) return;
+      recording.journal(bench_->loop.now(), "trial_error",
+                        json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
+    if (!hooks_->progress) return;
     TrialProgress line;
     line.done = done.trial + 1;
     line.planned = plan_->trials.size();
@@ -98,10 +113,11 @@ class Run {
     line.wall_s = seconds_since(began_);
     line.wall_left_s = line.wall_s * static_cast<double>(line.planned - line.done) /
                        static_cast<double>(line.done);
-    (*progress_)(line);
+    hooks_->progress(line);
   }
 
-  CampaignSummary summary(const std::optional<recipes::CampaignDone>& done) const {
+  CampaignSummary summary(const std::optional<recipes::CampaignDone>& done,
+                          const TrialRecording& recording) const {
     CampaignSummary s;
     s.name = plan_->name;
     s.outcome = done ? done->outcome : recipes::Outcome::failed;
@@ -113,28 +129,48 @@ class Run {
     s.forecast_s = plan_->forecast.duration_s;
     s.virtual_s = to_seconds(bench_->loop.now());
     s.bring_up_s = to_seconds(brought_up_);
-    s.force = recording_.campaign_force();
+    s.force = recording.campaign_force();
     s.time.plant_and_emulators_s = bench_->rig_time.seconds();
-    s.time.recorder_s = recording_.seconds();
-    s.time.drivers_and_control_s =
-        std::max(0.0, bench_->host_time.seconds() - recording_.seconds());
+    s.time.recorder_s = recording.seconds();
+    s.time.drivers_and_control_s = std::max(0.0, bench_->host_time.seconds() - recording.seconds());
     s.events = bench_->loop.events();
     return s;
   }
 
   const recipes::Plan* plan_;
   SimulatedBench* bench_;
-  TrialRecording recording_;
-  const ProgressSink* progress_;
+  const CampaignHooks* hooks_;
+  DeviceLog log_;
+  bool stopping_ = false;
   std::size_t complete_ = 0;
   TimePoint brought_up_;
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
 
-Status record_devices(Recorder& recorder, const RigFile& rig) {
-  for (const DeviceEntry& device : rig.devices)
-    if (Status ok = recorder.device({device.name, device.driver, device.config_json}); !ok)
+Status record_devices(Recorder& recorder, const Bench& bench) {
+  for (const auto& device : bench.devices()) {
+    const DeviceEntry& entry = device->entry();
+    if (Status ok = recorder.device({entry.name, entry.driver, to_json(device->identity())}); !ok)
       return ok;
+  }
+  return {};
+}
+
+// Drivers and emulators are configured apart, as they are on a real bench. Here a mismatch shows
+// before it becomes a wrong rate in the data set.
+Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated) {
+  constexpr double tolerance = 1e-3;
+  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
+    const DeviceEntry& device = rig.devices[i];
+    const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
+    if (!sent_hz) continue;
+    const double told_hz = device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz;
+    if (std::abs(told_hz - *sent_hz) <= tolerance * *sent_hz) continue;
+    return fail(Errc::invalid_argument, "driver and emulator disagree on the rate",
+                "/devices/" + std::to_string(i) + "/config/rate_hz",
+                std::to_string(*sent_hz) + " Hz, as the emulator sends",
+                std::to_string(told_hz) + " Hz", "Change one of them");
+  }
   return {};
 }
 
@@ -145,12 +181,14 @@ Result<std::string> export_dataset(const std::filesystem::path& campaign,
   return write_hdf5(*loaded, dataset);
 }
 
-Status prepare_folder(const CampaignRequest& request, std::uint64_t bytes) {
+// All that can be refused about the folder, before anything moves.
+Status prepare_folder(const std::filesystem::path& folder, const std::filesystem::path& campaign,
+                      std::uint64_t bytes) {
   std::error_code error;
-  std::filesystem::create_directories(request.out, error);
-  if (error)
-    return fail(Errc::io, "cannot make the folder", request.out.string(), {}, error.message());
-  return check_space(request.out, bytes);
+  std::filesystem::create_directories(folder, error);
+  if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
+  if (Status free = Recorder::refuse_existing(campaign); !free) return free;
+  return check_space(folder, bytes);
 }
 
 }  // namespace
@@ -169,7 +207,20 @@ Result<CheckedRequest> check_request(const CampaignRequest& request) {
                         std::move(report.warnings)};
 }
 
-Result<CampaignSummary> run_campaign(const CampaignRequest& request, const ProgressSink& progress) {
+std::uint64_t disk_forecast(const recipes::Plan& plan) {
+  const recipes::RigLimits& limits = plan.limits;
+  RecordingForecast forecast;
+  forecast.trials = static_cast<std::uint32_t>(plan.trials.size());
+  forecast.trial_duration_s = plan.forecast.duration_s / static_cast<double>(plan.trials.size());
+  forecast.taxels = limits.taxels;
+  forecast.axes = recipes::axis_count;
+  forecast.taxel_rate_hz = limits.taxel_rate_hz;
+  forecast.wrench_rate_hz = limits.wrench_rate_hz;
+  forecast.stage_rate_hz = limits.stage_rate_hz();
+  return forecast_bytes(forecast);
+}
+
+Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks) {
   Result<CheckedRequest> checked = check_request(request);
   if (!checked) return pass(checked.error());
   Result<RigFile> rig = parse_rig_file(checked->rig_text);
@@ -180,16 +231,17 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Progr
   Result<std::unique_ptr<SimulatedBench>> bench =
       SimulatedBench::create(*rig, *fabrics, checked->plan.seed);
   if (!bench) return pass(bench.error(), request.rig.string());
-  if (Status ok = prepare_folder(request, checked->plan.forecast.bytes); !ok)
-    return pass(ok.error());
+  if (Status same = same_rates(*rig, checked->plan.limits, *(*bench)->rig); !same)
+    return pass(same.error(), request.rig.string());
   const std::filesystem::path campaign_file = request.out / "campaign.sqlite";
+  if (Status ok = prepare_folder(request.out, campaign_file, disk_forecast(checked->plan)); !ok)
+    return pass(ok.error());
+  Run run(*checked, **bench, hooks);
+  if (Status up = run.bring_up(); !up) return pass(up.error());
   Result<Recorder> recorder = Recorder::create(campaign_file, header_of(*checked, *rig));
   if (!recorder) return pass(recorder.error());
-  if (Status ok = record_devices(*recorder, *rig); !ok) return pass(ok.error());
-
-  Run run(*checked, **bench, *recorder, progress);
-  if (Status up = run.bring_up(); !up) return pass(up.error());
-  CampaignSummary summary = run.execute();
+  if (Status ok = record_devices(*recorder, *(*bench)->bench); !ok) return pass(ok.error());
+  CampaignSummary summary = run.execute(*recorder);
   if (Status ok = recorder->finish(); !ok) return pass(ok.error());
   summary.wall_s = seconds_since(began);
   summary.bench = rig->bench;

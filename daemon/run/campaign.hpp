@@ -1,12 +1,14 @@
 #pragma once
 // One campaign from recipe to data set: check, bring the bench up, run, record, export.
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 
 #include "daemon/dataset/dataset.hpp"
+#include "daemon/run/device_log.hpp"
 #include "daemon/run/trial_recording.hpp"
 #include "recipes/engine/plan.hpp"
 
@@ -38,7 +40,7 @@ struct TrialProgress {
   double force_rms_error_n = 0;  ///< phase M
   double virtual_s = 0;          ///< of the campaign so far
   double wall_s = 0;
-  double wall_left_s = 0;  ///< forecast from the plan's share that is done
+  double wall_left_s = 0;  ///< if every trial left takes as long as the mean of those done
 };
 
 struct CampaignSummary {
@@ -65,6 +67,15 @@ struct CampaignSummary {
 
 using ProgressSink = std::function<void(const TrialProgress&)>;
 
+/// What a caller wants to hear of a run, and how it ends one. Each may be left empty.
+struct CampaignHooks {
+  ProgressSink progress;
+  DeviceLogSink device_log;  ///< warnings and errors of the drivers
+  /// Looked at between events, and may be set by a signal handler. True: the trial under way is
+  /// aborted, the probe retracted and the campaign ended, with everything recorded so far kept.
+  const std::atomic<bool>* stop = nullptr;
+};
+
 /// Plan and rig of a request, everything refused that can be refused. The error lists all problems.
 struct CheckedRequest {
   recipes::Plan plan;
@@ -74,8 +85,13 @@ struct CheckedRequest {
 };
 Result<CheckedRequest> check_request(const CampaignRequest& request);
 
+/// Bytes that the campaign's file and its export need at most. All of the forecast time counts as
+/// recorded, which leaves room for trials that take longer than planned.
+std::uint64_t disk_forecast(const recipes::Plan& plan);
+
 /// Runs on the simulated bench in virtual time. Refuses an `out` that holds a campaign already.
-/// An incomplete campaign is a summary, not an error: its file is kept.
-Result<CampaignSummary> run_campaign(const CampaignRequest& request, const ProgressSink& progress);
+/// An incomplete campaign is a summary, not an error: its file is kept. A bench that does not come
+/// up leaves no file.
+Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks);
 
 }  // namespace weft::daemon

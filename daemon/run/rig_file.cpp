@@ -6,12 +6,32 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "drivers/api/config.hpp"
+
 namespace weft::daemon {
 namespace {
 
 using nlohmann::json;
 
 constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wrench", "taxels"};
+
+// Keys that this or another reader of the rig file understands: recipes::parse_rig_limits and
+// sim::Rig look into their own sections, drivers into `config`.
+const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits",    "probe",
+                                         "plate", "control", "fabrics", "simulation"};
+const std::vector<std::string> device_keys{"name", "role", "driver", "config", "link", "emulator"};
+const std::vector<std::string> link_keys{"kind"};
+
+Status only_known_keys(const json& object, const std::vector<std::string>& known,
+                       const std::string& where) {
+  for (const auto& [key, value] : object.items()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    const std::string meant = nearest_name(key, known);
+    return fail(Errc::invalid_argument, "unknown key", where + "/" + key, {}, {},
+                meant.empty() ? "" : "Did you mean " + meant + "?");
+  }
+  return {};
+}
 
 Result<std::string> text_member(const json& object, const char* key, const std::string& where) {
   const auto found = object.find(key);
@@ -21,9 +41,27 @@ Result<std::string> text_member(const json& object, const char* key, const std::
   return found->get<std::string>();
 }
 
+constexpr const char* no_ports_hint =
+    "Links to real ports are not part of this version: use a rig file such as "
+    "sim/rigs/bench17.json";
+
+// Absent is the same as in memory. Anything else would be a promise that nobody keeps.
+Status memory_link(const json& link, const std::string& where) {
+  if (!link.is_object())
+    return fail(Errc::invalid_argument, "not a link", where, "an object", link.type_name());
+  if (link.empty()) return {};
+  const Result<std::string> kind = text_member(link, "kind", where);
+  if (!kind) return pass(kind.error());
+  if (*kind != "memory")
+    return fail(Errc::unsupported, "this version has no such link", where + "/kind", "memory",
+                *kind, no_ports_hint);
+  return only_known_keys(link, link_keys, where);
+}
+
 Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
   if (!object.is_object())
     return fail(Errc::invalid_argument, "not a device", where, "an object", object.type_name());
+  if (Status ok = only_known_keys(object, device_keys, where); !ok) return pass(ok.error());
   DeviceEntry device;
   for (auto [key, member] :
        {std::pair{"name", &device.name}, {"role", &device.role}, {"driver", &device.driver}}) {
@@ -35,16 +73,17 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
     return fail(Errc::invalid_argument, "unknown role", where + "/role",
                 "x, y, z, rx, ry, wrench or taxels", device.role);
   device.config_json = object.value("config", json::object()).dump();
-  const json link = object.value("link", json::object());
-  device.link_kind = link.is_object() ? link.value("kind", std::string("memory")) : "";
+  if (Status ok = memory_link(object.value("link", json::object()), where + "/link"); !ok)
+    return pass(ok.error());
   return device;
 }
 
 Result<BenchKind> bench_kind(const std::string& word) {
-  if (word == "simulated" || word == "emulated") return BenchKind::simulated;
-  if (word == "real") return BenchKind::real;
-  return fail(Errc::invalid_argument, "unknown bench", "/bench", "simulated, emulated or real",
-              word);
+  if (word == "simulated") return BenchKind::simulated;
+  if (word == "emulated" || word == "real")
+    return fail(Errc::unsupported, "this version runs simulated benches only", "/bench",
+                "simulated", word, no_ports_hint);
+  return fail(Errc::invalid_argument, "unknown bench", "/bench", "simulated", word);
 }
 
 Status every_role_once(const std::vector<DeviceEntry>& devices) {
@@ -61,6 +100,7 @@ Status every_role_once(const std::vector<DeviceEntry>& devices) {
 Result<RigFile> from_json(const json& root) {
   if (!root.is_object() || !root.contains("devices") || !root["devices"].is_array())
     return fail(Errc::invalid_argument, "not a rig file", "/devices", "an array of devices");
+  if (Status ok = only_known_keys(root, root_keys, ""); !ok) return pass(ok.error());
   RigFile rig;
   Result<std::string> name = text_member(root, "name", "");
   if (!name) return pass(name.error());
@@ -70,7 +110,7 @@ Result<RigFile> from_json(const json& root) {
   if (!kind) return pass(kind.error());
   rig.name = *name;
   rig.bench = *kind;
-  if (rig.bench == BenchKind::simulated && root.contains("simulation")) {
+  if (root.contains("simulation")) {
     Result<std::string> level = text_member(root["simulation"], "level", "/simulation");
     if (!level) return pass(level.error());
     rig.plant_level = *level;

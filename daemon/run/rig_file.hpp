@@ -16,11 +16,10 @@ struct DeviceEntry {
   std::string role;         ///< "x", "y", "z", "rx", "ry", "wrench", "taxels"
   std::string driver;       ///< name of a driver plugin
   std::string config_json;  ///< handed to the driver as it stands
-  std::string link_kind;    ///< "memory" on the simulated bench
 };
 
 /// The part of a rig file that wires devices. Limits are read by recipes::parse_rig_limits, the
-/// emulators' part by sim::Rig::create, from the same text.
+/// emulators' part by sim::Rig::create, from the same text. Every link is in memory.
 struct RigFile {
   std::string name;
   BenchKind bench = BenchKind::unknown;
@@ -29,7 +28,8 @@ struct RigFile {
   std::string text;  ///< the whole file, as recorded with the campaign
 };
 
-/// Errors: parse with line and column, invalid_argument with a JSON pointer.
+/// Errors: parse with line and column, invalid_argument (unknown keys too) and unsupported (a bench
+/// or link that this version cannot run) with a JSON pointer.
 Result<RigFile> parse_rig_file(std::string_view text);
 
 /// A whole text file. Errors: not_found, io, range when it is larger than `max_bytes`: recipes and

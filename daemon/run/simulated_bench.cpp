@@ -14,9 +14,6 @@ constexpr Duration link_latency = std::chrono::milliseconds(1);
 Result<std::unique_ptr<SimulatedBench>> SimulatedBench::create(const RigFile& rig_file,
                                                                std::string_view fabrics_json,
                                                                std::uint64_t seed) {
-  if (rig_file.bench != BenchKind::simulated)
-    return fail(Errc::unsupported, "this rig file is not of a simulated bench", rig_file.name,
-                "bench simulated", std::string(to_string(rig_file.bench)));
   auto made = std::make_unique<SimulatedBench>();
   Result<std::unique_ptr<sim::Rig>> rig = sim::Rig::create(rig_file.text, fabrics_json, seed);
   if (!rig) return pass(rig.error());

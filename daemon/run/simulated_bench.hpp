@@ -21,7 +21,7 @@ struct SimulatedBench {
   std::vector<std::unique_ptr<MemoryLink>> far_ends;
   std::unique_ptr<Bench> bench;
 
-  /// `rig_file` must describe a simulated bench; `fabrics_json` is the text of its cloth table.
+  /// `fabrics_json` is the text of the rig file's cloth table.
   static Result<std::unique_ptr<SimulatedBench>> create(const RigFile& rig_file,
                                                         std::string_view fabrics_json,
                                                         std::uint64_t seed);

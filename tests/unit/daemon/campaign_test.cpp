@@ -1,65 +1,53 @@
 // Small campaigns on the simulated bench, through drivers, codecs and emulators in virtual time.
 
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "daemon/dataset/hdf5_file.hpp"
-#include "daemon/recorder/recorder.hpp"
-#include "daemon/run/campaign.hpp"
-#include "daemon/run/simulated_bench.hpp"
-#include "daemon/run/supervisor.hpp"
+#include "tests/unit/daemon/trial_bench.hpp"
 
 using namespace weft;
 using namespace weft::daemon;
+using nlohmann::json;
+using test::request_in;
+using test::short_recipe;
+using test::TemporaryFolder;
 
 namespace {
 
-const std::filesystem::path source = WEFT_SOURCE_DIR;
-
-// A folder of its own for each test, gone afterwards.
-struct Folder {
-  std::filesystem::path path;
-  explicit Folder(const std::string& name)
-      : path(std::filesystem::temp_directory_path() / ("weft_campaign_" + name)) {
-    std::filesystem::remove_all(path);
-    std::filesystem::create_directories(path);
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-};
-
-// One trial of each exploration, with a slide of 6 mm a leg.
-std::string short_recipe(const std::string& fabric, int seed = 1) {
-  const auto phases = [](const std::string& path) {
-    return R"({"phases":[{"phase":"S","duration_s":1},
-      {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":2},
-      {"phase":"M","force_N":5,"force_band_N":0.25,"speed_mm_s":2,"path":)" +
-           path + R"(},{"phase":"E","duration_s":1}]})";
-  };
-  return R"({"schema_version":1,"name":"short","source":"test","seed":)" + std::to_string(seed) +
-         R"(,"fabrics":[")" + fabric + R"("],"repetitions":1,"explorations":{"M1":)" +
-         phases(R"([{"dx_mm":0,"dy_mm":6}])") + R"(,"M2":)" +
-         phases(R"([{"dx_mm":0,"dy_mm":6},{"dx_mm":6,"dy_mm":0}])") + "}}";
-}
-
-CampaignRequest request_in(const Folder& folder, const std::string& recipe) {
-  const std::filesystem::path file = folder.path / "recipe.json";
-  std::ofstream(file) << recipe;
-  return {file, source / "sim/rigs/bench17.json", folder.path / "out", std::nullopt};
-}
-
-CampaignSummary run(const Folder& folder, const std::string& recipe) {
-  const Result<CampaignSummary> summary = run_campaign(request_in(folder, recipe), {});
+CampaignSummary run(const TemporaryFolder& folder, const std::string& recipe,
+                    const CampaignHooks& hooks = {}) {
+  const Result<CampaignSummary> summary = run_campaign(request_in(folder, recipe), hooks);
   if (!summary) FAIL(to_string(summary.error()));
   return *summary;
+}
+
+// The taxel counts of all trials, one behind the other: what the cloth and the sensor made of it.
+std::vector<double> counts_of(const CampaignSummary& s) {
+  const Result<Dataset> data = read_hdf5(s.dataset_file);
+  REQUIRE(data);
+  std::vector<double> all;
+  for (const auto& trial : data->trials)
+    all.insert(all.end(), trial.counts.begin(), trial.counts.end());
+  return all;
+}
+
+std::vector<JournalEntry> journal_of(const std::filesystem::path& campaign,
+                                     const std::string& kind) {
+  const auto journal = load_journal(campaign);
+  REQUIRE(journal);
+  std::vector<JournalEntry> found;
+  for (const JournalEntry& entry : *journal)
+    if (entry.kind == kind) found.push_back(entry);
+  return found;
 }
 
 }  // namespace
 
 TEST_CASE("a small campaign completes and its force stays in the band while sliding") {
   for (const std::string fabric : {"pile", "denim", "nylon"}) {
-    const Folder folder("complete");
+    const TemporaryFolder folder;
     const CampaignSummary s = run(folder, short_recipe(fabric));
     INFO(fabric << ": " << (s.error ? to_string(*s.error) : std::string("no error")));
     CHECK(s.outcome == recipes::Outcome::complete);
@@ -73,7 +61,7 @@ TEST_CASE("a small campaign completes and its force stays in the band while slid
 }
 
 TEST_CASE("the data set of a campaign has the phases that the recipe asked for") {
-  const Folder folder("phases");
+  const TemporaryFolder folder;
   const CampaignSummary s = run(folder, short_recipe("cotton"));
   const Result<Dataset> data = read_hdf5(s.dataset_file);
   REQUIRE(data);
@@ -91,7 +79,7 @@ TEST_CASE("the data set of a campaign has the phases that the recipe asked for")
 }
 
 TEST_CASE("in phase S the cloth bears the probe's weight, in phase P the set point") {
-  const Folder folder("weight");
+  const TemporaryFolder folder;
   const CampaignSummary s = run(folder, short_recipe("velvet"));
   const Result<Dataset> data = read_hdf5(s.dataset_file);
   REQUIRE(data);
@@ -111,64 +99,169 @@ TEST_CASE("in phase S the cloth bears the probe's weight, in phase P the set poi
   CHECK(press / pressing == Approx(5).margin(0.1));
 }
 
-TEST_CASE("the same seed gives the same data set, another seed another") {
-  const Folder a("seed_a");
-  const Folder b("seed_b");
-  const Folder c("seed_c");
-  const std::string first = run(a, short_recipe("felt", 1)).dataset_sha256;
-  CHECK(run(b, short_recipe("felt", 1)).dataset_sha256 == first);
-  CHECK(run(c, short_recipe("felt", 2)).dataset_sha256 != first);
+TEST_CASE("the same seed gives the same data set, another seed other counts") {
+  const TemporaryFolder a;
+  const TemporaryFolder b;
+  const TemporaryFolder c;
+  const CampaignSummary first = run(a, short_recipe("felt", 1));
+  CHECK(run(b, short_recipe("felt", 1)).dataset_sha256 == first.dataset_sha256);
+  // The digest covers the patch seeds too: only the counts tell that the cloth is another piece.
+  CHECK(counts_of(run(c, short_recipe("felt", 2))) != counts_of(first));
 }
 
 TEST_CASE("a folder that holds a campaign is not written over") {
-  const Folder folder("twice");
+  const TemporaryFolder folder;
   run(folder, short_recipe("satin"));
-  const auto size = std::filesystem::file_size(folder.path / "out/campaign.sqlite");
+  const auto size = std::filesystem::file_size(folder / "out/campaign.sqlite");
   const Result<CampaignSummary> again = run_campaign(request_in(folder, short_recipe("satin")), {});
   REQUIRE_FALSE(again);
-  CHECK(std::filesystem::file_size(folder.path / "out/campaign.sqlite") == size);
+  CHECK(std::filesystem::file_size(folder / "out/campaign.sqlite") == size);
 }
 
-TEST_CASE("a sensor unplugged in mid-slide fails the campaign and the probe is retracted") {
-  const Folder folder("unplug");
-  const CampaignRequest request = request_in(folder, short_recipe("wool"));
-  const Result<CheckedRequest> checked = check_request(request);
+TEST_CASE("devices are recorded as they identified themselves, not as the rig file has them") {
+  const TemporaryFolder folder;
+  json rig = test::bench17();
+  test::device_of(rig, "z")["emulator"]["serial"] = 45999999;
+  const auto ran = run_campaign(request_in(folder, short_recipe("denim"), rig), {});
+  REQUIRE(ran);
+  const Result<Dataset> data = read_hdf5(ran->dataset_file);
+  REQUIRE(data);
+  std::map<std::string, json> identity;
+  for (const DeviceInfo& device : data->info.devices)
+    identity[device.name] = json::parse(device.identity_json);
+  REQUIRE(identity.size() == 7);
+  const json& z = identity["stage.z"];
+  CHECK(z.at("reported").at("serial") == "45999999");
+  CHECK(z.at("reported").at("firmware") == "1.2.3");
+  CHECK(z.at("reported").at("model") == "LTS150");
+  CHECK(z.at("scale").at("counts_per_m") == 409600e3);
+  CHECK(identity["ft"].at("reported").empty());
+  CHECK(identity["ft"].at("scale").at("counts_per_n") == 1e6);
+  CHECK(identity["taxels"].at("reported").at("taxels") == "16");
+}
+
+TEST_CASE("a bench that does not come up leaves no campaign file behind") {
+  const TemporaryFolder folder;
+  json rig = test::bench17();
+  test::device_of(rig, "z")["emulator"]["model"] = "LTS300";
+  const auto ran = run_campaign(request_in(folder, short_recipe("denim"), rig), {});
+  REQUIRE_FALSE(ran);
+  CHECK(to_string(ran.error()).find("stage.z") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(folder / "out/campaign.sqlite"));
+  // The same folder serves once the rig is right.
+  CHECK(run(folder, short_recipe("denim")).trials_complete == 2);
+}
+
+TEST_CASE("a driver's warning while the bench comes up reaches the listener and the journal") {
+  const TemporaryFolder folder;
+  json rig = test::bench17();
+  // The plate's own weight, before the bias, is beyond such a rating.
+  test::device_of(rig, "wrench")["config"]["rated_force_n"] = {1, 1, 1};
+  std::vector<DeviceLogLine> heard;
+  CampaignHooks hooks;
+  hooks.device_log = [&](const DeviceLogLine& line) { heard.push_back(line); };
+  const auto ran = run_campaign(request_in(folder, short_recipe("denim"), rig), hooks);
+  REQUIRE(ran);
+  REQUIRE_FALSE(heard.empty());
+  CHECK(heard[0].device == "ft");
+  CHECK(heard[0].level == LogLevel::warning);
+  CHECK(to_seconds(heard[0].time) < ran->bring_up_s);
+  const auto lines = journal_of(ran->campaign_file, "device_log");
+  REQUIRE(lines.size() == heard.size());
+  CHECK(lines[0].time == heard[0].time);
+  CHECK(json::parse(lines[0].payload_json) ==
+        json{{"device", "ft"}, {"level", "warning"}, {"text", heard[0].text}});
+}
+
+TEST_CASE(
+    "of a flood of warnings before there is a journal, the first are kept and the rest counted") {
+  test::TrialBench bench(short_recipe("denim"));
+  std::size_t heard = 0;
+  DeviceLog log(*bench.sim.bench, bench.sim.loop, [&](const DeviceLogLine&) { ++heard; });
+  Device& taxels = bench.sim.bench->taxels();
+  taxels.log(LogLevel::info, "not worth a line");
+  for (std::size_t i = 0; i < DeviceLog::most_kept + 44; ++i)
+    taxels.log(LogLevel::warning, "line " + std::to_string(i));
+  log.journal_to(&*bench.recording);
+  taxels.log(LogLevel::error, "caf\xE9");
+  REQUIRE(bench.recorder->finish());
+  CHECK(heard == DeviceLog::most_kept + 45);
+  const auto lines = journal_of(bench.folder / "c.sqlite", "device_log");
+  REQUIRE(lines.size() == DeviceLog::most_kept + 1);
+  CHECK(json::parse(lines[0].payload_json).at("text") == "line 0");
+  CHECK(json::parse(lines.back().payload_json).at("level") == "error");
+  const auto cut = journal_of(bench.folder / "c.sqlite", "device_log_cut");
+  REQUIRE(cut.size() == 1);
+  CHECK(cut[0].payload_json == R"({"lines":44})");
+}
+
+TEST_CASE("what the folder must have free covers what the campaign writes") {
+  const TemporaryFolder folder;
+  const CampaignSummary s = run(folder, short_recipe("denim"));
+  const auto written =
+      std::filesystem::file_size(s.campaign_file) + std::filesystem::file_size(s.dataset_file);
+  const Result<CheckedRequest> checked =
+      check_request({folder / "recipe.json", folder / "rig.json", {}, std::nullopt});
   REQUIRE(checked);
-  const Result<RigFile> rig = parse_rig_file(checked->rig_text);
-  REQUIRE(rig);
-  const Result<std::string> fabrics = read_fabrics(*rig, request.rig);
-  REQUIRE(fabrics);
-  Result<std::unique_ptr<SimulatedBench>> made = SimulatedBench::create(*rig, *fabrics, 1);
-  REQUIRE(made);
-  SimulatedBench& sim = **made;
-  CampaignHeader header;
-  header.info.axes = {{"x", false}, {"y", false}, {"z", false}, {"rx", true}, {"ry", true}};
-  Result<Recorder> recorder = Recorder::create(folder.path / "c.sqlite", header);
-  REQUIRE(recorder);
-  TrialRecording recording(*recorder, checked->plan);
-  std::optional<Status> up;
-  sim.bench->bring_up([&](Status s) { up = s; });
-  sim.loop.run_until([&] { return up.has_value(); });
-  REQUIRE(up->has_value());
-  std::vector<recipes::Outcome> outcomes;
-  SupervisorHooks hooks;
-  hooks.mount = [&](std::string_view f, std::uint64_t s, TimePoint t) {
-    return sim.rig->mount(f, s, t);
+  CHECK(disk_forecast(checked->plan) >= written);
+  CHECK(disk_forecast(checked->plan) < 100'000'000);
+}
+
+TEST_CASE(
+    "a campaign that is asked to stop aborts the trial, retracts and keeps what is complete") {
+  const TemporaryFolder folder;
+  std::atomic<bool> stop{false};
+  CampaignHooks hooks;
+  hooks.progress = [&](const TrialProgress&) { stop = true; };
+  hooks.stop = &stop;
+  const CampaignSummary s = run(folder, short_recipe("denim"), hooks);
+  CHECK(s.outcome == recipes::Outcome::aborted);
+  CHECK(s.cleanup == recipes::Cleanup::done);
+  CHECK(s.rig == recipes::RigFact::safe);
+  CHECK(s.trials_complete == 1);
+  CHECK_FALSE(s.dataset_sha256.empty());
+  const Result<Dataset> all = load_campaign(s.campaign_file, {.all_outcomes = true});
+  REQUIRE(all);
+  REQUIRE(all->records.size() == 2);
+  CHECK(all->records[0].outcome == TrialOutcome::complete);
+  CHECK(all->records[1].outcome == TrialOutcome::aborted);
+  CHECK(journal_of(s.campaign_file, "stop_requested").size() == 1);
+}
+
+TEST_CASE("a campaign that is asked to stop while homing ends without a campaign file") {
+  const TemporaryFolder folder;
+  const std::atomic<bool> stop{true};
+  CampaignHooks hooks;
+  hooks.stop = &stop;
+  const auto ran = run_campaign(request_in(folder, short_recipe("denim")), hooks);
+  REQUIRE_FALSE(ran);
+  CHECK(ran.error().message == "stopped before the first trial");
+  CHECK_FALSE(std::filesystem::exists(folder / "out/campaign.sqlite"));
+}
+
+TEST_CASE(
+    "the recorded rates follow from the rig: stages from the scan cycle, sensors from the "
+    "drivers") {
+  const TemporaryFolder folder;
+  json rig = test::bench17();
+  rig["control"]["cycle_hz"] = 50;
+  for (const char* part : {"config", "emulator"})
+    test::device_of(rig, "wrench")[part]["rate_hz"] = 200;
+  const auto ran = run_campaign(request_in(folder, short_recipe("denim"), rig), {});
+  REQUIRE(ran);
+  REQUIRE(ran->trials_complete == 2);
+  const Result<Dataset> data = read_hdf5(ran->dataset_file);
+  REQUIRE(data);
+  CHECK(data->info.stage_rate_hz == 10);
+  CHECK(data->info.wrench_rate_hz == 200);
+  CHECK(data->info.taxel_rate_hz == 37);
+  const auto measured_hz = [](const std::vector<std::int64_t>& t_ns) {
+    std::vector<std::int64_t> steps;
+    for (std::size_t i = 1; i < t_ns.size(); ++i) steps.push_back(t_ns[i] - t_ns[i - 1]);
+    std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 2),
+                     steps.end());
+    return 1e9 / static_cast<double>(steps[steps.size() / 2]);
   };
-  hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally&) {
-    outcomes.push_back(done.outcome);
-  };
-  Supervisor supervisor(checked->plan, sim.host_time, *sim.bench, recording, hooks);
-  supervisor.start();
-  sim.loop.run_until([&] {
-    return supervisor.result() || supervisor.state().step == recipes::Step::sliding;
-  });
-  REQUIRE_FALSE(supervisor.result());
-  for (std::size_t i = 0; i < rig->devices.size(); ++i)
-    if (rig->devices[i].role == "wrench") sim.far_ends[i]->unplug();
-  sim.loop.run_until([&] { return supervisor.result().has_value(); });
-  CHECK(supervisor.result()->outcome == recipes::Outcome::failed);
-  REQUIRE(supervisor.result()->error);
-  CHECK(outcomes == std::vector{recipes::Outcome::failed});
-  CHECK(sim.rig->truth(sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
+  CHECK(measured_hz(data->records[0].stages.t_ns) == Approx(10));
+  CHECK(measured_hz(data->records[0].wrench.t_ns) == Approx(200));
 }

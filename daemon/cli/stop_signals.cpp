@@ -1,0 +1,52 @@
+#include "daemon/cli/stop_signals.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+// A signal handler reaches nothing but what is static.
+std::atomic<bool> stop_asked{false};
+std::atomic<int> stop_number{0};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
+
+extern "C" void on_stop_signal(int number) {
+  stop_number.store(number);
+  stop_asked.store(true);
+  signal(SIGINT, SIG_DFL);
+  signal(SIGTERM, SIG_DFL);
+}
+
+// Each signal waits while the other is handled, so that the second always meets its default effect.
+void install(int number, struct sigaction& before) {
+  struct sigaction action {};
+  action.sa_handler = on_stop_signal;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  sigaddset(&action.sa_mask, SIGINT);
+  sigaddset(&action.sa_mask, SIGTERM);
+  sigaction(number, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) sigaction(number, &action, nullptr);
+}
+
+}  // namespace
+
+StopSignals::StopSignals() {
+  stop_asked.store(false);
+  stop_number.store(0);
+  install(SIGINT, before_interrupt_);
+  install(SIGTERM, before_terminate_);
+}
+
+StopSignals::~StopSignals() {
+  sigaction(SIGINT, &before_interrupt_, nullptr);
+  sigaction(SIGTERM, &before_terminate_, nullptr);
+}
+
+const std::atomic<bool>& StopSignals::asked() const {
+  return stop_asked;
+}
+
+int StopSignals::number() const {
+  return stop_number.load();
+}
+
+}  // namespace weft::daemon::cli

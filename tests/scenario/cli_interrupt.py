@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""`weft run` that is asked to stop: the first signal ends it tidily, the second at once, and the file is readable after both.
+
+    cli_interrupt.py WEFT SOURCE_ROOT
+"""
+import json
+import pathlib
+import signal
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+
+from cli_support import Checks
+
+PATIENCE_S = 120
+
+
+def trials(campaign, outcome):
+    """How many trials have this outcome, in the file as it stands."""
+    database = sqlite3.connect(f"file:{campaign}?mode=ro", uri=True)
+    try:
+        return database.execute("SELECT count(*) FROM trial WHERE outcome IS ?", (outcome,)).fetchone()[0]
+    finally:
+        database.close()
+
+
+def start(t, d, rig, out):
+    """A long campaign with two trials done. Ctrl-C is let through even where this test was started in the background."""
+    process = subprocess.Popen(
+        [t.weft, "run", "recipe.json", "--rig", str(rig), "--out", out, "--json"], cwd=d, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    campaign, end = d / out / "campaign.sqlite", time.monotonic() + PATIENCE_S
+    while process.poll() is None and time.monotonic() < end:
+        try:
+            if campaign.exists() and trials(campaign, "complete") >= 2:
+                return process, campaign
+        except sqlite3.OperationalError:
+            pass  # not all of the tables are there yet
+        time.sleep(0.02)
+    process.kill()
+    raise SystemExit(f"the run did not get to its third trial: {process.communicate()}")
+
+
+def stopped_tidily(t, d, rig, number):
+    process, campaign = start(t, d, rig, out=f"by{number}")
+    process.send_signal(number)
+    out, err = process.communicate(timeout=PATIENCE_S)
+    t.expect(process.returncode == 128 + number, f"signal {number}: status {process.returncode}: {err}")
+    summary = json.loads(out)
+    done = summary["trials_complete"]
+    t.expect(2 <= done < summary["trials_planned"] and summary["outcome"] == "aborted", f"signal {number}: {summary}")
+    t.expect(f"interrupted by signal {number}: kept {done} of {summary['trials_planned']} trials" in err, f"message: {err}")
+    t.expect(f"by{number}/campaign.sqlite" in err, f"what is kept is named: {err}")
+    t.expect(trials(campaign, "complete") == done, "complete trials in the campaign file")
+    t.expect(trials(campaign, "aborted") == 1 and trials(campaign, None) == 0, "the trial under way was ended as aborted")
+    info = t.succeeds("dataset", "info", f"by{number}/dataset.h5", cwd=d)
+    t.expect(info["trials"] == done and info["dataset_sha256"] == summary["dataset_sha256"], f"info: {info}")
+    t.expect(not (d / f"by{number}/report.json").exists(), "an interrupted campaign is not evaluated")
+
+
+def stopped_at_once(t, d, rig):
+    process, campaign = start(t, d, rig, out="twice")
+    process.send_signal(signal.SIGSTOP)  # so that both signals wait together
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGTERM)
+    process.send_signal(signal.SIGCONT)
+    out, err = process.communicate(timeout=PATIENCE_S)
+    t.expect(process.returncode == -signal.SIGTERM, f"the second signal ends it: {process.returncode}: {err}")
+    database = sqlite3.connect(campaign)
+    t.expect(database.execute("PRAGMA integrity_check").fetchone() == ("ok",), "the file is whole")
+    database.close()
+    t.expect(trials(campaign, "complete") >= 2, "complete trials are kept")
+
+
+def main():
+    t = Checks(sys.argv[1])
+    root = pathlib.Path(sys.argv[2]).resolve()
+    rig = root / "sim/rigs/bench17.json"
+    with tempfile.TemporaryDirectory(prefix="weft-interrupt-") as folder:
+        d = pathlib.Path(folder)
+        recipe = json.loads((root / "recipes/library/khan2016.json").read_text())
+        del recipe["$schema"]
+        (d / "recipe.json").write_text(json.dumps(recipe))
+        stopped_tidily(t, d, rig, signal.SIGINT.value)
+        stopped_tidily(t, d, rig, signal.SIGTERM.value)
+        stopped_at_once(t, d, rig)
+    t.finish()
+
+
+main()

@@ -1,0 +1,93 @@
+// The supervisor at work on a simulated bench: what it sends, and what it does when things go
+// wrong.
+
+#include <algorithm>
+
+#include "tests/unit/daemon/trial_bench.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+using test::TrialBench;
+
+namespace {
+
+std::size_t count(const Bytes& in, const Bytes& what) {
+  std::size_t found = 0;
+  for (auto at = in.begin();; ++at, ++found) {
+    at = std::search(at, in.end(), what.begin(), what.end());
+    if (at == in.end()) return found;
+  }
+}
+
+// MGMSG_MOT_MOVE_STOP to channel 1 of a USB unit, APT16 p. 56
+const Bytes stop_profiled{0x65, 0x04, 0x01, 0x02, 0x50, 0x01};
+const Bytes stop_immediate{0x65, 0x04, 0x01, 0x01, 0x50, 0x01};
+
+// A loop that loses every timer further ahead than `horizon`: the engine's, not the scan cycle's.
+class ForgetfulLoop final : public Loop {
+ public:
+  ForgetfulLoop(Loop& loop, Duration horizon) : loop_(&loop), horizon_(horizon) {}
+  [[nodiscard]] TimePoint now() const override { return loop_->now(); }
+  TimerId at(TimePoint when, Callback callback) override {
+    return when - now() > horizon_ ? 0 : loop_->at(when, std::move(callback));
+  }
+  void cancel(TimerId id) override { loop_->cancel(id); }
+
+ private:
+  Loop* loop_;
+  Duration horizon_;
+};
+
+}  // namespace
+
+TEST_CASE(
+    "every stop of a campaign is along the ramp: at first contact, after the force, at a fault") {
+  TrialBench bench(test::short_recipe("denim"));
+  Supervisor supervisor(bench.checked.plan, bench.sim.host_time, *bench.sim.bench, *bench.recording,
+                        bench.hooks());
+  supervisor.start();
+  bench.sim.loop.run_until([&] { return supervisor.state().step == recipes::Step::seating; });
+  CHECK(count(bench.written["z"], stop_profiled) == 1);
+  bench.sim.loop.run_until([&] { return supervisor.state().step == recipes::Step::sliding; });
+  bench.sim.loop.run_to(bench.sim.loop.now() + std::chrono::seconds(1));
+  supervisor.request(recipes::AbortRequested{});
+  bench.sim.loop.run_until([&] { return supervisor.result().has_value(); });
+  CHECK(bench.outcomes == std::vector{recipes::Outcome::aborted});
+  CHECK(count(bench.written["y"], stop_profiled) == 1);  // it was sliding along y
+  for (const auto& [role, bytes] : bench.written) {
+    INFO(role);
+    CHECK(count(bytes, stop_immediate) == 0);
+  }
+}
+
+TEST_CASE("an engine's timer that never comes is caught by the deadline guard") {
+  TrialBench bench(test::short_recipe("denim"));
+  ForgetfulLoop loop(bench.sim.host_time, std::chrono::milliseconds(50));
+  Supervisor supervisor(bench.checked.plan, loop, *bench.sim.bench, *bench.recording,
+                        bench.hooks());
+  supervisor.start();
+  const TimePoint limit = bench.sim.loop.now() + std::chrono::minutes(10);
+  bench.sim.loop.run_until([&] { return supervisor.result() || bench.sim.loop.now() > limit; });
+  REQUIRE(supervisor.result());
+  CHECK(bench.outcomes == std::vector{recipes::Outcome::failed});
+  REQUIRE(bench.trial_error);
+  CHECK(bench.trial_error->message == "a step has passed its deadline");
+  CHECK(supervisor.result()->cleanup == recipes::Cleanup::done);
+  CHECK(bench.sim.rig->truth(bench.sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
+}
+
+TEST_CASE("a sensor unplugged in mid-slide fails the campaign and the probe is retracted") {
+  TrialBench bench(test::short_recipe("wool"));
+  Supervisor supervisor(bench.checked.plan, bench.sim.host_time, *bench.sim.bench, *bench.recording,
+                        bench.hooks());
+  supervisor.start();
+  bench.sim.loop.run_until(
+      [&] { return supervisor.result() || supervisor.state().step == recipes::Step::sliding; });
+  REQUIRE_FALSE(supervisor.result());
+  bench.far_end["wrench"]->unplug();
+  bench.sim.loop.run_until([&] { return supervisor.result().has_value(); });
+  CHECK(supervisor.result()->outcome == recipes::Outcome::failed);
+  REQUIRE(supervisor.result()->error);
+  CHECK(bench.outcomes == std::vector{recipes::Outcome::failed});
+  CHECK(bench.sim.rig->truth(bench.sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
+}
