@@ -18,7 +18,8 @@ constexpr std::size_t iteration_limit = 1'000'000;
 
 void DenseSmo::set_rows(std::span<const int> sign) {
   n_ = sign.size();
-  width_ = (n_ + lanes - 1) / lanes * lanes;
+  const std::size_t block = n_ <= 16 ? 16 : n_ <= 32 ? 32 : lanes;
+  width_ = (n_ + block - 1) / block * block;
   order_.clear();
   sign_.assign(width_, 1.0);
   // Negative rows first, as libsvm's own positive class: the arrangement of SvmTrainer.
@@ -125,43 +126,117 @@ void DenseSmo::add_to_bar(std::size_t i, double weight) {
   for (std::size_t t = 0; t < n_; ++t) bar_[t] += w * k[t];
 }
 
-// The two multipliers move along their constraint and stop at the box.
-WEFT_INLINE void DenseSmo::step(Pick pair) {
+// How far two multipliers move along their constraint within the box: the change of y alpha of i
+// and of j. v_i and v_j are the values of v there.
+WEFT_INLINE DenseSmo::Move DenseSmo::move(Pick pair, double v_i, double v_j) {
   const auto [i, j, found] = pair;
-  const double* ki = row(i);
-  const double* kj = row(j);
-  const double whole = d_[i] + d_[j] - 2.0 * ki[j];
+  const double whole = d_[i] + d_[j] - 2.0 * row(i)[j];
   const double bent = whole > 0.0 ? whole : least_curvature;
-  const double delta = (v_[i] - v_[j]) / bent;  // in y alpha
+  const double delta = (v_i - v_j) / bent;  // in y alpha
   const double old_i = alpha_[i], old_j = alpha_[j];
   double a = old_i + y_[i] * delta;
   double b = old_j - y_[j] * delta;
+  // Outside the box one of them stops at 0 or C and the other keeps the constraint.
+  const double difference = old_i - old_j, sum = old_i + old_j;
   if (y_[i] != y_[j]) {
-    const double difference = old_i - old_j;
-    if (difference > 0.0) {
-      if (b < 0.0) b = 0.0, a = difference;
-      if (a > c_) a = c_, b = c_ - difference;
-    } else {
-      if (a < 0.0) a = 0.0, b = -difference;
-      if (b > c_) b = c_, a = c_ + difference;
+    const bool i_first = difference > 0.0;
+    if (i_first ? b < 0.0 : a < 0.0)
+      a = i_first ? difference : 0.0, b = i_first ? 0.0 : -difference;
+    if (i_first ? a > c_ : b > c_) {
+      a = i_first ? c_ : c_ + difference;
+      b = i_first ? c_ - difference : c_;
     }
   } else {
-    const double sum = old_i + old_j;
-    if (sum > c_) {
-      if (a > c_) a = c_, b = sum - c_;
-      if (b > c_) b = c_, a = sum - c_;
-    } else {
-      if (b < 0.0) b = 0.0, a = sum;
-      if (a < 0.0) a = 0.0, b = sum;
-    }
+    const double end = sum > c_ ? c_ : 0.0;  // where one of them can stop
+    if (sum > c_ ? a > end : a < end) a = end, b = sum - end;
+    if (sum > c_ ? b > end : b < end) b = end, a = sum - end;
   }
-  const Block wi = all(y_[i] * (a - old_i));
-  const Block wj = all(y_[j] * (b - old_j));
+  const Move out{y_[i] * (a - old_i), y_[j] * (b - old_j)};
+  set_alpha(i, a);
+  set_alpha(j, b);
+  return out;
+}
+
+WEFT_INLINE void DenseSmo::step(Pick pair) {
+  const double* ki = row(pair.i);
+  const double* kj = row(pair.j);
+  const auto [i, j] = move(pair, v_[pair.i], v_[pair.j]);
+  const Block wi = all(i), wj = all(j);
   double* v = v_.data();
   for (std::size_t t = 0; t < active_; t += lanes)
     store(v + t, load(v + t) - (load(ki + t) * wi + load(kj + t) * wj));
-  set_alpha(i, a);
-  set_alpha(j, b);
+}
+
+WEFT_INLINE DenseSmo::Walk DenseSmo::walk_in_memory(std::size_t most, double tolerance) {
+  for (std::size_t steps = 0; steps < most; ++steps) {
+    const Pick pair = pick(tolerance);
+    if (!pair.found) return {steps, true};
+    step(pair);
+  }
+  return {most, false};
+}
+
+// The same for up to 4 blocks rows, with v in registers: once for the rows that may move up (others
+// -inf), once for those that may move down (others +inf).
+template <std::size_t blocks>
+WEFT_INLINE DenseSmo::Walk DenseSmo::walk_in_registers(std::size_t most, double tolerance) {
+  const Block none = all(-infinity), least = all(least_curvature), two = all(2.0);
+  Block u[blocks], l[blocks], d[blocks];
+  for (std::size_t b = 0; b < blocks; ++b) {
+    u[b] = load(&v_[b * lanes]) + load(&up_[b * lanes]);
+    l[b] = load(&v_[b * lanes]) - load(&low_[b * lanes]);
+    d[b] = load(&d_[b * lanes]);
+  }
+  double low_now[blocks * lanes];
+  std::size_t steps = 0;
+  bool optimal = false;
+  for (; steps < most; ++steps) {
+    for (std::size_t b = 0; b < blocks; ++b) store(low_now + b * lanes, l[b]);
+    const double top = largest_of(u);
+    const std::size_t i = last_equal(u, top);
+    const double* ki = row(i);
+    const Block top4 = all(top), curvature = all(d_[i]);
+    Block gain[blocks];
+    Block lowest = none;
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const Block difference = top4 - l[b];
+      const Block whole = (curvature + d[b]) - two * load(ki + b * lanes);
+      const Block ratio = difference * difference / (whole > 0.0 ? whole : least);
+      gain[b] = difference > 0.0 ? ratio : none;
+      lowest = larger(-l[b], lowest);
+    }
+    const double most_gain = largest_of(gain);
+    optimal = top == -infinity || top + largest(lowest) < tolerance || most_gain == -infinity;
+    if (optimal) break;
+    const std::size_t j = last_equal(gain, most_gain);
+    const double* kj = row(j);
+    const double v_j = low_now[j];
+    const auto [m_i, m_j] = move({i, j, true}, top, v_j);
+    const double new_i = top - (ki[i] * m_i + kj[i] * m_j);
+    const double new_j = v_j - (ki[j] * m_i + kj[j] * m_j);
+    const Block wi = all(m_i), wj = all(m_j);
+    const Block up_i = all(new_i + up_[i]), up_j = all(new_j + up_[j]);
+    const Block low_i = all(new_i - low_[i]), low_j = all(new_j - low_[j]);
+    const BlockBits at_i = all_bits(i), at_j = all_bits(j);
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const Block change = load(ki + b * lanes) * wi + load(kj + b * lanes) * wj;
+      const BlockBits at = lane_numbers(b);
+      u[b] = at == at_i ? up_i : at == at_j ? up_j : u[b] - change;
+      l[b] = at == at_i ? low_i : at == at_j ? low_j : l[b] - change;
+    }
+  }
+  // Rows that are away are in neither; theirs is made anew when they come back.
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const Block known = l[b] < infinity ? l[b] : all(0.0);
+    store(&v_[b * lanes], u[b] > -infinity ? u[b] : known);
+  }
+  return {steps, optimal};
+}
+
+WEFT_FOR_THIS_PROCESSOR DenseSmo::Walk DenseSmo::walk(std::size_t most, double tolerance) {
+  if (width_ == 16) return walk_in_registers<16 / lanes>(most, tolerance);
+  if (width_ == 32) return walk_in_registers<32 / lanes>(most, tolerance);
+  return walk_in_memory(most, tolerance);
 }
 
 bool DenseSmo::can_shrink(std::size_t i, double top_up, double top_low) const {
@@ -239,26 +314,23 @@ void DenseSmo::finish() {
   }
 }
 
-WEFT_FOR_THIS_PROCESSOR bool DenseSmo::solve(double c, double tolerance) {
+bool DenseSmo::solve(double c, double tolerance) {
   begin(c);
   const std::size_t period = std::min<std::size_t>(n_, 1000);
-  std::size_t until_shrink = period + 1;
-  for (std::size_t iteration = 0; iteration < iteration_limit; ++iteration) {
-    if (--until_shrink == 0) {
-      until_shrink = period;
-      shrink(tolerance);
-    }
-    Pick pair = pick(tolerance);
-    if (!pair.found) {
+  std::size_t steps = 0;
+  while (steps < iteration_limit) {
+    Walk walked = walk(period, tolerance);
+    steps += walked.steps;
+    if (walked.optimal && active_ < n_) {
       unshrink();
-      pair = pick(tolerance);
-      if (!pair.found) {
-        finish();
-        return true;
-      }
-      until_shrink = 1;
+      walked = walk(1, tolerance);
+      steps += walked.steps;
     }
-    step(pair);
+    if (walked.optimal) {
+      finish();
+      return true;
+    }
+    shrink(tolerance);
   }
   return false;
 }

@@ -39,7 +39,20 @@ class DenseSmo {
   };
   void begin(double c);
   Pick pick(double tolerance) const;
+  struct Move {
+    double i = 0.0, j = 0.0;  // change of y alpha
+  };
+  struct Walk {
+    std::size_t steps = 0;
+    bool optimal = false;
+  };
+  Move move(Pick pair, double v_i, double v_j);
   void step(Pick pair);
+  /// Up to `most` steps, fewer when none is left to do among the active rows.
+  Walk walk(std::size_t most, double tolerance);
+  Walk walk_in_memory(std::size_t most, double tolerance);
+  template <std::size_t blocks>
+  Walk walk_in_registers(std::size_t most, double tolerance);
   void set_alpha(std::size_t i, double alpha);
   void bound(std::size_t i);
   void add_to_bar(std::size_t i, double weight);
