@@ -3,57 +3,31 @@
 //
 // Where the paper is silent the choices are those of classifier/README.md (AMB-1 to AMB-11).
 
-#include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
-#include "classifier/features/layout.hpp"
+#include "classifier/features/feature_stream.hpp"
+#include "classifier/features/options.hpp"
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
 
-enum class SkewOf {
-  peaks,  ///< the values of the strict local maxima: the paper's "skewness of the signal peaks"
-  signal
-};
-
-enum class Norm {
-  l2,  ///< root of the sum of squares of the raw counts; grows with the length of the motion
-  rms  ///< the same per sample: for data whose motions differ in length
-};
-
-enum class SpectrumScale {
-  amplitude,  ///< 2 / T x |DFT|: a sinusoid's bin reads its amplitude in counts
-  magnitude   ///< |DFT|
-};
-
-struct FeatureOptions {
-  SkewOf skew = SkewOf::peaks;
-  Norm norm = Norm::l2;
-  double mode_bin_counts = 1.0;  ///< grid of the mode; raw counts are integers
-  SpectrumScale spectrum = SpectrumScale::amplitude;
-};
-
-class Spectrum;
-
-/// Extracts one trial after another, keeping the tables that depend on the length of the motion.
-/// One object per thread.
+/// Extracts one trial after another, keeping memory and the tables that depend on the length of the
+/// motion: no allocation once it has seen trials of the size. One object per thread.
 class FeatureExtractor {
  public:
-  explicit FeatureExtractor(FeatureOptions options = {});
-  ~FeatureExtractor();
-  FeatureExtractor(FeatureExtractor&&) noexcept;
-  FeatureExtractor& operator=(FeatureExtractor&&) noexcept;
+  explicit FeatureExtractor(FeatureOptions options = {}) : options_(options) {}
 
-  /// Features in the order of FeatureLayout(trial.taxels, phases_of(trial)); all finite.
-  /// Refuses: sizes that disagree, no sample in phase M, a NaN or infinite sample (named by its
-  /// index and taxel), samples so large that a moment overflows.
-  Result<std::vector<double>> extract(const Trial& trial);
+  /// Features in the order of FeatureLayout(trial.taxels, phases_of(trial)), all finite; valid
+  /// until the next call. Refuses: sizes that disagree, no sample in phase M, a NaN or infinite
+  /// sample (named by its index and taxel), samples so large that a moment overflows.
+  Result<std::span<const double>> extract(const Trial& trial);
 
  private:
-  struct Workspace;
   FeatureOptions options_;
-  std::unique_ptr<Workspace> work_;
+  std::optional<FeatureStream> stream_;
 };
 
 /// The same for a single trial.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "classifier/learn/parallel.hpp"
 
@@ -60,17 +59,23 @@ Result<FeatureMatrix> build_feature_matrix(std::span<const Trial> trials,
                                            const FeatureOptions& options, std::size_t threads) {
   if (trials.empty()) return fail(Errc::invalid_argument, "no trials", "data set");
   if (auto ok = check_alike(trials); !ok) return pass(ok.error());
-  std::vector<std::optional<Result<std::vector<double>>>> rows(trials.size());
-  parallel_blocks(trials.size(), threads, [&](std::size_t from, std::size_t to) {
-    FeatureExtractor extractor(options);
-    for (std::size_t i = from; i < to; ++i) rows[i].emplace(extractor.extract(trials[i]));
-  });
   FeatureMatrix out;
   out.names = FeatureLayout(trials.front().taxels, phases_of(trials.front())).names();
   out.values = Matrix(trials.size(), out.names.size());
+  std::vector<Status> done(trials.size());
+  parallel_blocks(trials.size(), threads, [&](std::size_t from, std::size_t to) {
+    FeatureExtractor extractor(options);
+    for (std::size_t i = from; i < to; ++i) {
+      const auto row = extractor.extract(trials[i]);
+      if (row) {
+        std::copy(row->begin(), row->end(), out.values.row(i).begin());
+      } else {
+        done[i] = pass(row.error());
+      }
+    }
+  });
   for (std::size_t i = 0; i < trials.size(); ++i) {
-    if (!*rows[i]) return pass(rows[i]->error());
-    std::copy((*rows[i])->begin(), (*rows[i])->end(), out.values.row(i).begin());
+    if (!done[i]) return pass(done[i].error());
     out.labels.push_back(trials[i].label);
     out.groups.push_back(trials[i].group);
     out.files.push_back(trials[i].file);

@@ -4,9 +4,10 @@
 
 #include "classifier/features/extract.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/features/signal.hpp"
+#include "classifier/features/feature_stream.hpp"
 #include "classifier/features/spectrum.hpp"
 #include "classifier/features/windows.hpp"
+#include "tests/unit/classifier/slow_features.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier {
@@ -14,6 +15,7 @@ namespace {
 
 using testing::motion_trial;
 using testing::relative_difference;
+using testing::slow_magnitudes;
 
 // The feature called `name` of a trial.
 double feature(const Trial& trial, const std::string& name, const FeatureOptions& options = {}) {
@@ -25,20 +27,20 @@ double feature(const Trial& trial, const std::string& name, const FeatureOptions
   return (*values)[static_cast<std::size_t>(at - names.begin())];
 }
 
-// Magnitudes straight from the definition of the transform, in long double.
-std::vector<double> slow_magnitudes(const std::vector<double>& signal) {
-  const std::size_t n = signal.size();
-  std::vector<double> out;
-  for (std::size_t k = 0; k <= n / 2; ++k) {
-    long double re = 0, im = 0;
-    for (std::size_t j = 0; j < n; ++j) {
-      const long double angle = 2.0L * std::numbers::pi_v<long double> *
-                                static_cast<long double>(j * k % n) / static_cast<long double>(n);
-      re += signal[j] * std::cos(angle);
-      im -= signal[j] * std::sin(angle);
-    }
-    out.push_back(static_cast<double>(std::sqrt(re * re + im * im)));
-  }
+// Magnitudes of up to sixteen signals of one length; a row per signal.
+std::vector<std::vector<double>> fast_magnitudes(const std::vector<std::vector<double>>& signals) {
+  const std::size_t n = signals.front().size();
+  const Spectrum spectrum(n);
+  simd::AlignedDoubles rows(n * Spectrum::signals, 0.0), scratch;
+  simd::AlignedDoubles bins(spectrum.bins() * Spectrum::signals);
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    for (std::size_t i = 0; i < n; ++i) rows[i * Spectrum::signals + s] = signals[s][i];
+  const simd::AlignedDoubles offset(Spectrum::signals, 0.0);
+  spectrum.magnitudes(rows.data(), offset.data(), scratch, bins.data());
+  std::vector<std::vector<double>> out(signals.size());
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    for (std::size_t k = 0; k < spectrum.bins(); ++k)
+      out[s].push_back(bins[k * Spectrum::signals + s]);
   return out;
 }
 
@@ -96,43 +98,51 @@ TEST_CASE("Moments of 1..5 have their closed forms") {
 
 TEST_CASE("Third and fifth moment of 0 0 0 0 1 have the Bernoulli values") {
   const double p = 0.2, q = 0.8;
-  const Moments m = moments_of(std::vector<double>{0, 0, 0, 0, 1});
-  CHECK(m.m3 == Approx(p * q * (q - p)).epsilon(1e-14));
-  CHECK(m.m5 == Approx(p * std::pow(q, 5) - q * std::pow(p, 5)).epsilon(1e-14));
-  CHECK(skewness_of(std::vector<double>{0, 0, 0, 0, 1}) == Approx((q - p) / std::sqrt(p * q)));
+  const Trial trial = motion_trial(std::vector<double>{0, 0, 0, 0, 1});
+  CHECK(feature(trial, "m5.M.1") == Approx(p * std::pow(q, 5) - q * std::pow(p, 5)).epsilon(1e-14));
+  CHECK(feature(trial, "skew.M.1", {.skew = SkewOf::signal}) ==
+        Approx((q - p) / std::sqrt(p * q)).epsilon(1e-14));
 }
 
 TEST_CASE("A large offset does not change the moments about the mean") {
   const std::vector<double> small = {0, 1, 0, 2, 1, 5, 0, 1};
   std::vector<double> high = small;
   for (double& v : high) v += 1e9;
-  CHECK(moments_of(high).m2 == moments_of(small).m2);
-  CHECK(moments_of(high).m5 == Approx(moments_of(small).m5).epsilon(1e-6));
+  const Trial low = motion_trial(small), far = motion_trial(high);
+  CHECK(feature(far, "var.M.1") == feature(low, "var.M.1"));
+  CHECK(feature(far, "m5.M.1") == Approx(feature(low, "m5.M.1")).epsilon(1e-6));
 }
 
 TEST_CASE("A flat top is one peak, end points are none") {
-  std::vector<double> peaks;
-  local_maxima(std::vector<double>{9, 1, 3, 3, 3, 1, 2, 2, 4, 4, 0, 8}, peaks);
-  CHECK(peaks == std::vector<double>{3, 4});
-  local_maxima(std::vector<double>{5, 5, 5}, peaks);
-  CHECK(peaks.empty());
-  local_maxima(std::vector<double>{}, peaks);
-  CHECK(peaks.empty());
+  // peaks 3, 4, 7: mean 14/3, deviations -5/3, -2/3, 7/3
+  const Trial trial = motion_trial(std::vector<double>{9, 1, 3, 3, 3, 1, 2, 2, 4, 4, 0, 7, 5, 8});
+  const double m2 = (25.0 + 4.0 + 49.0) / 27.0, m3 = (-125.0 - 8.0 + 343.0) / 81.0;
+  CHECK(feature(trial, "skew.M.1") == Approx(m3 / std::pow(m2, 1.5)).epsilon(1e-14));
+  CHECK(testing::slow_peaks({9, 1, 3, 3, 3, 1, 2, 2, 4, 4, 0, 7, 5, 8}) ==
+        std::vector<double>{3, 4, 7});
+  // two peaks have no skewness
+  CHECK(feature(motion_trial(std::vector<double>{0, 1, 0, 5, 0}), "skew.M.1") == 0.0);
 }
 
 TEST_CASE("Skewness of the peaks is of the peaks, with the option of the signal's") {
-  const Trial trial = motion_trial(std::vector<double>{0, 1, 0, 1, 0, 4, 0});  // peaks 1, 1, 4
+  const std::vector<double> signal = {0, 1, 0, 1, 0, 4, 0};  // peaks 1, 1, 4
+  const Trial trial = motion_trial(signal);
   CHECK(feature(trial, "skew.M.1") == Approx(std::sqrt(0.5)).epsilon(1e-14));
   const double of_signal = feature(trial, "skew.M.1", {.skew = SkewOf::signal});
-  CHECK(of_signal == Approx(skewness_of(std::vector<double>{0, 1, 0, 1, 0, 4, 0})));
+  CHECK(of_signal == Approx(testing::slow_skewness(signal)).epsilon(1e-14));
 }
 
 TEST_CASE("The mode is the smallest of the most frequent values, on the grid of its bin") {
-  CHECK(mode_of(std::vector<double>{5, 3, 3, 5, 9}, 1.0) == 3.0);
-  CHECK(mode_of(std::vector<double>{0.9, 1.1, 7.0, 1.2}, 1.0) == 1.0);
-  CHECK(mode_of(std::vector<double>{11, 12, 28}, 10.0) == 10.0);
-  CHECK(mode_of(std::vector<double>{65535, 0, 65535}, 1.0) == 65535.0);
-  CHECK(mode_of(std::vector<double>{-4, -4, 1e9, 1e9, 2}, 1.0) == -4.0);
+  const auto mode = [](const std::vector<double>& signal, double bin) {
+    return feature(motion_trial(signal), "mode.M.1", {.mode_bin_counts = bin});
+  };
+  CHECK(mode({5, 3, 3, 5, 9}, 1.0) == 3.0);
+  CHECK(mode({0.9, 1.1, 7.0, 1.2}, 1.0) == 1.0);
+  CHECK(mode({11, 12, 28}, 10.0) == 10.0);
+  CHECK(mode({65535, 0, 65535}, 1.0) == 65535.0);
+  CHECK(mode({-4, -4, 1e9, 1e9, 2}, 1.0) == -4.0);
+  CHECK(mode({-4, 1e9, 1e9, 2}, 1.0) == 1e9);  // too far apart to count: sorted
+  CHECK(mode({1e-20, 2e-20, 2e-20, 1.0}, 1e-20) == 2e-20);
 }
 
 TEST_CASE("A constant signal has skewness 0, kurtosis 3 and no spectrum, whatever its rounding") {
@@ -204,43 +214,58 @@ TEST_CASE("Empty motion, no taxels, sizes that disagree and overflow are refused
 }
 
 TEST_CASE("The spectrum equals the definition at every length up to 40 and at primes") {
-  std::vector<std::size_t> lengths = {97, 101, 128, 251};
+  std::vector<std::size_t> lengths = {97, 101, 128, 129, 251};
   for (std::size_t n = 1; n <= 40; ++n) lengths.push_back(n);
   for (const std::size_t n : lengths) {
     INFO("length " << n);
-    const auto a = noise(n, n), b = noise(n, n + 1000);
-    Spectrum spectrum(n);
-    std::vector<double> got_a(n / 2 + 1), got_b(n / 2 + 1);
-    spectrum.magnitudes(a, b, got_a, got_b);
-    const auto want_a = slow_magnitudes(a), want_b = slow_magnitudes(b);
-    for (std::size_t k = 0; k <= n / 2; ++k) {
-      CHECK(std::abs(got_a[k] - want_a[k]) < 1e-13 * static_cast<double>(n));
-      CHECK(std::abs(got_b[k] - want_b[k]) < 1e-13 * static_cast<double>(n));
+    std::vector<std::vector<double>> signals;
+    for (std::uint64_t s = 0; s < Spectrum::signals; ++s) signals.push_back(noise(n, 1000 * s + n));
+    const auto got = fast_magnitudes(signals);
+    double worst = 0.0;
+    for (std::size_t s = 0; s < signals.size(); ++s) {
+      const auto want = slow_magnitudes(signals[s]);
+      for (std::size_t k = 0; k <= n / 2; ++k)
+        worst = std::max(worst, std::abs(got[s][k] - want[k]));
     }
+    CHECK(worst < 1e-13 * static_cast<double>(n));
   }
 }
 
 TEST_CASE("Parseval: the spectrum of a prime length keeps the signal's energy") {
   const std::size_t n = 911;
   const auto a = noise(n, 1);
-  Spectrum spectrum(n);
-  std::vector<double> bins(n / 2 + 1), other(n / 2 + 1);
-  spectrum.magnitudes(a, a, bins, other);
+  const auto bins = fast_magnitudes({a}).front();
   double time = 0.0, frequency = bins[0] * bins[0];
   for (const double v : a) time += v * v;
   for (std::size_t k = 1; k < bins.size(); ++k) frequency += 2.0 * bins[k] * bins[k];
   CHECK(frequency / static_cast<double>(n) == Approx(time).epsilon(1e-13));
 }
 
-TEST_CASE("A weak signal transformed beside a strong one keeps its digits") {
+TEST_CASE(
+    "A weak signal transformed beside strong ones keeps its digits, a silent one its silence") {
   const auto weak = noise(100, 2);
-  std::vector<double> strong = noise(100, 3);
-  for (double& v : strong) v *= 1e200;
-  Spectrum spectrum(100);
-  std::vector<double> got(51), other(51);
-  spectrum.magnitudes(weak, strong, got, other);
-  const auto want = slow_magnitudes(weak);
-  for (std::size_t k = 0; k < got.size(); ++k) CHECK(std::abs(got[k] - want[k]) < 1e-12);
+  std::vector<std::vector<double>> signals(Spectrum::signals, noise(100, 3));
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    for (double& v : signals[s]) v *= s == 7 ? 1e-300 : 1e300;
+  signals[0] = weak;  // its partner, eight further on, is at 1e300
+  signals[10].assign(100, 0.0);
+  const auto got = fast_magnitudes(signals);
+  const auto want = slow_magnitudes(weak), tiny = slow_magnitudes(noise(100, 3));
+  for (std::size_t k = 0; k < want.size(); ++k) {
+    CHECK(std::abs(got[0][k] - want[k]) < 1e-12);
+    CHECK(std::abs(got[7][k] * 1e300 - tiny[k]) < 1e-12);
+    CHECK(std::abs(got[15][k] * 1e-300 - tiny[k]) < 1e-12);
+  }
+  CHECK(got[10] == std::vector<double>(51, 0.0));
+}
+
+TEST_CASE("Tables of recent lengths are kept, older ones made again with the same result") {
+  SpectrumCache cache;
+  const Spectrum* const first = &cache.of(50);
+  for (std::size_t n = 1; n < 8; ++n) CHECK(cache.of(n).length() == n);
+  CHECK(&cache.of(50) == first);
+  for (std::size_t n = 1; n < 20; ++n) CHECK(cache.of(n).length() == n);
+  CHECK(cache.of(50).length() == 50);
 }
 
 TEST_CASE("A sinusoid reads its amplitude in Hfrq, and in Sh only when it is fast") {
@@ -261,11 +286,125 @@ TEST_CASE("A sinusoid reads its amplitude in Hfrq, and in Sh only when it is fas
   CHECK(raw == Approx(13.0 * n / 2.0).epsilon(1e-12));
 }
 
+// Counts like those of a slide: levels, ripple and noise that differ between taxels, flat tops.
+Trial slide(std::size_t taxels, std::size_t motion, std::uint64_t seed) {
+  RandomEngine engine(seed);
+  Trial out;
+  out.file = "slide";
+  out.taxels = taxels;
+  for (const auto& [phase, samples] :
+       {std::pair(Phase::none, std::size_t{3}), std::pair(Phase::rest, std::size_t{9}),
+        std::pair(Phase::press, std::size_t{7}), std::pair(Phase::motion, motion),
+        std::pair(Phase::end, std::size_t{5})}) {
+    for (std::size_t i = 0; i < samples; ++i) {
+      out.phase.push_back(phase);
+      for (std::size_t k = 0; k < taxels; ++k) {
+        const double ripple = 60.0 * std::sin(static_cast<double>(i * (k + 3)) * 0.11);
+        out.counts.push_back(std::nearbyint(1000.0 + 37.0 * static_cast<double>(k) + ripple +
+                                            static_cast<double>(random_below(engine, 12))));
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<double> motion_of(const Trial& trial, std::size_t taxel) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < trial.samples(); ++i)
+    if (trial.phase[i] == Phase::motion) out.push_back(trial.row(i)[taxel]);
+  return out;
+}
+
+TEST_CASE("Every feature of every taxel equals its definition, with one taxel to thirty-five") {
+  for (const std::size_t taxels : {1U, 2U, 9U, 16U, 17U, 35U}) {
+    for (const std::size_t motion : {4U, 37U, 100U, 127U}) {
+      INFO(taxels << " taxels, " << motion << " samples");
+      const Trial trial = slide(taxels, motion, taxels + motion);
+      const auto got = extract(trial);
+      REQUIRE(got);
+      REQUIRE(got->size() == 3 + 12 * taxels);
+      double worst = 0.0;
+      for (std::size_t k = 0; k < taxels; ++k) {
+        const auto want = testing::slow_features(motion_of(trial, k));
+        for (std::size_t b = 0; b < want.size(); ++b) {
+          const double have = (*got)[3 + b * taxels + k];
+          // odd moments may cancel: compared with the size of their terms
+          const double floor = b == 6 ? 1.0 : b == 9 ? std::pow(want[7], 5) : 0.0;
+          worst = std::max(worst, std::abs(have - want[b]) / std::max(std::abs(want[b]), floor));
+        }
+      }
+      CHECK(worst < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("A stream gives at every moment what the trial so far gives") {
+  const Trial whole = slide(17, 60, 5);
+  FeatureStream stream(17);
+  CHECK_FALSE(stream.features());
+  for (int round = 0; round < 2; ++round) {
+    Trial so_far;
+    so_far.file = "so far";
+    so_far.taxels = 17;
+    for (std::size_t i = 0; i < whole.samples(); ++i) {
+      REQUIRE(stream.add(whole.phase[i], whole.row(i)));
+      so_far.phase.push_back(whole.phase[i]);
+      so_far.counts.insert(so_far.counts.end(), whole.row(i).begin(), whole.row(i).end());
+      const auto batch = extract(so_far);
+      const auto now = stream.features();
+      REQUIRE(now.has_value() == batch.has_value());
+      if (!now) continue;
+      CHECK(stream.phases() == phases_of(so_far));
+      CHECK(std::equal(now->begin(), now->end(), batch->begin(), batch->end()));
+    }
+    CHECK(stream.motion_frames() == 60);
+    stream.restart();
+    CHECK(stream.motion_frames() == 0);
+    CHECK_FALSE(stream.features());
+  }
+}
+
+TEST_CASE("A stream refuses incomplete and infinite frames and goes on as if they had not come") {
+  FeatureStream stream(2);
+  REQUIRE(stream.add(Phase::motion, std::vector<double>{1, 2, 3, 4}));
+  CHECK_FALSE(stream.add(Phase::motion, std::vector<double>{1, 2, 3}));
+  const auto bad = stream.add(Phase::motion, std::vector<double>{1, 2, 3, std::nan("")});
+  REQUIRE_FALSE(bad);
+  CHECK(bad.error().where == "frame 1, taxel 2");
+  CHECK(stream.motion_frames() == 2);
+  CHECK_FALSE(FeatureStream(1, {.mode_bin_counts = -1.0}).features());
+}
+
+TEST_CASE("Trials of lengths that it knows cost an extractor no allocation") {
+  FeatureExtractor extractor;
+  const std::vector<Trial> trials = {slide(19, 90, 1), slide(19, 131, 2), slide(19, 89, 3)};
+  for (const Trial& trial : trials) REQUIRE(extractor.extract(trial));
+  const std::size_t before = testing::allocations();
+  bool fine = true;
+  for (const Trial& trial : trials) fine = fine && extractor.extract(trial).has_value();
+  const std::size_t after = testing::allocations();
+  CHECK(fine);
+  CHECK(after == before);
+}
+
+TEST_CASE("An extractor gives the same for a trial whatever it has seen before") {
+  FeatureExtractor extractor;
+  const Trial one = slide(16, 90, 1), other = slide(16, 131, 2), narrow = slide(3, 20, 3);
+  const auto want = extract(one);
+  REQUIRE(want);
+  for (const Trial* before : {&other, &narrow, &one}) {
+    REQUIRE(extractor.extract(*before));
+    const auto got = extractor.extract(one);
+    REQUIRE(got);
+    CHECK(std::equal(got->begin(), got->end(), want->begin(), want->end()));
+  }
+}
+
 TEST_CASE("A matrix of trials does not depend on the number of threads and refuses odd ones out") {
   std::vector<Trial> trials;
   for (std::uint64_t i = 0; i < 7; ++i) {
     trials.push_back(motion_trial(noise(50 + i, i)));
-    trials.back().file = "t" + std::to_string(i);
+    trials.back().file = std::to_string(i).insert(0, 1, 't');
   }
   const auto one = build_feature_matrix(trials, {}, 1);
   const auto four = build_feature_matrix(trials, {}, 4);

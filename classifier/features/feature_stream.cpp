@@ -1,0 +1,139 @@
+#include "classifier/features/feature_stream.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <string>
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::size_t block_count(std::size_t taxels) {
+  return (taxels + TaxelBlock::taxels - 1) / TaxelBlock::taxels;
+}
+
+// Looks at the exponents of all values at once: the usual case has nothing to find.
+WEFT_FOR_THIS_PROCESSOR
+bool all_finite(const double* values, std::size_t count) {
+  constexpr std::uint64_t exponent = 0x7ffULL << 52;
+  std::uint64_t bad = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t bits = std::bit_cast<std::uint64_t>(values[i]);
+    bad |= (bits & exponent) == exponent ? 1U : 0U;
+  }
+  return bad == 0;
+}
+
+}  // namespace
+
+std::size_t first_not_finite(std::span<const double> values) {
+  if (all_finite(values.data(), values.size())) return values.size();
+  const auto bad =
+      std::find_if_not(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+  return static_cast<std::size_t>(bad - values.begin());
+}
+
+FeatureStream::FeatureStream(std::size_t taxels, FeatureOptions options)
+    : taxels_(taxels), options_(options), blocks_(block_count(taxels)) {
+  WEFT_ASSERT(taxels > 0);
+  restart();
+}
+
+void FeatureStream::restart() {
+  for (PadSum* phase : {&rest_, &press_, &end_}) {
+    phase->sum.assign(taxels_, 0.0);
+    phase->frames = 0;
+  }
+  for (TaxelBlock& block : blocks_) block.clear();
+}
+
+Status FeatureStream::add(Phase phase, std::span<const double> counts) {
+  if (counts.size() % taxels_ != 0) {
+    return fail(Errc::invalid_argument, "incomplete frame", "feature stream",
+                "a multiple of " + std::to_string(taxels_) + " counts",
+                std::to_string(counts.size()));
+  }
+  const std::size_t bad = first_not_finite(counts);
+  if (bad < counts.size()) {
+    return fail(
+        Errc::invalid_argument, "sample is not finite",
+        "frame " + std::to_string(bad / taxels_) + ", taxel " + std::to_string(bad % taxels_ + 1),
+        "a finite count", std::to_string(counts[bad]));
+  }
+  add_checked(phase, counts);
+  return {};
+}
+
+void FeatureStream::add_checked(Phase phase, std::span<const double> counts) {
+  const std::size_t frames = counts.size() / taxels_;
+  if (phase == Phase::motion) {
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+      const std::size_t first = b * TaxelBlock::taxels;
+      blocks_[b].add(counts.data() + first, std::min(taxels_ - first, TaxelBlock::taxels), taxels_,
+                     frames);
+    }
+    return;
+  }
+  if (phase == Phase::none) return;
+  PadSum& sums = phase == Phase::rest ? rest_ : phase == Phase::press ? press_ : end_;
+  for (std::size_t i = 0; i < frames; ++i)
+    for (std::size_t k = 0; k < taxels_; ++k) sums.sum[k] += counts[i * taxels_ + k];
+  sums.frames += frames;
+}
+
+PhaseSet FeatureStream::phases() const {
+  return {rest_.frames > 0, press_.frames > 0, end_.frames > 0};
+}
+
+// Over all taxels and all frames; absent when the phase is.
+std::optional<double> FeatureStream::mean_of(const PadSum& phase) const {
+  if (phase.frames == 0) return std::nullopt;
+  return std::accumulate(phase.sum.begin(), phase.sum.end(), 0.0) /
+         static_cast<double>(phase.frames * taxels_);
+}
+
+void FeatureStream::append_lead() {
+  const auto press = mean_of(press_);
+  if (!press) return;
+  features_.push_back(*press);
+  if (const auto rest = mean_of(rest_)) features_.push_back(*rest - *press);
+  if (const auto end = mean_of(end_)) features_.push_back(*press - *end);
+}
+
+Status FeatureStream::check_finite() const {
+  const std::size_t bad = first_not_finite(features_);
+  if (bad == features_.size()) return {};
+  const FeatureLayout layout(taxels_, phases());
+  return fail(Errc::range, "feature " + layout.columns()[bad].name + " overflows", {},
+              "counts of a sensor", {}, "Are these raw counts?");
+}
+
+Result<std::span<const double>> FeatureStream::features() {
+  if (motion_frames() == 0) {
+    return fail(Errc::invalid_argument, "phase M is empty", {}, "at least one sample", "0",
+                "Every trial needs its motion");
+  }
+  if (!(options_.mode_bin_counts > 0.0 && std::isfinite(options_.mode_bin_counts))) {
+    return fail(Errc::invalid_argument, "unusable bin of the mode", "mode_bin_counts",
+                "a positive number", std::to_string(options_.mode_bin_counts));
+  }
+  features_.clear();
+  append_lead();
+  const std::size_t lead = features_.size();
+  features_.resize(lead + taxel_blocks.size() * taxels_);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const std::size_t first = b * TaxelBlock::taxels;
+    const auto used = static_cast<std::ptrdiff_t>(std::min(taxels_ - first, TaxelBlock::taxels));
+    const TaxelBlock::Features of_block = blocks_[b].features(options_, tools_);
+    for (std::size_t f = 0; f < of_block.size(); ++f) {
+      std::copy(of_block[f].begin(), of_block[f].begin() + used,
+                features_.begin() + static_cast<std::ptrdiff_t>(lead + f * taxels_ + first));
+    }
+  }
+  if (Status ok = check_finite(); !ok) return pass(ok.error());
+  return std::span<const double>(features_);
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,72 @@
+#pragma once
+// Features while the samples come in: for a daemon that looks at a slide before it ends.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "classifier/features/layout.hpp"
+#include "classifier/features/options.hpp"
+#include "classifier/features/taxel_block.hpp"
+#include "protocols/base/phase.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// Takes one frame after the other and gives the features of what has come so far, the same numbers
+/// that extract() gives for a trial of those frames. A frame costs a few nanoseconds per taxel; the
+/// features cost one evaluation of Table I on the motion so far, with new tables where its length
+/// is not one of the last few. Allocates only when a motion is longer than all before, or for such
+/// tables. Not for two threads at once.
+class FeatureStream {
+ public:
+  /// taxels >= 1
+  explicit FeatureStream(std::size_t taxels, FeatureOptions options = {});
+
+  /// A new trial; keeps memory and tables.
+  void restart();
+
+  /// One frame or several: `counts` [frames x taxels], all in `phase`; frames of Phase::none are
+  /// dropped. Refuses incomplete frames and values that are not finite, named by frame and taxel;
+  /// the stream is then as before.
+  Status add(Phase phase, std::span<const double> counts);
+
+  [[nodiscard]] std::size_t taxels() const { return taxels_; }
+  /// Frames of phase M so far.
+  [[nodiscard]] std::size_t motion_frames() const { return blocks_.front().samples(); }
+  /// Phases around M that have come so far.
+  [[nodiscard]] PhaseSet phases() const;
+
+  /// In the order of FeatureLayout(taxels(), phases()); all finite; valid until the next call of
+  /// any function. Refuses: no frame of phase M yet, an unusable option, counts so large that a
+  /// moment overflows.
+  Result<std::span<const double>> features();
+
+ private:
+  friend class FeatureExtractor;
+
+  // Sums over all frames of a phase, per taxel.
+  struct PadSum {
+    std::vector<double> sum;
+    std::size_t frames = 0;
+  };
+
+  void add_checked(Phase phase, std::span<const double> counts);
+  void append_lead();
+  [[nodiscard]] std::optional<double> mean_of(const PadSum& phase) const;
+  [[nodiscard]] Status check_finite() const;
+
+  std::size_t taxels_;
+  FeatureOptions options_;
+  PadSum rest_, press_, end_;
+  std::vector<TaxelBlock> blocks_;
+  BlockTools tools_;
+  std::vector<double> features_;
+};
+
+/// Index of the first value that is not finite, or the number of values.
+std::size_t first_not_finite(std::span<const double> values);
+
+}  // namespace weft::classifier

@@ -1,0 +1,70 @@
+#pragma once
+// Eight doubles side by side, one per taxel, mapped by the compiler to what the processor has.
+// Lanes never mix and nothing is fused, so every processor and compiler computes the same bits.
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+// Lanes are passed by value only between functions that are always inlined: no call, no ABI.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+#ifndef WEFT_INLINE
+#define WEFT_INLINE [[gnu::always_inline]] inline
+#endif
+// clang 14 names such clones so that its own linker does not find them.
+#ifndef WEFT_FOR_THIS_PROCESSOR
+#if defined(__x86_64__) && !defined(__clang__)
+#define WEFT_FOR_THIS_PROCESSOR [[gnu::target_clones("arch=x86-64-v4", "avx2", "default")]]
+#else
+#define WEFT_FOR_THIS_PROCESSOR
+#endif
+#endif
+
+namespace weft::classifier::simd {
+
+inline constexpr std::size_t width = 8;
+/// Taxels that are worked on together: two lanes each, the real and the imaginary signal of one
+/// Fourier transform.
+inline constexpr std::size_t block_taxels = 2 * width;
+
+using Lanes = double __attribute__((vector_size(width * sizeof(double))));
+
+/// Lanes anywhere in an array of doubles, on whatever boundary.
+struct __attribute__((packed, may_alias)) Loose {
+  Lanes value;
+};
+WEFT_INLINE Lanes load(const double* p) {
+  return reinterpret_cast<const Loose*>(p)->value;
+}
+WEFT_INLINE void store(double* p, Lanes v) {
+  reinterpret_cast<Loose*>(p)->value = v;
+}
+WEFT_INLINE Lanes all(double v) {
+  return Lanes{v, v, v, v, v, v, v, v};
+}
+WEFT_INLINE Lanes larger(Lanes a, Lanes b) {
+  return a > b ? a : b;
+}
+WEFT_INLINE Lanes smaller(Lanes a, Lanes b) {
+  return a < b ? a : b;
+}
+WEFT_INLINE Lanes magnitude(Lanes a) {
+  return larger(a, -a);
+}
+
+/// Memory on cache line boundaries: a load of eight doubles then touches one line, not two.
+template <class T>
+struct LineAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t line{64};
+  LineAllocator() = default;
+  template <class U>
+  LineAllocator(const LineAllocator<U>& /*other*/) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), line)); }
+  void deallocate(T* p, std::size_t /*n*/) { ::operator delete(p, line); }
+  friend bool operator==(const LineAllocator&, const LineAllocator&) { return true; }
+};
+using AlignedDoubles = std::vector<double, LineAllocator<double>>;
+
+}  // namespace weft::classifier::simd

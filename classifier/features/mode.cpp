@@ -1,0 +1,98 @@
+#include "classifier/features/mode.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::classifier {
+namespace {
+
+constexpr double widest_table = 65536.0;  // raw counts have 16 bits
+constexpr std::size_t signals = ModeFinder::signals;
+
+// Where each signal's counts lie in the table.
+struct Plan {
+  ModeFinder::Values low{};   // smallest value, in bins
+  ModeFinder::Values last{};  // number of the last bin; 0 for a signal that is sorted instead
+  std::array<std::size_t, signals> begin{};
+  std::array<bool, signals> counted{};
+  std::size_t size = 0;
+};
+
+Plan plan_tables(const ModeFinder::Values& low, const ModeFinder::Values& high, double bin) {
+  Plan out;
+  for (std::size_t k = 0; k < signals; ++k) {
+    out.low[k] = std::nearbyint(low[k] / bin);
+    const double last = std::nearbyint(high[k] / bin) - out.low[k];
+    out.counted[k] = last < widest_table;
+    out.last[k] = out.counted[k] ? last : 0.0;
+    out.begin[k] = out.size;
+    out.size += static_cast<std::size_t>(out.last[k]) + 1;
+  }
+  return out;
+}
+
+// Bins of one sample of all signals, from the smallest value on.
+WEFT_INLINE void number_bins(const double* row, const Plan& plan, double bin, std::int32_t* out) {
+  for (std::size_t k = 0; k < signals; ++k) {
+    const double v = std::nearbyint(row[k] / bin) - plan.low[k];
+    out[k] = static_cast<std::int32_t>(v < plan.last[k] ? v : plan.last[k]);
+  }
+}
+
+WEFT_FOR_THIS_PROCESSOR
+void count_bins(const double* rows, std::size_t count, const Plan& where, double bin,
+                std::uint32_t* table) {
+  const Plan plan = where;
+  alignas(64) std::array<std::int32_t, signals> at{};
+  for (std::size_t i = 0; i < count; ++i, rows += signals) {
+    if (bin == 1.0) {
+      number_bins(rows, plan, 1.0, at.data());  // without the division
+    } else {
+      number_bins(rows, plan, bin, at.data());
+    }
+    for (std::size_t k = 0; k < signals; ++k)
+      ++table[plan.begin[k] + static_cast<std::size_t>(at[k])];
+  }
+}
+
+// The first of the highest counts.
+WEFT_FOR_THIS_PROCESSOR
+std::size_t highest(const std::uint32_t* counts, std::size_t size) {
+  std::uint32_t most = 0;
+  for (std::size_t i = 0; i < size; ++i) most = std::max(most, counts[i]);
+  return static_cast<std::size_t>(std::find(counts, counts + size, most) - counts);
+}
+
+}  // namespace
+
+double ModeFinder::by_sorting(const double* column, std::size_t count, double bin) {
+  sorted_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) sorted_[i] = std::nearbyint(column[i * signals] / bin);
+  std::sort(sorted_.begin(), sorted_.end());
+  double best = sorted_.front();
+  std::size_t most = 0;
+  for (std::size_t i = 0, j = 0; i < count; i = j) {
+    while (j < count && sorted_[j] == sorted_[i]) ++j;
+    if (j - i <= most) continue;
+    most = j - i;
+    best = sorted_[i];
+  }
+  return bin * best;
+}
+
+ModeFinder::Values ModeFinder::find(const double* rows, std::size_t count, const Values& low,
+                                    const Values& high, double bin) {
+  const Plan plan = plan_tables(low, high, bin);
+  table_.assign(plan.size, 0);
+  count_bins(rows, count, plan, bin, table_.data());
+  Values out{};
+  for (std::size_t k = 0; k < signals; ++k) {
+    const std::size_t size = static_cast<std::size_t>(plan.last[k]) + 1;
+    const std::size_t best = highest(table_.data() + plan.begin[k], size);
+    out[k] = plan.counted[k] ? bin * (plan.low[k] + static_cast<double>(best))
+                             : by_sorting(rows + k, count, bin);
+  }
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,57 @@
+#pragma once
+// Sixteen taxels of a motion side by side: their samples, and what can be kept up to date while
+// they come in.
+
+#include <array>
+#include <cstddef>
+
+#include "classifier/features/lanes.hpp"
+#include "classifier/features/layout.hpp"
+#include "classifier/features/mode.hpp"
+#include "classifier/features/options.hpp"
+#include "classifier/features/spectrum.hpp"
+
+namespace weft::classifier {
+
+/// Memory that the blocks of a trial share, and tables that outlive the trial.
+struct BlockTools {
+  SpectrumCache spectra;
+  ModeFinder modes;
+  simd::AlignedDoubles transform;
+  simd::AlignedDoubles magnitudes;
+};
+
+class TaxelBlock {
+ public:
+  static constexpr std::size_t taxels = simd::block_taxels;
+  using PerTaxel = std::array<double, taxels>;
+  /// One entry per taxel and block, in the order of `taxel_blocks`.
+  using Features = std::array<PerTaxel, taxel_blocks.size()>;
+
+  /// Forgets the samples, keeps the memory.
+  void clear() { samples_ = 0; }
+  [[nodiscard]] std::size_t samples() const { return samples_; }
+
+  /// Appends `count` finite samples of the first `used` <= 16 taxels; sample i begins at `counts` +
+  /// i x `stride`. Allocates only where the motion is longer than any before.
+  void add(const double* counts, std::size_t used, std::size_t stride, std::size_t count);
+
+  /// Features of the samples so far, at least one. Those of taxels beyond the used are of zeros.
+  [[nodiscard]] Features features(const FeatureOptions& options, BlockTools& tools) const;
+
+  /// Kept up to date by add(). Sums of counts are exact: below 2^53.
+  struct Running {
+    alignas(64) PerTaxel low{}, high{}, sum{}, square{};
+    /// A strict local maximum is known one sample later: when the signal falls after it last rose.
+    alignas(64) PerTaxel last{}, rising{}, peaks{}, peak_sum{};
+  };
+
+ private:
+  void grow(std::size_t samples);
+
+  simd::AlignedDoubles rows_;  // [capacity x 16]
+  std::size_t samples_ = 0;
+  Running running_;
+};
+
+}  // namespace weft::classifier
