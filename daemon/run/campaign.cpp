@@ -156,24 +156,6 @@ Status record_devices(Recorder& recorder, const Bench& bench) {
   return {};
 }
 
-// Drivers and emulators are configured apart, as they are on a real bench. Here a mismatch shows
-// before it becomes a wrong rate in the data set.
-Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated) {
-  constexpr double tolerance = 1e-3;
-  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
-    const DeviceEntry& device = rig.devices[i];
-    const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
-    if (!sent_hz) continue;
-    const double told_hz = device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz;
-    if (std::abs(told_hz - *sent_hz) <= tolerance * *sent_hz) continue;
-    return fail(Errc::invalid_argument, "driver and emulator disagree on the rate",
-                "/devices/" + std::to_string(i) + "/config/rate_hz",
-                std::to_string(*sent_hz) + " Hz, as the emulator sends",
-                std::to_string(told_hz) + " Hz", "Change one of them");
-  }
-  return {};
-}
-
 Result<std::string> export_dataset(const std::filesystem::path& campaign,
                                    const std::filesystem::path& dataset) {
   const Result<Dataset> loaded = load_campaign(campaign);
@@ -192,6 +174,22 @@ Status prepare_folder(const std::filesystem::path& folder, const std::filesystem
 }
 
 }  // namespace
+
+Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated) {
+  constexpr double tolerance = 1e-3;
+  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
+    const DeviceEntry& device = rig.devices[i];
+    const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
+    if (!sent_hz) continue;
+    const double told_hz = device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz;
+    if (std::abs(told_hz - *sent_hz) <= tolerance * *sent_hz) continue;
+    return fail(Errc::invalid_argument, "driver and emulator disagree on the rate",
+                "/devices/" + std::to_string(i) + "/config/rate_hz",
+                std::to_string(*sent_hz) + " Hz, as the emulator sends",
+                std::to_string(told_hz) + " Hz", "Change one of them");
+  }
+  return {};
+}
 
 Result<CheckedRequest> check_request(const CampaignRequest& request) {
   Result<std::string> rig_text = read_text_file(request.rig);

@@ -9,8 +9,10 @@
 
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/run/device_log.hpp"
+#include "daemon/run/rig_file.hpp"
 #include "daemon/run/trial_recording.hpp"
 #include "recipes/engine/plan.hpp"
+#include "sim/rig/rig.hpp"
 
 namespace weft::daemon {
 
@@ -84,6 +86,10 @@ struct CheckedRequest {
   std::vector<recipes::Diagnostic> warnings;
 };
 Result<CheckedRequest> check_request(const CampaignRequest& request);
+
+/// Drivers and emulators are configured apart, as they are on a real bench. Refuses rates that
+/// disagree before they become a wrong rate in the data set.
+Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated);
 
 /// Bytes that the campaign's file and its export need at most. All of the forecast time counts as
 /// recorded, which leaves room for trials that take longer than planned.
