@@ -22,6 +22,7 @@ struct Commands {
   RunArgs run;
   CheckArgs check;
   ImportArgs import;
+  ExportArgs exported;
   InfoArgs info;
   FeaturesArgs features;
   TrainArgs train;
@@ -44,9 +45,10 @@ void add(CLI::App& parent, Commands& commands, const char* name, const char* tex
 void add_commands(CLI::App& root, Commands& all) {
   add(root, all, "run", "run a campaign, record, classify and report it", all.run, run_run);
   add(root, all, "check", "check a recipe against a rig, without moving", all.check, run_check);
-  CLI::App* dataset = root.add_subcommand("dataset", "import and describe data sets");
+  CLI::App* dataset = root.add_subcommand("dataset", "import, export and describe data sets");
   dataset->fallthrough()->require_subcommand(1);
   add(*dataset, all, "import", "other people's recordings into a data set", all.import, run_import);
+  add(*dataset, all, "export", "the complete trials of a campaign file", all.exported, run_export);
   add(*dataset, all, "info", "what a data set holds", all.info, run_info);
   add(root, all, "features", "the features of a data set as a table", all.features, run_features);
   add(root, all, "train", "train a model", all.train, run_train);

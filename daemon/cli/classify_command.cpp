@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "classifier/fabric/model_file.hpp"
+#include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/trial_choice.hpp"
-#include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/report/format.hpp"
 
@@ -36,7 +36,7 @@ Result<StoredModel> open_model(const std::filesystem::path& path) {
 }
 
 Result<Dataset> open_trials(const std::filesystem::path& path) {
-  return path.extension() == ".csv" ? import_trial(path) : read_hdf5(path);
+  return path.extension() == ".csv" ? import_trial(path) : open_dataset(path);
 }
 
 Status check_rate(const classifier::FeatureSetup& setup, const Dataset& dataset) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
@@ -20,6 +21,7 @@ struct Counts {
   std::map<std::string, std::size_t> label;
   std::map<std::string, std::size_t> outcome;
   std::set<std::string> groups;
+  std::set<std::string> explorations;  ///< imported sets have none
   std::size_t samples = 0;
   std::size_t lost = 0;
 };
@@ -30,16 +32,11 @@ Counts count(const Dataset& dataset) {
     ++out.label[dataset.trials[i].label];
     ++out.outcome[std::string(to_string(dataset.records[i].outcome))];
     out.groups.insert(dataset.trials[i].group);
+    if (const std::string& name = dataset.records[i].spec.exploration; !name.empty())
+      out.explorations.insert(name);
     out.samples += dataset.trials[i].samples();
     out.lost += dataset.records[i].lost_samples;
   }
-  return out;
-}
-
-// Imported sets have none.
-std::vector<std::string> named_explorations(const Dataset& dataset) {
-  std::vector<std::string> out = explorations_of(dataset);
-  std::erase(out, "");
   return out;
 }
 
@@ -64,14 +61,8 @@ json info_json(const char* command, const std::filesystem::path& file, const Dat
           {"taxel_rate_hz", info.taxel_rate_hz},
           {"labels", counts.label},
           {"groups", counts.groups},
-          {"explorations", named_explorations(dataset)},
+          {"explorations", counts.explorations},
           {"outcomes", counts.outcome}};
-}
-
-std::string joined(const std::set<std::string>& words) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : ", ") + word;
-  return out;
 }
 
 std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
@@ -92,6 +83,40 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
   Table labels;
   for (const auto& [label, trials] : counts.label) labels.row({label, std::to_string(trials)});
   return bench_banner(dataset.info.kind) + facts.text() + "Trials per label:\n" + labels.text();
+}
+
+std::string left_out_text(const CampaignContents& campaign) {
+  std::vector<std::string> parts;
+  for (const auto& [outcome, trials] : campaign.left_out)
+    parts.push_back(std::to_string(trials) + " " + outcome);
+  if (campaign.never_begun > 0) parts.push_back(thousands(campaign.never_begun) + " never begun");
+  return thousands(campaign.dataset.trials.size()) + " of " + thousands(campaign.progress.planned) +
+         " planned trials are complete" + (parts.empty() ? "" : "; left out: " + joined(parts)) +
+         (campaign.progress.finished ? "" : "; the run did not come to its end") + ".\n";
+}
+
+void add_campaign(const CampaignContents& campaign, json& object) {
+  object["trials_planned"] = campaign.progress.planned;
+  object["finished"] = campaign.progress.finished;
+  object["left_out"] = json(campaign.left_out);
+  object["never_begun"] = campaign.never_begun;
+}
+
+void print_campaign(const char* command, const std::filesystem::path& file,
+                    const CampaignContents& campaign, const std::string& sha256, Console& console) {
+  json object = info_json(command, file, campaign.dataset, sha256);
+  add_campaign(campaign, object);
+  print(console, info_text(file, campaign.dataset, sha256) + left_out_text(campaign), object);
+}
+
+// A manifest's files lie beside it, those of other formats in the folder that was named.
+Status refuse_same_files(const ImportArgs& args, const Dataset& dataset) {
+  if (auto ok = refuse_same_file(args.source, args.out); !ok) return ok;
+  const bool manifest = args.format == "manifest";
+  const std::filesystem::path folder = manifest ? args.source.parent_path() : args.source;
+  for (const classifier::Trial& trial : dataset.trials)
+    if (auto ok = refuse_same_file(folder / trial.file, args.out); !ok) return ok;
+  return {};
 }
 
 Result<Dataset> import(const ImportArgs& args) {
@@ -120,7 +145,7 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
                 {}, "Leave lines out of the manifest instead");
   Result<Dataset> dataset = import(args);
   if (!dataset) return pass(dataset.error());
-  dataset->info.software_version = WEFT_VERSION;
+  if (auto ok = refuse_same_files(args, *dataset); !ok) return pass(ok.error());
   const Result<std::string> sha256 = write_hdf5(*dataset, args.out);
   if (!sha256) return pass(sha256.error());
   print(console, info_text(args.out, *dataset, *sha256),
@@ -128,11 +153,38 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
   return exit_ok;
 }
 
+void add_options(CLI::App& command, ExportArgs& args) {
+  command
+      .add_option("CAMPAIGN", args.campaign, "campaign.sqlite of `weft run`, whole or cut short")
+      ->required();
+  command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
+}
+
+Result<int> run_export(const ExportArgs& args, Console& console) {
+  if (auto ok = refuse_same_file(args.campaign, args.out); !ok) return pass(ok.error());
+  const Result<CampaignContents> campaign = open_campaign(args.campaign);
+  if (!campaign) return pass(campaign.error());
+  if (campaign->dataset.trials.empty())
+    return fail(Errc::not_found, "no complete trial in the campaign", args.campaign.string());
+  const Result<std::string> sha256 = write_hdf5(campaign->dataset, args.out);
+  if (!sha256) return pass(sha256.error());
+  print_campaign("dataset export", args.out, *campaign, *sha256, console);
+  return exit_ok;
+}
+
 void add_options(CLI::App& command, InfoArgs& args) {
-  command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
+  command.add_option("DATASET", args.dataset, "data set (HDF5) or campaign file (SQLite)")
+      ->required();
 }
 
 Result<int> run_info(const InfoArgs& args, Console& console) {
+  if (is_campaign_file(args.dataset)) {
+    const Result<CampaignContents> campaign = open_campaign(args.dataset);
+    if (!campaign) return pass(campaign.error());
+    print_campaign("dataset info", args.dataset, *campaign, dataset_sha256(campaign->dataset),
+                   console);
+    return exit_ok;
+  }
   const Result<Dataset> dataset = read_hdf5(args.dataset);
   if (!dataset) return pass(dataset.error());
   const std::string sha256 = dataset_sha256(*dataset);

@@ -1,5 +1,5 @@
 #pragma once
-// `weft dataset import` and `weft dataset info`.
+// `weft dataset import`, `weft dataset export` and `weft dataset info`.
 
 #include <filesystem>
 #include <string>
@@ -21,8 +21,16 @@ struct ImportArgs {
 void add_options(CLI::App& command, ImportArgs& args);
 Result<int> run_import(const ImportArgs& args, Console& console);
 
+struct ExportArgs {
+  std::filesystem::path campaign;
+  std::filesystem::path out;
+};
+void add_options(CLI::App& command, ExportArgs& args);
+/// The complete trials of a campaign file; says how many were left out.
+Result<int> run_export(const ExportArgs& args, Console& console);
+
 struct InfoArgs {
-  std::filesystem::path dataset;
+  std::filesystem::path dataset;  ///< or a campaign file
 };
 void add_options(CLI::App& command, InfoArgs& args);
 Result<int> run_info(const InfoArgs& args, Console& console);

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "daemon/cli/dataset_file.hpp"
 #include "daemon/dataset/import.hpp"
 
 namespace weft::daemon::cli {
@@ -14,6 +15,7 @@ void add_options(CLI::App& command, FeaturesArgs& args) {
 }
 
 Result<int> run_features(const FeaturesArgs& args, Console& console) {
+  if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
   const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, false);
   if (!chosen) return pass(chosen.error());
   if (auto ok = export_features_csv(args.out, chosen->features); !ok) return pass(ok.error());

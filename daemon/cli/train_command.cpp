@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "daemon/cli/dataset_file.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
@@ -59,6 +60,7 @@ void add_options(CLI::App& command, TrainArgs& args) {
 Result<int> run_train(const TrainArgs& args, Console& console) {
   const Result<classifier::Reduction> reduction = classifier::reduction_from(args.reduction);
   if (!reduction) return pass(reduction.error(), "--reduction");
+  if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
   const double began_s = steady_wall_seconds();

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/cli/dataset_file.hpp"
 #include "daemon/report/format.hpp"
 
 namespace weft::daemon::cli {
@@ -94,7 +94,7 @@ Result<std::vector<Trial>> in_windows(std::vector<Trial> strokes,
 
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
                                  bool one_exploration) {
-  Result<Dataset> dataset = read_hdf5(path);
+  Result<Dataset> dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
   const Result<TrialSelection> chosen = choose_trials(*dataset, choice, one_exploration);
   if (!chosen) return pass(chosen.error(), path.string());

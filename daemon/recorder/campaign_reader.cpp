@@ -1,6 +1,7 @@
 // Campaign file to Dataset. The file may come from a killed process or a failing disk: nothing in
 // it is believed before it has been checked.
 #include <charconv>
+#include <fstream>
 
 #include "daemon/recorder/chunk.hpp"
 #include "daemon/recorder/recorder.hpp"
@@ -235,6 +236,23 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
   if (done) done = read_trials(*database, options, *taxels, dataset);
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
+}
+
+bool is_campaign_file(const std::filesystem::path& path) {
+  constexpr std::string_view magic("SQLite format 3\0", 16);
+  std::string begin(magic.size(), '\0');
+  std::ifstream in(path, std::ios::binary);
+  return in.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == magic;
+}
+
+Result<CampaignProgress> load_progress(const std::filesystem::path& path) {
+  auto database = open_campaign(path);
+  if (!database) return pass(std::move(database).error());
+  const auto planned = read_integer(*database, "SELECT trials_planned FROM campaign");
+  if (!planned) return pass(planned.error(), path.string());
+  const auto finished = read_integer(*database, "SELECT finished FROM campaign");
+  if (!finished) return pass(finished.error(), path.string());
+  return CampaignProgress{static_cast<std::uint32_t>(*planned), *finished != 0};
 }
 
 Result<std::vector<JournalEntry>> load_journal(const std::filesystem::path& path) {

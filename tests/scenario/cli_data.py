@@ -148,6 +148,20 @@ def lonely_label(t, d, rows):
     t.refuses("train", "same.h5", "-o", "bad.weft", cwd=d, says=["nothing to tell apart"])
 
 
+def inputs_are_kept(t, d):
+    """Under whatever name the output is given."""
+    (d / "link.csv").symlink_to("manifest.csv")
+    (d / "hard.h5").hardlink_to(d / "d.h5")
+    for command in (["features", "d.h5", "-o", "d.h5"], ["features", "d.h5", "-o", "../set/d.h5"],
+                    ["features", "d.h5", "-o", "hard.h5"], ["train", "d.h5", "-o", "d.h5"],
+                    ["dataset", "import", "manifest.csv", "-o", "manifest.csv"],
+                    ["dataset", "import", "manifest.csv", "-o", "link.csv"],
+                    ["dataset", "import", "manifest.csv", "-o", "./1_3.csv"]):
+        t.refuses(*command, cwd=d, says=[command[-1], "the output would take the place of the input"])
+    (d / "link.csv").unlink()
+    (d / "hard.h5").unlink()
+
+
 def damaged_files(t, d):
     whole = (d / "d.h5").read_bytes()
     for share in (0.0, 0.1, 0.5, 0.9, 0.999):
@@ -193,6 +207,7 @@ def main():
         bad_trials(t, d)
         bad_manifests(t, d)
         lonely_label(t, d, rows)
+        inputs_are_kept(t, d)
         damaged_files(t, d)
         mismatches(t, d)
     finally:

@@ -267,6 +267,20 @@ TEST_CASE(
   CHECK(dataset->trials[1].samples() == 30);
   CHECK(dataset->records[1].outcome == TrialOutcome::interrupted);
   CHECK(load_campaign(folder / "c.weft")->trials.size() == 1);
+  CHECK(is_campaign_file(folder / "c.weft"));
+  CHECK(load_progress(folder / "c.weft")->planned == 2);
+  CHECK_FALSE(load_progress(folder / "c.weft")->finished);
+}
+
+TEST_CASE("a campaign file tells its progress, and other files are not taken for one") {
+  const TemporaryFolder folder;
+  REQUIRE(record_campaign(folder / "c.weft", 2, 5));
+  CHECK(load_progress(folder / "c.weft")->finished);
+  write_file(folder / "text", "SQLite format 3");  // without the zero byte
+  CHECK_FALSE(is_campaign_file(folder / "text"));
+  CHECK_FALSE(is_campaign_file(folder / "gone"));
+  CHECK_FALSE(load_progress(folder / "text"));
+  CHECK(load_progress(folder / "gone").error().code == Errc::not_found);
 }
 
 TEST_CASE("a full disk is an error that stays, and what was committed before it can be read") {

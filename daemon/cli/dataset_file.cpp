@@ -1,0 +1,47 @@
+#include "daemon/cli/dataset_file.hpp"
+
+#include <set>
+
+#include "daemon/dataset/hdf5_file.hpp"
+
+namespace weft::daemon::cli {
+
+Result<Dataset> open_dataset(const std::filesystem::path& path) {
+  if (is_campaign_file(path))
+    return fail(Errc::unsupported, "a campaign file, not a data set", path.string(), "HDF5",
+                "SQLite", "Make a data set of it with `weft dataset export`");
+  return read_hdf5(path);
+}
+
+Result<CampaignContents> open_campaign(const std::filesystem::path& path) {
+  const Result<CampaignProgress> progress = load_progress(path);
+  if (!progress) return pass(progress.error());
+  CampaignLoadOptions options;
+  options.all_outcomes = true;
+  Result<Dataset> all = load_campaign(path, options);
+  if (!all) return pass(all.error());
+  CampaignContents out{{}, *progress, {}, 0};
+  out.dataset.info = std::move(all->info);
+  std::set<std::uint32_t> begun;
+  for (std::size_t i = 0; i < all->trials.size(); ++i) {
+    TrialRecord& record = all->records[i];
+    begun.insert(record.spec.index);
+    if (record.outcome != TrialOutcome::complete) {
+      ++out.left_out[std::string(to_string(record.outcome))];
+      continue;
+    }
+    out.dataset.trials.push_back(std::move(all->trials[i]));
+    out.dataset.records.push_back(std::move(record));
+  }
+  out.never_begun = progress->planned - std::min<std::size_t>(begun.size(), progress->planned);
+  return out;
+}
+
+Status refuse_same_file(const std::filesystem::path& input, const std::filesystem::path& output) {
+  std::error_code not_there;
+  if (!std::filesystem::equivalent(input, output, not_there)) return {};
+  return fail(Errc::invalid_argument, "the output would take the place of the input",
+              output.string(), {}, {}, "Choose another name");
+}
+
+}  // namespace weft::daemon::cli

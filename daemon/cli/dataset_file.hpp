@@ -1,0 +1,28 @@
+#pragma once
+// Files that commands read data from and write results to.
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "daemon/dataset/dataset.hpp"
+#include "daemon/recorder/recorder.hpp"
+
+namespace weft::daemon::cli {
+
+/// A data set; a campaign file is refused with the command that makes a data set of it.
+Result<Dataset> open_dataset(const std::filesystem::path& path);
+
+/// A campaign file, finished or not, of a process that may have been killed.
+struct CampaignContents {
+  Dataset dataset;  ///< complete trials; may be none
+  CampaignProgress progress;
+  std::map<std::string, std::size_t> left_out;  ///< attempts that are not complete, by outcome
+  std::size_t never_begun = 0;
+};
+Result<CampaignContents> open_campaign(const std::filesystem::path& path);
+
+/// Refuses to write over a file that is read, under whatever name.
+Status refuse_same_file(const std::filesystem::path& input, const std::filesystem::path& output);
+
+}  // namespace weft::daemon::cli
