@@ -3,9 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "daemon/cli/preflight.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/report/format.hpp"
-#include "daemon/run/rig_file.hpp"
 #include "protocols/base/units.hpp"
 #include "recipes/engine/plan.hpp"
 
@@ -16,14 +16,9 @@ using nlohmann::json;
 using recipes::Diagnostic;
 using recipes::Plan;
 
-json to_json(const Diagnostic& d) {
-  return {{"pointer", d.pointer}, {"message", d.message}, {"expected", d.expected},
-          {"got", d.got},         {"hint", d.hint},       {"sentence", recipes::to_string(d)}};
-}
-
 json to_json(const std::vector<Diagnostic>& list) {
   json out = json::array();
-  for (const Diagnostic& d : list) out.push_back(to_json(d));
+  for (const Diagnostic& d : list) out.push_back(diagnostic_json(d));
   return out;
 }
 
@@ -74,15 +69,14 @@ std::string envelope_text(const recipes::Forecast& forecast) {
 }
 
 std::string plan_text(const Plan& plan, const std::vector<Diagnostic>& warnings) {
-  std::string names;
-  for (const recipes::Exploration& e : plan.explorations)
-    names += (names.empty() ? "" : ", ") + e.name;
+  std::vector<std::string> names;
+  for (const recipes::Exploration& e : plan.explorations) names.push_back(e.name);
   const recipes::Forecast& f = plan.forecast;
   Table facts(Align::left);
   facts.row({"recipe", plan.name});
   facts.row({"rig", plan.limits.name + " (" + plan.limits.bench + ")"});
   facts.row({"trials", thousands(plan.trials.size()) + ": " + std::to_string(plan.fabrics.size()) +
-                           " fabrics, explorations " + names});
+                           " fabrics, explorations " + joined(names)});
   facts.row({"duration", duration(f.duration_s)});
   facts.row({"samples", fixed(static_cast<double>(f.bytes) / 1e6, 1) + " MB before compression"});
   facts.row({"force", fixed(f.force_n.min, 2) + " to " + fixed(f.force_n.max, 2) + " N"});
@@ -93,23 +87,6 @@ std::string plan_text(const Plan& plan, const std::vector<Diagnostic>& warnings)
   return out;
 }
 
-int refuse(const CheckArgs& args, const std::vector<Diagnostic>& problems, Console& console) {
-  const std::string count = std::to_string(problems.size());
-  Error error{Errc::invalid_argument,
-              "the recipe is refused",
-              args.recipe.string(),
-              "no problem",
-              count + (problems.size() == 1 ? " problem" : " problems"),
-              {}};
-  console.err << "weft: " << to_string(error) << '\n';
-  for (const Diagnostic& problem : problems)
-    console.err << "  " << recipes::to_string(problem) << '\n';
-  json object = error_json(error);
-  object["problems"] = to_json(problems);
-  if (console.json) print(console, {}, {{"error", object}});
-  return exit_failure;
-}
-
 }  // namespace
 
 void add_options(CLI::App& command, CheckArgs& args) {
@@ -118,17 +95,11 @@ void add_options(CLI::App& command, CheckArgs& args) {
 }
 
 Result<int> run_check(const CheckArgs& args, Console& console) {
-  const Result<std::string> rig_text = read_text_file(args.rig);
-  if (!rig_text) return pass(rig_text.error());
-  const Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
-  if (!limits) return pass(limits.error(), args.rig.string());
-  if (auto rig = parse_rig_file(*rig_text); !rig) return pass(rig.error(), args.rig.string());
-  const Result<std::string> text = read_text_file(args.recipe, recipes::max_recipe_bytes);
-  if (!text) return pass(text.error());
-  const recipes::CheckReport checked = recipes::check_recipe(*text, *limits);
-  if (!checked.plan) return refuse(args, checked.problems, console);
-  print(console, plan_text(*checked.plan, checked.warnings),
-        plan_json(args, *checked.plan, checked.warnings));
+  const Result<Preflight> found = preflight(args.recipe, args.rig);
+  if (!found) return pass(found.error());
+  if (!found->problems.empty()) return refuse(found->problems, console);
+  print(console, plan_text(*found->plan, found->warnings),
+        plan_json(args, *found->plan, found->warnings));
   return exit_ok;
 }
 

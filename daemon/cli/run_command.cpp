@@ -5,12 +5,16 @@
 #include <ostream>
 
 #include "daemon/cli/campaign_report.hpp"
+#include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/preflight.hpp"
 #include "daemon/cli/progress.hpp"
 #include "daemon/cli/stop_signals.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/train_options.hpp"
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/json_parts.hpp"
+#include "daemon/report/report.hpp"
 #include "daemon/run/campaign.hpp"
 
 namespace weft::daemon::cli {
@@ -18,30 +22,14 @@ namespace {
 
 using nlohmann::json;
 
-json time_json(const TimeShare& time) {
-  return {{"plant_and_emulators_s", time.plant_and_emulators_s},
-          {"drivers_and_control_s", time.drivers_and_control_s},
-          {"recorder_s", time.recorder_s},
-          {"export_s", time.export_s}};
-}
-
 json summary_json(const CampaignSummary& s) {
-  json out{{"command", "run"},
-           {"name", s.name},
-           {"bench", to_string(s.bench)},
-           {"level", s.level},
-           {"outcome", recipes::to_string(s.outcome)},
-           {"trials_planned", s.trials_planned},
-           {"trials_complete", s.trials_complete},
-           {"forecast_s", s.forecast_s},
-           {"virtual_s", s.virtual_s},
-           {"wall_s", s.wall_s},
-           {"realtime_factor", s.wall_s > 0 ? s.virtual_s / s.wall_s : 0.0},
-           {"force_rms_error_n", s.force.rms_n()},
-           {"dataset_sha256", s.dataset_sha256},
-           {"campaign_file", s.campaign_file.string()},
-           {"dataset_file", s.dataset_file.string()},
-           {"time", time_json(s.time)}};
+  json out = run_json(s);
+  out.erase("error");  // the word for a command that failed
+  out["command"] = "run";
+  out["bench"] = to_string(s.bench);
+  out["level"] = s.level;
+  out["campaign_file"] = s.campaign_file.string();
+  out["dataset_file"] = s.dataset_file.string();
   if (s.error) out["campaign_error"] = error_json(*s.error);
   return out;
 }
@@ -58,15 +46,14 @@ std::string summary_text(const CampaignSummary& s) {
     facts.row({"data set", s.dataset_file.string()});
     facts.row({"sha256", s.dataset_sha256});
   }
-  std::string out = bench_banner(s.bench) + "Campaign " + s.name + "\n" + facts.text();
+  std::string out = bench_banner(s.bench) + "Campaign " + s.name +
+                    (is_complete(s) ? "" : ", " + incomplete_words(s)) + "\n" + facts.text();
   if (s.error) out += "  first problem: " + to_string(*s.error) + "\n";
   return out;
 }
 
 std::string report_text(const CampaignReport& report) {
-  std::string out = report.summary;
-  if (report.not_classified) out += "Not classified: " + to_string(*report.not_classified) + "\n";
-  return out + "Report: " + report.html.string() + ", " + report.json.string() + "\n";
+  return report.summary + "Report: " + report.html.string() + ", " + report.json.string() + "\n";
 }
 
 json report_json(const CampaignSummary& summary, const CampaignReport& report) {
@@ -110,6 +97,33 @@ int interrupted(const CampaignSummary& s, int signal, Console& console) {
   return exit_signal + signal;
 }
 
+Status refuse_inputs_as_outputs(const RunArgs& args) {
+  for (const char* name : {"campaign.sqlite", "dataset.h5", "report.html", "report.json"})
+    for (const auto& input : {args.recipe, args.rig})
+      if (auto ok = refuse_same_file(input, args.out / name); !ok) return ok;
+  return {};
+}
+
+/// Classifies and reports what is complete. What is missing costs the exit status, not the data.
+Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
+  const int recorded = is_complete(summary) ? exit_ok : exit_failure;
+  if (!args.evaluate || summary.trials_complete == 0) {
+    print(console, summary_text(summary), summary_json(summary));
+    return recorded;
+  }
+  const Result<CampaignReport> report = write_report(summary, args.out, args.repeats, console);
+  if (!report) return pass(report.error());
+  if (!is_complete(summary))
+    console.err << "weft: the campaign is not complete (" << incomplete_words(summary)
+                << "); the report is of the complete trials\n";
+  if (report->not_classified)
+    console.err << "weft: the campaign was not classified, its data are kept in "
+                << summary.dataset_file.string() << ": " << to_string(*report->not_classified)
+                << '\n';
+  print(console, report_text(*report), report_json(summary, *report));
+  return report->not_classified ? exit_failure : recorded;
+}
+
 }  // namespace
 
 void add_options(CLI::App& command, RunArgs& args) {
@@ -125,6 +139,10 @@ void add_options(CLI::App& command, RunArgs& args) {
 }
 
 Result<int> run_run(const RunArgs& args, Console& console) {
+  if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
+  const Result<Preflight> found = preflight(args.recipe, args.rig, args.seed);
+  if (!found) return pass(found.error());
+  if (!found->problems.empty()) return refuse(found->problems, console);
   const auto [summary, signal] = run_until_stopped(args, console);
   if (!summary && signal == 0) return pass(summary.error());
   if (!summary) {
@@ -132,15 +150,7 @@ Result<int> run_run(const RunArgs& args, Console& console) {
     return exit_signal + signal;
   }
   if (signal != 0) return interrupted(*summary, signal, console);
-  const bool complete = summary->trials_complete == summary->trials_planned;
-  if (!complete || !args.evaluate) {
-    print(console, summary_text(*summary), summary_json(*summary));
-    return complete ? exit_ok : exit_failure;
-  }
-  const Result<CampaignReport> report = write_report(*summary, args.out, args.repeats, console);
-  if (!report) return pass(report.error());
-  print(console, report_text(*report), report_json(*summary, *report));
-  return exit_ok;
+  return conclude(args, *summary, console);
 }
 
 }  // namespace weft::daemon::cli

@@ -68,6 +68,45 @@ def refused(t, root, rig, d):
     t.expect(len(error["problems"]) >= 2, f"all problems at once: {error['problems']}")
 
 
+def bench(t, root, rig, d):
+    """What only shows when drivers, emulators and cloth table are looked at."""
+    good = json.loads(rig.read_text())
+    good["simulation"]["fabrics"] = str(root / "sim/fabrics.json")
+    recipe = json.loads((root / "recipes/library/m1.json").read_text())
+    recipe["repetitions"] = 1
+    (d / "recipe.json").write_text(json.dumps(recipe))
+    (d / "rig.json").write_text(json.dumps(good))
+    t.succeeds("check", "recipe.json", "--rig", "rig.json", cwd=d)
+    cases = {  # changes of the rig, pointers of the problems, words that must be said
+        "limit over the driver's speed": ({"/limits/speed_mm_s": 20}, {"/limits/speed_mm_s"}, ["stage.z", "4 mm/s", "20 mm/s"]),
+        "tilt speed": ({"/limits/tilt_speed_deg_s": 9}, {"/limits/tilt_speed_deg_s"}, ["stage.rx", "5 deg/s"]),
+        "acceleration": ({"/devices/1/config/acceleration_mm_s2": 10}, {"/limits/acceleration_mm_s2"}, ["stage.y"]),
+        "travel": ({"/devices/0/config/travel_mm": [10, 150]}, {"/limits/travel_mm/x"}, ["stage.x", "10.00 to 150.00 mm"]),
+        "tilt": ({"/devices/3/config/travel_deg": [-1, 5]}, {"/limits/tilt_deg"}, ["stage.rx"]),
+        "unknown driver": ({"/devices/2/driver": "thorlab"}, {"/devices/2/driver"}, ["thorlabs_apt"]),
+        "driver's key": ({"/devices/2/config/max_sped_mm_s": 4}, {"/devices/2/config/max_sped_mm_s"}, ["max_speed_mm_s"]),
+        "two drivers": ({"/devices/2/config/stage": "LTS1500", "/devices/6/config/stale_after_s": -1},
+                        {"/devices/2/config/stage", "/devices/6/config/stale_after_s"}, []),
+        "emulator": ({"/devices/5/emulator/kind": "rdp"}, {"/devices/5/emulator/kind"}, ["rdp"]),
+        "rates": ({"/devices/5/config/rate_hz": 50}, {"/devices/5/config/rate_hz"}, ["50", "100"]),
+        "no cloth table": ({"/simulation/fabrics": "gone.json"}, {"/simulation/fabrics"}, ["cannot read"]),
+    }
+    for name, (changes, pointers, words) in cases.items():
+        wrong = good
+        for path, value in changes.items():
+            wrong = change(wrong, path, value)
+        (d / "rig.json").write_text(json.dumps(wrong))
+        for command in (["check", "recipe.json", "--rig", "rig.json"], ["run", "recipe.json", "--rig", "rig.json", "--out", "out"]):
+            error = t.refuses(*command, cwd=d, says=["rig.json", *words])
+            found = {p["pointer"] for p in error.get("problems", []) if p["file"] == "rig.json"}
+            t.expect(found == pointers, f"{name}, {command[0]}: {found} instead of {pointers}")
+    (d / "rig.json").write_text(json.dumps(change(good, "/fabrics/0", "tweed")))  # listed, but not in the cloth table
+    (d / "recipe.json").write_text(json.dumps(change(recipe, "/fabrics/0", "tweed")))
+    for command in (["check", "recipe.json", "--rig", "rig.json"], ["run", "recipe.json", "--rig", "rig.json", "--out", "out"]):
+        error = t.refuses(*command, cwd=d, says=["recipe.json", "/fabrics/0", "tweed"])
+        t.expect([p["pointer"] for p in error.get("problems", [])] == ["/fabrics/0"], f"cloth table: {error}")
+
+
 def not_json(t, root, rig, d):
     text = (root / "recipes/library/m1.json").read_text()
     bad = d / "bad.json"
@@ -102,6 +141,7 @@ def main():
         accepted(t, root, rig, d)
         refused(t, root, rig, d)
         not_json(t, root, rig, d)
+        bench(t, root, rig, d)
     t.finish()
 
 

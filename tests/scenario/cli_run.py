@@ -5,6 +5,7 @@
 """
 import json
 import pathlib
+import subprocess
 import sys
 import tempfile
 
@@ -23,11 +24,8 @@ def run(t, d, rig, *more, out):
 def two_explorations(t, d, root, rig):
     """A model of one exploration answers for trials of that one alone."""
     for name, library in {"both": "khan2016", "only_m2": "m2"}.items():
-        recipe = json.loads((root / f"recipes/library/{library}.json").read_text())
-        recipe.update(name=name, fabrics=FABRICS, repetitions=3)
-        del recipe["$schema"]
-        (d / f"{name}.json").write_text(json.dumps(recipe))
-        ran = t.run("run", f"{name}.json", "--rig", rig, "--out", name, "--no-evaluate", cwd=d)
+        recipe = library_recipe(d, root, name, library, fabrics=FABRICS, repetitions=3)
+        ran = t.run("run", recipe, "--rig", rig, "--out", name, "--no-evaluate", cwd=d)
         t.expect(ran.returncode == 0, f"run {name}: {ran.stderr}")
     trained = t.succeeds("train", "a/dataset.h5", "-o", "m1.weft", cwd=d)
     t.expect(trained["exploration"] == "M1", f"the only exploration is stored: {trained}")
@@ -41,16 +39,84 @@ def two_explorations(t, d, root, rig):
     t.expect(len(answers) == 6, f"M2: {answers}")
 
 
+def library_recipe(d, root, name, library="m1", **changes):
+    recipe = json.loads((root / f"recipes/library/{library}.json").read_text())
+    recipe.update(name=name, **changes)
+    del recipe["$schema"]
+    (d / f"{name}.json").write_text(json.dumps(recipe))
+    return f"{name}.json"
+
+
+def not_classified(t, d, root, rig):
+    """One fabric leaves nothing to tell apart: the data are kept, the status says that something is missing."""
+    recipe = library_recipe(d, root, "alone", fabrics=["denim"], repetitions=2)
+    ran = t.run("run", recipe, "--rig", rig, "--out", "alone", "--json", cwd=d)
+    t.expect(ran.returncode == 1, f"not classified: status {ran.returncode}")
+    t.expect("was not classified, its data are kept in alone/dataset.h5" in ran.stderr, f"sentence: {ran.stderr}")
+    summary = json.loads(ran.stdout)
+    t.expect(summary["complete"] and "not_classified" in summary, f"not classified: {summary}")
+    t.expect((d / "alone/report.html").is_file(), "the report is written all the same")
+    t.succeeds("dataset", "info", "alone/dataset.h5", cwd=d)
+    ran = t.run("run", recipe, "--rig", rig, "--out", "alone2", "--no-evaluate", cwd=d)
+    t.expect(ran.returncode == 0, f"--no-evaluate: status {ran.returncode} {ran.stderr}")
+
+
+def some_failed(t, d, root, rig):
+    """2 s are enough to settle on firm cloth and too few on velvet: what is complete is classified, and marked."""
+    recipe = library_recipe(d, root, "some", fabrics=["denim", "velvet", "satin"], repetitions=4,
+                            on_trial_failure="continue", settle={"dwell_s": 0.5, "timeout_s": 2})
+    ran = t.run("run", recipe, "--rig", rig, "--out", "some", "--repeats", "2", "--json", cwd=d)
+    t.expect(ran.returncode == 1, f"incomplete: status {ran.returncode}")
+    summary = json.loads(ran.stdout)
+    complete = summary["trials_complete"]
+    t.expect(summary["trials_planned"] == 12 and 0 < complete < 12 and not summary["complete"], f"incomplete: {summary}")
+    words = f"INCOMPLETE, {complete} of 12 trials"
+    t.expect(words in ran.stderr, f"incomplete, not said: {ran.stderr}")
+    report = json.loads((d / "some/report.json").read_text())
+    t.expect(report["complete"] is False and report["results"]["M1"]["trials"] == complete, f"report: {report['results']}")
+    t.expect(report["results"]["M1"]["pvalue"]["confusion"]["labels"] == ["denim", "satin"], "classes that are there")
+    page = (d / "some/report.html").read_text()
+    t.expect(page.count(words) > 8, f"marked {page.count(words)} times")
+    info = t.succeeds("dataset", "info", "some/campaign.sqlite", cwd=d)
+    t.expect(info["trials"] == complete and info["left_out"] == {"failed": 12 - complete}, f"left out: {info}")
+    made = t.succeeds("dataset", "export", "some/campaign.sqlite", "-o", "some.h5", cwd=d)
+    t.expect(made["dataset_sha256"] == summary["dataset_sha256"], "the same data set by hand")
+
+
+def killed(t, d, root, rig):
+    """A killed run leaves its complete trials in the campaign file."""
+    recipe = library_recipe(d, root, "killed", repetitions=20)
+    run = subprocess.Popen([t.weft, "run", recipe, "--rig", rig, "--out", "killed"], cwd=d, stderr=subprocess.PIPE, text=True)
+    run.stderr.readline()  # the first twentieth is done
+    run.kill()
+    run.communicate()
+    t.expect(not (d / "killed/dataset.h5").exists(), "killed before its export")
+    info = t.succeeds("dataset", "info", "killed/campaign.sqlite", cwd=d)
+    t.expect(17 <= info["trials"] < 340 and not info["finished"], f"killed: {info}")
+    made = t.run("dataset", "export", "killed/campaign.sqlite", "-o", "killed.h5", cwd=d)
+    t.expect(made.returncode == 0 and " of 340 planned trials are complete; left out: " in made.stdout, made.stdout + made.stderr)
+    again = t.succeeds("dataset", "info", "killed.h5", cwd=d)
+    t.expect(again["dataset_sha256"] == info["dataset_sha256"] and again["trials"] == info["trials"], f"export: {again}")
+    left = sum(info["left_out"].values()) + info["never_begun"]
+    t.expect(info["trials"] + left == 340, f"none is forgotten: {info}")
+    t.refuses("train", "killed/campaign.sqlite", "-o", "x.weft", cwd=d, says=["killed/campaign.sqlite", "weft dataset export"])
+    t.refuses("dataset", "export", "killed/campaign.sqlite", "-o", "killed/../killed/campaign.sqlite", cwd=d, says=["input"])
+    t.refuses("dataset", "export", "killed.h5", "-o", "x.h5", cwd=d, says=["killed.h5"])
+
+
+def inputs_are_kept(t, d, root, rig):
+    (d / "own").mkdir()
+    (d / "own/report.json").write_text((d / "recipe.json").read_text())
+    t.refuses("run", "own/report.json", "--rig", rig, "--out", "own", cwd=d, says=["own/report.json", "input"])
+
+
 def main():
     t = Checks(sys.argv[1])
     root = pathlib.Path(sys.argv[2]).resolve()
     rig = root / "sim/rigs/bench17.json"
     with tempfile.TemporaryDirectory(prefix="weft-run-") as folder:
         d = pathlib.Path(folder)
-        recipe = json.loads((root / "recipes/library/m1.json").read_text())
-        recipe.update(name="small", fabrics=FABRICS, repetitions=REPETITIONS)
-        del recipe["$schema"]
-        (d / "recipe.json").write_text(json.dumps(recipe))
+        library_recipe(d, root, "recipe", fabrics=FABRICS, repetitions=REPETITIONS)
         trials = len(FABRICS) * REPETITIONS
 
         first = run(t, d, rig, "--repeats", "3", out="a")
@@ -78,7 +144,8 @@ def main():
         t.expect("SIMULATED" in plain.stdout, f"train says what the data are: {plain.stdout}{plain.stderr}")
         answers = t.succeeds("classify", "m.weft", "c/dataset.h5", cwd=d)
         t.expect(answers["model_bench"] == "simulated" and len(answers["trials"]) == trials, f"classify: {answers}")
-        two_explorations(t, d, root, rig)
+        for more in (two_explorations, not_classified, some_failed, killed, inputs_are_kept):
+            more(t, d, root, rig)
     t.finish()
 
 

@@ -1,0 +1,164 @@
+#include "daemon/cli/bench_check.hpp"
+
+#include <algorithm>
+
+#include "daemon/link/memory_link.hpp"
+#include "daemon/loop/virtual_loop.hpp"
+#include "daemon/report/format.hpp"
+#include "daemon/run/campaign.hpp"
+#include "daemon/run/device.hpp"
+#include "daemon/run/simulated_bench.hpp"
+#include "drivers/thorlabs_apt/settings.hpp"
+#include "protocols/base/units.hpp"
+#include "sim/rig/rig.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using recipes::Diagnostic;
+using recipes::Plan;
+using recipes::Range;
+
+// Limits and settings are both decimal numbers turned into SI: equal ones may differ in the last
+// bits.
+constexpr double rounding = 1e-9;
+
+Diagnostic diagnostic(const Error& error, std::string pointer) {
+  return {std::move(pointer), error.message, error.expected, error.got, error.hint};
+}
+
+/// The JSON pointer at the end of `where`, which may have other places in front of it.
+std::string pointer_in(const std::string& where) {
+  if (where.starts_with('/')) return where;
+  const std::size_t at = where.find(": /");
+  return at == std::string::npos ? std::string() : where.substr(at + 2);
+}
+
+/// One driver with a link to nobody.
+void build_driver(const DeviceEntry& entry, const std::string& place,
+                  std::vector<Diagnostic>& problems) {
+  VirtualLoop loop;
+  auto [host, far_end] = MemoryLink::make_pair(loop, loop, Duration{});
+  const auto device = Device::create(entry, loop, std::move(host));
+  if (device) return;
+  const std::string key = pointer_in(device.error().where);
+  problems.push_back(diagnostic(
+      device.error(),
+      place +
+          (device.error().code == Errc::not_found && key.empty() ? "/driver" : "/config" + key)));
+}
+
+/// The limits of one axis as the plan counts on them, in the unit of the rig file.
+struct AxisLimits {
+  double speed;
+  std::optional<double> acceleration;  ///< linear axes only
+  Range travel;
+  double per_si;
+  std::string unit;
+  std::string speed_key, travel_key;
+};
+
+AxisLimits limits_of(recipes::Axis axis, const recipes::RigLimits& limits) {
+  const Range& travel = limits.geometry.travel[recipes::index(axis)];
+  if (recipes::is_linear(axis))
+    return {limits.max_speed_mps,
+            limits.max_acceleration_mps2,
+            travel,
+            1 / m_per_mm,
+            "mm",
+            "/limits/speed_mm_s",
+            "/limits/travel_mm/" + std::string(recipes::to_string(axis))};
+  return {
+      limits.max_tilt_speed_radps, {}, travel, 1 / rad_per_deg, "deg", "/limits/tilt_speed_deg_s",
+      "/limits/tilt_deg"};
+}
+
+std::string range_text(const Range& range, const AxisLimits& axis) {
+  return fixed(range.min * axis.per_si, 2) + " to " + fixed(range.max * axis.per_si, 2) + " " +
+         axis.unit;
+}
+
+/// Only the driver whose settings are known here; another one refuses at run time what it cannot
+/// do.
+void compare_limits(const DeviceEntry& entry, recipes::Axis role, const recipes::RigLimits& limits,
+                    std::vector<Diagnostic>& problems) {
+  if (entry.driver != "thorlabs_apt") return;
+  const auto settings = drivers::read_stage_settings(entry.config_json);
+  if (!settings) return;  // told by build_driver
+  const AxisLimits axis = limits_of(role, limits);
+  const auto over = [&](double limit, double allowed, const std::string& pointer,
+                        const std::string& what, const std::string& unit) {
+    if (limit <= allowed * (1 + rounding)) return;
+    problems.push_back({pointer, "the driver of " + entry.name + " allows less " + what,
+                        "at most " + general(allowed * axis.per_si) + " " + unit,
+                        general(limit * axis.per_si) + " " + unit,
+                        "Lower the limit, or raise the driver's setting if the stage permits it"});
+  };
+  over(axis.speed, settings->max_speed, axis.speed_key, "speed", axis.unit + "/s");
+  if (axis.acceleration)
+    over(*axis.acceleration, settings->acceleration, "/limits/acceleration_mm_s2", "acceleration",
+         axis.unit + "/s2");
+  const double count = 1 / settings->scale.counts_per_unit;
+  const Range allowed{settings->travel_low_counts * count, settings->travel_high_counts * count};
+  if (axis.travel.min < allowed.min - count || axis.travel.max > allowed.max + count)
+    problems.push_back({axis.travel_key, "the driver of " + entry.name + " allows less travel",
+                        "within " + range_text(allowed, axis), range_text(axis.travel, axis),
+                        "Narrow the limit, or widen the driver's travel if the stage permits it"});
+}
+
+void check_devices(const Plan& plan, const RigFile& rig, std::vector<Diagnostic>& problems) {
+  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
+    const DeviceEntry& entry = rig.devices[i];
+    build_driver(entry, "/devices/" + std::to_string(i), problems);
+    for (const recipes::Axis axis : recipes::all_axes)
+      if (entry.role == recipes::to_string(axis))
+        compare_limits(entry, axis, plan.limits, problems);
+  }
+}
+
+void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& problems) {
+  const std::vector<std::string> table = bench.fabrics();
+  const std::vector<std::string_view> known(table.begin(), table.end());
+  for (std::size_t i = 0; i < plan.fabrics.size(); ++i) {
+    const std::string& name = plan.fabrics[i];
+    const std::string pointer = "/fabrics/" + std::to_string(i);
+    if (std::ranges::find(known, name) == known.end()) {
+      const std::string_view meant = recipes::closest(name, known);
+      problems.push_back({pointer, "the cloth table of the rig has no such fabric", "", name,
+                          meant.empty() ? "Its fabrics are " + recipes::one_of(known)
+                                        : "Did you mean " + std::string(meant)});
+    } else if (const Status on = bench.mount(name, 1, TimePoint{}); !on) {
+      problems.push_back(diagnostic(on.error(), pointer));
+    }
+  }
+}
+
+}  // namespace
+
+BenchFindings check_bench(const Plan& plan, const RigFile& rig,
+                          const std::filesystem::path& rig_path) {
+  BenchFindings findings;
+  check_devices(plan, rig, findings.rig);
+  const Result<std::string> fabrics = read_fabrics(rig, rig_path);
+  if (!fabrics) {
+    findings.rig.push_back(diagnostic(fabrics.error(), "/simulation/fabrics"));
+    return findings;
+  }
+  const auto emulated = sim::Rig::create(rig.text, *fabrics, plan.seed);
+  if (!emulated) {
+    const bool in_table = emulated.error().where.starts_with("fabrics");
+    findings.rig.push_back(diagnostic(
+        emulated.error(), in_table ? "/simulation/fabrics" : pointer_in(emulated.error().where)));
+    return findings;
+  }
+  if (const Status same = same_rates(rig, plan.limits, **emulated); !same)
+    findings.rig.push_back(diagnostic(same.error(), same.error().where));
+  mount_fabrics(plan, **emulated, findings.recipe);
+  if (!findings.rig.empty() || !findings.recipe.empty()) return findings;
+  // What is left shows when all is put together: a device without emulator, for example.
+  const auto bench = SimulatedBench::create(rig, *fabrics, plan.seed);
+  if (!bench) findings.rig.push_back(diagnostic(bench.error(), pointer_in(bench.error().where)));
+  return findings;
+}
+
+}  // namespace weft::daemon::cli
