@@ -28,7 +28,7 @@ header .badge{font-size:.85rem;padding:.25rem .7rem}
 .alarm{border-color:var(--orange)}
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(144px,1fr));gap:10px;margin:1.2rem 0}
 .tile{background:var(--card);border:1px solid var(--rule);border-radius:8px;padding:.7rem .9rem}
-.tile b{display:block;font-size:1.2rem;line-height:1.25;font-weight:650}
+.tile b{display:block;font-size:1.2rem;line-height:1.25;font-weight:650;overflow-wrap:anywhere}
 .tile span{color:var(--soft);font-size:.84rem;line-height:1.35;display:block}
 figure{margin:1rem 0;background:var(--card);border:1px solid var(--rule);border-radius:8px;padding:14px 16px}
 figcaption{color:var(--soft);font-size:.88rem;line-height:1.45;margin-top:.6rem;max-width:56rem}

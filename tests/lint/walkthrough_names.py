@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Fails on a name in docs/walkthrough.md that the tree does not have (any more).
 
-Checked: code spans that are a path, a `function()`, a `Class::function()` or a bare identifier; targets of links; and
-text in double quotes, which must be part of a message in the sources. Comments do not count as sources.
+Checked: code spans that are a path, a `function()`, a `Class::function()` or a bare identifier; and text in double quotes,
+which must be part of a message in the sources. Comments do not count as sources. Links: see links.py.
 
     walkthrough_names.py ROOT      checks the tree
     walkthrough_names.py --selftest  checks that the checker refuses what it must refuse
@@ -19,7 +19,6 @@ CODE = (".cpp", ".hpp", ".cc", ".in", ".json")
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.S)
 BLOCK = re.compile(r"^(?: {4}[^\n]*|```.*?^```$)", re.M | re.S)
 SPAN = re.compile(r"`([^`]+)`")
-LINK = re.compile(r"\]\(([^)#:]+)\)")
 QUOTED = re.compile(r'"([^"]+)"', re.S)
 PATH = re.compile(r"[\w.-]+(?:/[\w.-]+)+\.\w+")
 LINE_NUMBER = re.compile(r"\.\w+:\d+$")
@@ -66,9 +65,6 @@ def check(root):
     for span in dict.fromkeys(SPAN.findall(text)):
         if wrong := wrong_with_span(span, root, sources):
             problems.append(f"{DOCUMENT}: `{span}`: {wrong}")
-    for target in dict.fromkeys(LINK.findall(text)):
-        if not (document.parent / target).exists():
-            problems.append(f"{DOCUMENT}: link to {target}: no such file")
     for message in dict.fromkeys(QUOTED.findall(SPAN.sub("", text))):
         if " ".join(message.split("\n")) not in sources.messages:
             problems.append(f'{DOCUMENT}: "{message}": no message in the sources says so')
@@ -87,7 +83,6 @@ def selftest():
         "`helper()`": False, "`gone()`": True, "`wheel_m()`": True,
         "`Engine::turn()`": False, "`Engine::gone()`": True, "`Motor::turn()`": True,
         "`wheel_m`": False, "`bygone`": True, "`v = g e / K`": False, "`weft run`": False,
-        "[x](walkthrough.md)": False, "[x](lost.md)": True,
         'It says "the wheel is stuck // here".': False, 'It says "an old message".': True,
         'It says "the wheel\nis stuck".': False, "    `daemon/b.cpp` in a block": False,
         "    a block\n\nand `daemon/b.cpp` after it": True,
