@@ -116,6 +116,12 @@ void check_devices(const Plan& plan, const RigFile& rig, std::vector<Diagnostic>
   }
 }
 
+/// The patch that the fabric's first trial touches.
+std::uint64_t first_patch(const Plan& plan, std::size_t fabric) {
+  const auto first = std::ranges::find(plan.trials, fabric, &recipes::TrialSpec::fabric);
+  return first == plan.trials.end() ? 0 : first->patch_seed;
+}
+
 void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& problems) {
   const std::vector<std::string> table = bench.fabrics();
   const std::vector<std::string_view> known(table.begin(), table.end());
@@ -127,7 +133,7 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
       problems.push_back({pointer, "the cloth table of the rig has no such fabric", "", name,
                           meant.empty() ? "Its fabrics are " + recipes::one_of(known)
                                         : "Did you mean " + std::string(meant)});
-    } else if (const Status on = bench.mount(name, 1, TimePoint{}); !on) {
+    } else if (const Status on = bench.mount(name, first_patch(plan, i), TimePoint{}); !on) {
       problems.push_back(diagnostic(on.error(), pointer));
     }
   }

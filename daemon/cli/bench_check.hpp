@@ -16,8 +16,8 @@ struct BenchFindings {
 };
 
 /// Builds every driver and emulator of `rig` without moving them, compares the limits that the plan
-/// was made for with what the stages' drivers allow, and puts every fabric of the plan on the plate
-/// of the dry bench. All problems at once.
+/// was made for with what the stages' drivers allow, and puts a patch of every fabric of the plan
+/// on the plate of the dry bench. All problems at once.
 BenchFindings check_bench(const recipes::Plan& plan, const RigFile& rig,
                           const std::filesystem::path& rig_path);
 
