@@ -117,27 +117,4 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
   return out;
 }
 
-std::vector<CoreRow> core_table(const FabricModel& model, std::size_t top_count) {
-  std::vector<CoreRow> out;
-  for (std::size_t i = 0; i < model.pairs().size(); ++i) {
-    const FabricCore& core = model.cores()[i];
-    const CoreInfo& info = core.info();
-    CoreRow row;
-    row.core = model.labels()[model.pairs()[i].a] + " vs " + model.labels()[model.pairs()[i].b];
-    for (std::size_t k = 0; k < std::min(top_count, info.selected.size()); ++k) {
-      row.top.push_back(model.feature_names()[info.selected[k].column]);
-      row.p_value.push_back(info.selected[k].p_value);
-    }
-    row.inputs = info.inputs;
-    row.threshold = info.threshold;
-    row.c = info.c;
-    row.gamma = info.gamma;
-    row.cv_errors = info.cv_errors;
-    row.folds = info.folds;
-    row.support_vectors = core.coefficient().size();
-    out.push_back(std::move(row));
-  }
-  return out;
-}
-
 }  // namespace weft::classifier

@@ -42,20 +42,4 @@ struct Evaluation {
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
                             const TrainOptions& options, const SecondsNow& seconds_now = {});
 
-/// One row of Table III.
-struct CoreRow {
-  std::string core;              ///< "Wool vs Pile"
-  std::vector<std::string> top;  ///< best features, at most `top_count`
-  std::vector<double> p_value;   ///< of those
-  std::size_t inputs = 0;        ///< features (or components) used
-  double threshold = 0.0;        ///< delta
-  double c = 0.0;
-  double gamma = 0.0;
-  std::size_t cv_errors = 0;
-  std::size_t folds = 0;  ///< of the cross-validation
-  std::size_t support_vectors = 0;
-};
-
-std::vector<CoreRow> core_table(const FabricModel& model, std::size_t top_count = 4);
-
 }  // namespace weft::classifier
