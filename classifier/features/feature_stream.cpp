@@ -15,7 +15,7 @@ constexpr std::size_t block_count(std::size_t taxels) {
 }
 
 // Looks at the exponents of all values at once: the usual case has nothing to find.
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 bool all_finite(const double* values, std::size_t count) {
   constexpr std::uint64_t exponent = 0x7ffULL << 52;
   std::uint64_t bad = 0;

@@ -9,16 +9,13 @@
 // Lanes are passed by value only between functions that are always inlined: no call, no ABI.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
-#ifndef WEFT_INLINE
 #define WEFT_INLINE [[gnu::always_inline]] inline
-#endif
-// clang 14 names such clones so that its own linker does not find them.
-#ifndef WEFT_FOR_THIS_PROCESSOR
+// One copy of a function for each named kind of processor and one for all others, chosen when the
+// program starts. clang 14 names such clones so that its own linker does not find them.
 #if defined(__x86_64__) && !defined(__clang__)
-#define WEFT_FOR_THIS_PROCESSOR [[gnu::target_clones("arch=x86-64-v4", "avx2", "default")]]
+#define WEFT_CLONES(...) [[gnu::target_clones(__VA_ARGS__, "default")]]
 #else
-#define WEFT_FOR_THIS_PROCESSOR
-#endif
+#define WEFT_CLONES(...)
 #endif
 
 namespace weft::classifier::simd {

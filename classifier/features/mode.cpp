@@ -39,7 +39,7 @@ WEFT_INLINE void number_bins(const double* row, const Plan& plan, double bin, st
   }
 }
 
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void count_bins(const double* rows, std::size_t count, const Plan& where, double bin,
                 std::uint32_t* table) {
   const Plan plan = where;
@@ -56,7 +56,7 @@ void count_bins(const double* rows, std::size_t count, const Plan& where, double
 }
 
 // The first of the highest counts.
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 std::size_t highest(const std::uint32_t* counts, std::size_t size) {
   std::uint32_t most = 0;
   for (std::size_t i = 0; i < size; ++i) most = std::max(most, counts[i]);

@@ -108,7 +108,7 @@ WEFT_INLINE void convolve_pair(double* x, const double* kernel) {
 // Forward transform, product with the kernel, inverse transform of four or eight elements or more.
 // One quarter after the other to the end, so that all but the first levels stay in the nearest
 // cache.
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void convolve(double* x, std::size_t size, const double* w, const double* kernel) {
   const std::size_t quarter = size / 4;
   const double* const next = w + quarter * twiddles_per_butterfly;
@@ -171,7 +171,7 @@ Scaling scaling_of(const std::array<double, Spectrum::signals>& top) {
   return out;
 }
 
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void find_top(const double* rows, std::size_t length, const double* offset, double* top) {
   for (std::size_t half = 0; half < step; half += width) {
     const Lanes zero = load(offset + half);
@@ -184,7 +184,7 @@ void find_top(const double* rows, std::size_t length, const double* offset, doub
 
 // The first level of the forward transform on signals less offset, scaled, times the chirp. At most
 // half of the padded length is signal: the last two quarters are zeros that need not be written.
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void split_signals(const double* rows, std::size_t length, const double* offset,
                    const PowerOfTwo& scale, const double* chirp, std::size_t padded,
                    const double* w, double* x) {
@@ -208,7 +208,7 @@ void split_signals(const double* rows, std::size_t length, const double* offset,
 }
 
 // The last level of the inverse transform times the chirp, of the half that is asked for.
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void join_signals(double* x, std::size_t padded, const double* chirp, std::size_t length,
                   const double* w) {
   const std::size_t quarter = padded / 4;
@@ -224,7 +224,7 @@ void join_signals(double* x, std::size_t padded, const double* chirp, std::size_
 }
 
 // Z = A + iB with A, B Hermitian: A = (Z_k + conj Z_-k) / 2, B = (Z_k - conj Z_-k) / 2i.
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void store_squares(const double* x, std::size_t length, double* out) {
   for (std::size_t k = 0; k <= length / 2; ++k) {
     const Complex z = get(x + k * step), m = get(x + (k == 0 ? 0 : length - k) * step);
@@ -234,7 +234,7 @@ void store_squares(const double* x, std::size_t length, double* out) {
 }
 
 // A loop of its own over plain numbers: only so do compilers take roots of all lanes at once.
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void take_roots(double* rows, std::size_t count, const PowerOfTwo& scale) {
   const PowerOfTwo by = scale;
   for (std::size_t r = 0; r < count; ++r, rows += step) {

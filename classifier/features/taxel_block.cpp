@@ -29,7 +29,7 @@ WEFT_INLINE Lanes is_peak(Lanes value, Lanes last, Lanes& rising) {
   return peak;
 }
 
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void update(const double* rows, std::size_t count, TaxelBlock::Running& running) {
   for (std::size_t k = 0; k < taxels; k += width) {
     Lanes low = load(&running.low[k]), high = load(&running.high[k]);
@@ -66,7 +66,7 @@ struct Powers {
   alignas(64) PerTaxel peak_mean{}, peak_second{}, peak_third{};
 };
 
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void add_powers(const double* rows, std::size_t count, Powers& out) {
   for (std::size_t k = 0; k < taxels; k += width) {
     const Lanes mean = load(&out.mean[k]), peak_mean = load(&out.peak_mean[k]);
@@ -110,7 +110,7 @@ Powers powers_of(const double* rows, std::size_t samples, const TaxelBlock::Runn
 
 // Largest magnitude without DC, and the sum of the upper half: bins floor(K/2)+1 .. K, K =
 // floor(T/2).
-WEFT_FOR_THIS_PROCESSOR
+WEFT_CLONES("arch=x86-64-v4", "avx2")
 void summarise(const double* bins, std::size_t top, double scale, PerTaxel& largest,
                PerTaxel& upper) {
   for (std::size_t k = 0; k < taxels; k += width) {

@@ -5,28 +5,22 @@
 #include <bit>
 #include <cstddef>
 
-// Blocks are passed by value only between functions that are always inlined: no call, no ABI.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
-#define WEFT_INLINE [[gnu::always_inline]] inline
-// clang 14 names such clones so that its own linker does not find them.
-#if defined(__x86_64__) && !defined(__clang__)
-#define WEFT_FOR_THIS_PROCESSOR [[gnu::target_clones("avx2", "default")]]
-#else
-#define WEFT_FOR_THIS_PROCESSOR
-#endif
+#include "classifier/features/lanes.hpp"
 
 namespace weft::classifier {
 
 constexpr std::size_t lanes = 4;
-using Block = double __attribute__((vector_size(lanes * sizeof(double)), aligned(8)));
+using Block = double __attribute__((vector_size(lanes * sizeof(double))));
 using BlockBits = long long __attribute__((vector_size(lanes * sizeof(long long))));
 
+struct __attribute__((packed, may_alias)) LooseBlock {
+  Block value;
+};
 WEFT_INLINE Block load(const double* p) {
-  return *reinterpret_cast<const Block*>(p);
+  return reinterpret_cast<const LooseBlock*>(p)->value;
 }
 WEFT_INLINE void store(double* p, Block v) {
-  *reinterpret_cast<Block*>(p) = v;
+  reinterpret_cast<LooseBlock*>(p)->value = v;
 }
 WEFT_INLINE Block all(double v) {
   return Block{v, v, v, v};

@@ -233,7 +233,7 @@ WEFT_INLINE DenseSmo::Walk DenseSmo::walk_in_registers(std::size_t most, double 
   return {steps, optimal};
 }
 
-WEFT_FOR_THIS_PROCESSOR DenseSmo::Walk DenseSmo::walk(std::size_t most, double tolerance) {
+WEFT_CLONES("avx2") DenseSmo::Walk DenseSmo::walk(std::size_t most, double tolerance) {
   if (width_ == 16) return walk_in_registers<16 / lanes>(most, tolerance);
   if (width_ == 32) return walk_in_registers<32 / lanes>(most, tolerance);
   return walk_in_memory(most, tolerance);

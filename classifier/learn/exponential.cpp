@@ -36,7 +36,7 @@ WEFT_INLINE Block exp_block(Block x) {
 
 }  // namespace
 
-WEFT_FOR_THIS_PROCESSOR void exp_of_negative(std::span<double> values, double factor) {
+WEFT_CLONES("avx2") void exp_of_negative(std::span<double> values, double factor) {
   const std::size_t whole = values.size() / lanes * lanes;
   const Block minus = all(-factor);
   for (std::size_t i = 0; i < whole; i += lanes)
