@@ -1,0 +1,320 @@
+// The classifier against what people use today: training, features, one vote, growth with the
+// number of fabrics. Everything is simulated or made up.
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "classifier/evaluate/splits.hpp"
+#include "classifier/fabric/model.hpp"
+#include "daemon/dataset/hdf5_file.hpp"
+#include "tests/bench/classifier_libsvm.hpp"
+#include "tests/bench/classifier_set.hpp"
+#include "tests/bench/figures.hpp"
+
+namespace {
+
+using namespace weft;
+using namespace weft::classifier;
+using bench::Figure;
+
+constexpr std::size_t runs = 5;
+const std::filesystem::path scratch = "out/bench";
+
+double seconds_of(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median_of(std::size_t count, const std::function<void()>& work) {
+  work();  // warms caches and tables
+  std::vector<double> s;
+  for (std::size_t i = 0; i < count; ++i) s.push_back(seconds_of(work));
+  return bench::median(s);
+}
+
+std::string load_average() {
+  std::ifstream in("/proc/loadavg");
+  std::string one;
+  in >> one;
+  return "load average " + one;
+}
+
+std::string text(double v, const char* format = "%.4g") {
+  char out[32];
+  std::snprintf(out, sizeof out, format, v);
+  return out;
+}
+
+// What classifier_peers.py prints; nothing where there is no python or no scikit-learn.
+nlohmann::json run_peer(const std::string& arguments) {
+  const std::string command =
+      "/usr/bin/python3 tests/bench/classifier_peers.py " + arguments + " 2>/dev/null";
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), &pclose);
+  std::string out;
+  for (int c = 0; pipe && (c = std::fgetc(pipe.get())) != EOF;) out.push_back(static_cast<char>(c));
+  return nlohmann::json::parse(out, nullptr, false);
+}
+
+// Training part (8 of 20 trials of each fabric) and the rest.
+struct Set {
+  std::string name;
+  FeatureMatrix train, test;
+};
+
+Set split_set(std::string name, const FeatureMatrix& all) {
+  const Split split = stratified_splits(all.labels, 0.4, 1, 1).value().front();
+  return {std::move(name), take_rows(all, split.train), take_rows(all, split.test)};
+}
+
+std::optional<Set> campaign_set() {
+  const auto dataset = daemon::read_hdf5("out/demo/dataset.h5");
+  if (!dataset) return std::nullopt;
+  const auto matrix = build_feature_matrix(daemon::complete_trials(*dataset, "M1"));
+  if (!matrix) return std::nullopt;
+  return split_set("simulated campaign M1", *matrix);
+}
+
+std::vector<bench::PairRows> pairs_of(const FeatureMatrix& train, const TrainOptions& options) {
+  std::vector<std::string> labels = train.labels;
+  std::sort(labels.begin(), labels.end());
+  labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
+  std::vector<bench::PairRows> out;
+  for (const Pair& pair : all_pairs(labels.size())) {
+    std::vector<std::size_t> rows, unit;
+    std::vector<int> sign;
+    for (const bool positive : {true, false}) {
+      for (std::size_t r = 0; r < train.size(); ++r) {
+        if (train.labels[r] != labels[positive ? pair.a : pair.b]) continue;
+        unit.push_back(rows.size());
+        rows.push_back(r);
+        sign.push_back(positive ? 1 : -1);
+      }
+    }
+    auto folds = stratified_folds(sign, unit, options.folds, options.seed);
+    out.push_back({train.values.take(rows), std::move(sign), std::move(folds)});
+  }
+  return out;
+}
+
+// Cores whose parameters differ from those of the plain search.
+std::size_t differing(const FabricModel& model, const std::vector<bench::PlainChoice>& plain) {
+  std::size_t out = 0;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    const CoreInfo& info = model.cores()[i].info();
+    const auto& [c, gamma, delta, fits] = plain[i];
+    if (info.c != c || info.gamma != gamma || info.threshold != delta) ++out;
+  }
+  return out;
+}
+
+// Seconds of the whole job with scikit-learn, from a few pairs; nothing where it is absent.
+std::optional<double> scikit_seconds(const Set& set, std::size_t pairs) {
+  if (pairs == 0) return std::nullopt;
+  const auto path = scratch / "classifier_train.csv";
+  std::ofstream out(path);
+  out.precision(17);
+  for (std::size_t r = 0; r < set.train.size(); ++r) {
+    out << set.train.labels[r];
+    for (const double v : set.train.values.row(r)) out << ',' << v;
+    out << '\n';
+  }
+  out.close();
+  const nlohmann::json said = run_peer("grid " + path.string() + " " + std::to_string(pairs));
+  if (!said.is_object()) return std::nullopt;
+  auto seconds = said["seconds"].get<std::vector<double>>();
+  return bench::median(seconds) * said["pairs"].get<double>();
+}
+
+void training(const Set& set, std::size_t scikit_pairs, std::vector<Figure>& out) {
+  const TrainOptions options{.threads = 1};
+  const auto pairs = pairs_of(set.train, options);
+  std::vector<bench::PlainChoice> plain(pairs.size());
+  std::vector<double> one, two, libsvm;
+  std::optional<FabricModel> model;
+  for (std::size_t run = 0; run < runs; ++run) {  // in turn, so that load falls on all alike
+    libsvm.push_back(seconds_of([&] {
+      for (std::size_t i = 0; i < pairs.size(); ++i)
+        plain[i] = bench::plain_search(pairs[i], options);
+    }));
+    for (int again = 0; again < 3; ++again) {
+      one.push_back(seconds_of([&] { model.emplace(train(set.train, options).value()); }));
+      two.push_back(seconds_of([&] { model.emplace(train(set.train, {.threads = 2}).value()); }));
+    }
+  }
+  std::size_t fits = 0, own_fits = 0;
+  for (const auto& choice : plain) fits += choice.fits;
+  for (const FabricCore& core : model->cores()) own_fits += core.info().fits;
+  const double own = bench::median(one), peer = bench::median(libsvm);
+  const std::string note =
+      std::to_string(own_fits) + " fits instead of " + std::to_string(fits) +
+      "; cores with other parameters: " + std::to_string(differing(*model, plain)) +
+      "; peer over ours " + text(peer / own) + "; " + load_average();
+  out.push_back(
+      {"train, 1 thread: " + set.name, own, "s", "libsvm precomputed, every fit", peer, note});
+  out.push_back({"train, 2 threads: " + set.name, bench::median(two), "s", "same, 1 thread", own,
+                 load_average()});
+  if (const auto scikit = scikit_seconds(set, scikit_pairs))
+    out.push_back(
+        {"train, 1 thread: " + set.name, own, "s", "scikit-learn Pipeline, grid search", *scikit,
+         "median of " + std::to_string(scikit_pairs) + " pairs x " + std::to_string(pairs.size()) +
+             " pairs; peer over ours " + text(*scikit / own)});
+}
+
+void voting(const Set& set, std::vector<Figure>& out) {
+  const FabricModel model = train(set.train).value();
+  constexpr std::size_t votes = 200;
+  std::size_t right = 0;
+  const double each = median_of(21,
+                                [&] {
+                                  right = 0;
+                                  for (std::size_t i = 0; i < votes; ++i) {
+                                    const std::size_t r = i % set.test.size();
+                                    const auto vote = model.classify(set.test.values.row(r));
+                                    right +=
+                                        model.labels()[vote->winner] == set.test.labels[r] ? 1 : 0;
+                                  }
+                                }) /
+                      votes;
+  // Each distance needs a load and two operations per input, four a cycle with eight lanes at 2.5
+  // GHz; each support vector an exponential, about 3 ns.
+  double limit = 0.0;
+  for (const FabricCore& core : model.cores()) {
+    const auto vectors = static_cast<double>(core.support().rows());
+    limit += vectors * (static_cast<double>(core.support().cols()) / 8.0 * 0.4e-9 + 3e-9);
+  }
+  out.push_back({"one trial voted: " + set.name, each * 1e6, "us", "limit of the issue", 20.0,
+                 text(static_cast<double>(right) / votes, "%.3f") + " of " + std::to_string(votes) +
+                     " right; arithmetic alone " + text(limit * 1e6) + " us; " + load_average()});
+}
+
+double extraction_seconds(const Trial& trial) {
+  FeatureExtractor extractor;
+  return median_of(41, [&] {
+    if (!extractor.extract(trial)) std::abort();
+  });
+}
+
+Trial trial_of_length(std::size_t motion_samples) {
+  bench::Dice dice(5);
+  const bench::MadeSensor sensor(dice);
+  const bench::MadeFabric fabric = bench::make_fabric(dice);
+  return bench::make_trial(fabric, sensor, dice, motion_samples);
+}
+
+std::optional<double> oracle_seconds(const Trial& trial) {
+  const auto path = scratch / "classifier_trial.csv";
+  std::ofstream out(path);
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    out << to_char(trial.phase[i]);
+    for (const double v : trial.row(i)) out << ',' << v;
+    out << '\n';
+  }
+  out.close();
+  const auto said = run_peer("extract " + path.string() + " ../shared/oracle/fabric000.py");
+  if (!said.is_object()) return std::nullopt;
+  auto seconds = said["seconds"].get<std::vector<double>>();
+  return bench::median(seconds);
+}
+
+void features(std::vector<Figure>& out) {
+  constexpr std::size_t usual = 925;
+  const Trial trial = trial_of_length(usual);
+  const double own = extraction_seconds(trial);
+  // Two transforms of 2048 for eight lanes: 10 n log2 n operations, 16 a cycle at 2.5 GHz; the
+  // samples are read three times from the cache.
+  const double flops = 8.0 * 10.0 * 2048.0 * 11.0;
+  out.push_back({"features of 16 x 925 samples", own * 1e6, "us", "limit of the issue", 150.0,
+                 "arithmetic of the transforms alone " + text(flops / 16.0 / 2.5e9 * 1e6) +
+                     " us; " + load_average()});
+  if (const auto peer = oracle_seconds(trial))
+    out.push_back({"features of 16 x 925 samples", own * 1e6, "us", "numpy (oracle's extract)",
+                   *peer * 1e6, "peer over ours " + text(*peer / own)});
+  for (const std::size_t length : {std::size_t{907}, std::size_t{1021}, std::size_t{1031},
+                                   std::size_t{1847}, std::size_t{9973}}) {
+    const double each = extraction_seconds(trial_of_length(length)) / static_cast<double>(length);
+    out.push_back({"features per sample, prime " + std::to_string(length), each * 1e9, "ns",
+                   "per sample at 925", own / usual * 1e9, "aim: at most 3 times"});
+  }
+}
+
+FeatureMatrix gaussian(std::size_t classes) {
+  constexpr std::size_t columns = 195, per_class = 8;
+  bench::Dice dice(11);
+  FeatureMatrix out;
+  out.values = Matrix(classes * per_class, columns);
+  for (std::size_t k = 0; k < columns; ++k)
+    out.names.push_back(std::string("f") + std::to_string(k));
+  for (std::size_t c = 0; c < classes; ++c) {
+    std::vector<double> centre(columns);
+    for (double& v : centre) v = dice.normal(0.0, 1.0);
+    for (std::size_t r = 0; r < per_class; ++r) {
+      const std::size_t row = c * per_class + r;
+      for (std::size_t k = 0; k < columns; ++k)
+        out.values(row, k) = centre[k] + dice.normal(0.0, 0.7);
+      out.labels.push_back(std::to_string(10000 + c));
+      out.groups.push_back(std::to_string(r));
+      out.files.push_back(std::to_string(row) + ".csv");
+    }
+  }
+  return out;
+}
+
+// Slope of log time over log classes by least squares.
+double exponent(const std::vector<std::pair<double, double>>& points) {
+  double x = 0, y = 0, xx = 0, xy = 0;
+  const auto n = static_cast<double>(points.size());
+  for (const auto& [classes, s] : points) {
+    const double a = std::log(classes), b = std::log(s);
+    x += a, y += b, xx += a * a, xy += a * b;
+  }
+  return (n * xy - x * y) / (n * xx - x * x);
+}
+
+void growth(std::vector<Figure>& out) {
+  std::vector<std::pair<double, double>> points;
+  for (const std::size_t classes :
+       {std::size_t{17}, std::size_t{50}, std::size_t{100}, std::size_t{500}}) {
+    const FeatureMatrix matrix = gaussian(classes);
+    const double s = median_of(runs, [&] {
+      if (!train(matrix, {.threads = 2})) std::abort();
+    });
+    const auto pairs = static_cast<double>(classes * (classes - 1) / 2);
+    points.emplace_back(static_cast<double>(classes), s);
+    out.push_back({"train, 2 threads, made up: " + std::to_string(classes) + " classes", s, "s",
+                   classes == 500 ? "limit of the issue" : "17 classes",
+                   classes == 500 ? 10.0 : points.front().second,
+                   text(s / pairs * 1e6) + " us a pair; " + load_average()});
+  }
+  out.push_back({"exponent of time over classes", exponent(points), "", "pairs alone", 2.0,
+                 "least squares on the logarithms of the four rows above"});
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::filesystem::create_directories(scratch);
+  const bool quick = argc > 1 && std::string(argv[1]) == "--quick";  // without python and growth
+  std::vector<Figure> out;
+  const Set made =
+      split_set("made up", build_feature_matrix(bench::made_trials(17, 20, 7)).value());
+  const std::optional<Set> campaign = campaign_set();
+  if (!campaign) std::printf("no out/demo/dataset.h5: the simulated campaign is left out\n");
+  training(made, quick ? 0 : 5, out);
+  if (campaign) training(*campaign, quick ? 0 : 5, out);
+  voting(made, out);
+  if (campaign) voting(*campaign, out);
+  features(out);
+  if (!quick) growth(out);
+  return bench::report("classifier", out);
+}
