@@ -2,22 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <tuple>
 
+#include "classifier/fabric/pair_problem.hpp"
 #include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
 namespace {
-
-using RowsOfLabel = std::map<std::string, std::vector<std::size_t>>;
-
-RowsOfLabel rows_by_label(const FeatureMatrix& matrix) {
-  RowsOfLabel out;
-  for (std::size_t r = 0; r < matrix.size(); ++r) out[matrix.labels[r]].push_back(r);
-  return out;
-}
 
 Status check_labels(const RowsOfLabel& rows) {
   if (rows.size() < 2) {
@@ -32,34 +24,11 @@ Status check_labels(const RowsOfLabel& rows) {
   return {};
 }
 
-// A number per row: equal for rows that one fold must keep together.
-std::vector<std::size_t> fold_units(const FeatureMatrix& matrix,
-                                    const std::vector<std::size_t>& rows, FoldUnit kind) {
-  std::map<std::string, std::size_t> number;
-  std::vector<std::size_t> out;
-  for (const std::size_t r : rows) {
-    const std::string& file = matrix.files[r];
-    const std::string unit =
-        kind == FoldUnit::group ? matrix.groups[r] : file.substr(0, file.find('#'));
-    // rows without a name are recordings of their own
-    const std::string key = unit.empty() ? "#" + std::to_string(r) : unit;
-    out.push_back(number.emplace(key, number.size()).first->second);
-  }
-  return out;
-}
-
 Result<FabricCore> train_pair(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
                               const std::vector<std::size_t>& b, const TrainOptions& options,
                               const RareT& rare) {
-  std::vector<std::size_t> rows = a;
-  rows.insert(rows.end(), b.begin(), b.end());
-  std::vector<int> sign(a.size(), 1);
-  sign.resize(rows.size(), -1);
-  const std::vector<Fold> folds =
-      options.make_folds ? options.make_folds(sign)
-                         : stratified_folds(sign, fold_units(matrix, rows, options.fold_unit),
-                                            options.folds, options.seed);
-  return train_core(matrix.values.take(rows), sign, folds, options, rare);
+  const PairProblem problem = pair_problem(matrix, a, b, options);
+  return train_core(matrix.values.take(problem.rows), problem.sign, problem.folds, options, rare);
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+#pragma once
+// The training rows of one core, their signs and the folds of its cross-validation.
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "classifier/fabric/options.hpp"
+#include "classifier/features/feature_matrix.hpp"
+
+namespace weft::classifier {
+
+using RowsOfLabel = std::map<std::string, std::vector<std::size_t>>;
+
+/// Row numbers of every label, ascending.
+RowsOfLabel rows_by_label(const FeatureMatrix& matrix);
+
+/// A number per row of `rows`: equal for those that one fold must keep together.
+std::vector<std::size_t> fold_units(const FeatureMatrix& matrix,
+                                    const std::vector<std::size_t>& rows, FoldUnit kind);
+
+/// What a core learns from: `sign` and `folds` count positions in `rows`.
+struct PairProblem {
+  std::vector<std::size_t> rows;  ///< of the matrix: class a, then class b
+  std::vector<int> sign;          ///< +1 for class a, -1 for class b
+  std::vector<Fold> folds;        ///< of options.make_folds, or stratified by options.fold_unit
+};
+
+PairProblem pair_problem(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
+                         const std::vector<std::size_t>& b, const TrainOptions& options);
+
+}  // namespace weft::classifier
