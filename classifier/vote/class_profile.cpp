@@ -1,0 +1,104 @@
+#include "classifier/vote/class_profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "classifier/learn/scaler.hpp"
+
+namespace weft::classifier {
+namespace {
+
+// Means by sums of value / count: values up to 1e300 must not overflow.
+Matrix class_means(const FeatureMatrix& matrix, std::span<const std::size_t> of_row,
+                   std::span<const std::size_t> count) {
+  Matrix out(count.size(), matrix.values.cols());
+  for (std::size_t r = 0; r < matrix.size(); ++r) {
+    const auto n = static_cast<double>(count[of_row[r]]);
+    for (std::size_t k = 0; k < out.cols(); ++k) out(of_row[r], k) += matrix.values(r, k) / n;
+  }
+  return out;
+}
+
+std::vector<double> deviations(const FeatureMatrix& matrix, std::span<const std::size_t> of_row,
+                               const Matrix& mean) {
+  Matrix residual = matrix.values;
+  for (std::size_t r = 0; r < residual.rows(); ++r)
+    for (std::size_t k = 0; k < residual.cols(); ++k) residual(r, k) -= mean(of_row[r], k);
+  std::vector<double> out = fit_scaler(residual).deviation;
+  const std::vector<double> overall = fit_scaler(matrix.values).deviation;
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    double largest = 0.0;
+    for (std::size_t r = 0; r < residual.rows(); ++r)
+      largest = std::max(largest, std::abs(residual(r, k)));
+    // what is left of a constant is the rounding of its mean
+    if (!(largest > 1e-12 * overall[k])) out[k] = overall[k];
+    if (!(out[k] > 0.0 && std::isfinite(out[k]))) out[k] = 1.0;
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<std::vector<std::size_t>> class_numbers(const FeatureMatrix& matrix,
+                                               std::span<const std::string> labels) {
+  std::vector<std::size_t> out;
+  out.reserve(matrix.size());
+  for (std::size_t r = 0; r < matrix.size(); ++r) {
+    const auto at = std::lower_bound(labels.begin(), labels.end(), matrix.labels[r]);
+    if (at == labels.end() || *at != matrix.labels[r])
+      return fail(Errc::invalid_argument, "label is not one of the model's", matrix.files[r], {},
+                  matrix.labels[r]);
+    out.push_back(static_cast<std::size_t>(at - labels.begin()));
+  }
+  return out;
+}
+
+Result<ClassProfile> fit_profile(const FeatureMatrix& matrix, std::span<const std::string> labels) {
+  if (auto ok = check(matrix); !ok) return pass(ok.error());
+  const auto of_row = class_numbers(matrix, labels);
+  if (!of_row) return pass(of_row.error());
+  std::vector<std::size_t> count(labels.size());
+  for (const std::size_t c : *of_row) ++count[c];
+  for (std::size_t c = 0; c < count.size(); ++c)
+    if (count[c] == 0)
+      return fail(Errc::invalid_argument, "no training row", "label " + labels[c], "at least 1");
+  Matrix mean = class_means(matrix, *of_row, count);
+  std::vector<double> deviation = deviations(matrix, *of_row, mean);
+  return ClassProfile{std::move(mean), std::move(deviation)};
+}
+
+std::vector<double> scaled_distances(const ClassProfile& profile,
+                                     std::span<const double> features) {
+  WEFT_ASSERT(features.size() == profile.mean.cols());
+  std::vector<double> weight(features.size());
+  for (std::size_t k = 0; k < weight.size(); ++k)
+    weight[k] = 1.0 / (profile.deviation[k] * static_cast<double>(weight.size()));
+  std::vector<double> out(profile.classes());
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    const auto mean = profile.mean.row(c);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < weight.size(); ++k)
+      sum += std::abs(features[k] - mean[k]) * weight[k];
+    // zero times infinity, of a deviation at the end of double
+    out[c] = std::isnan(sum) ? std::numeric_limits<double>::infinity() : sum;
+  }
+  return out;
+}
+
+std::vector<std::size_t> nearest_classes(const ClassProfile& profile,
+                                         std::span<const double> features, std::size_t count) {
+  const std::vector<double> distance = scaled_distances(profile, features);
+  std::vector<std::size_t> order(distance.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size()));
+  std::partial_sort(order.begin(), end, order.end(), [&](std::size_t a, std::size_t b) {
+    return distance[a] != distance[b] ? distance[a] < distance[b] : a < b;
+  });
+  order.erase(end, order.end());
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+}  // namespace weft::classifier

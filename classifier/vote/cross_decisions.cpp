@@ -1,0 +1,93 @@
+#include "classifier/vote/cross_decisions.hpp"
+
+#include <cmath>
+#include <optional>
+
+#include "classifier/fabric/pair_problem.hpp"
+#include "classifier/learn/parallel.hpp"
+#include "classifier/vote/class_profile.hpp"
+#include "classifier/vote/vote.hpp"
+
+namespace weft::classifier {
+namespace {
+
+// A grid of the one point that the core chose.
+TrainOptions as_chosen(TrainOptions options, const FabricModel& model, const CoreInfo& info) {
+  options.reduction = model.reduction();
+  options.grid = {{info.c}, {info.gamma}, {info.threshold}, {info.threshold}};
+  return options;
+}
+
+// Decision values of one core's rows, class a first.
+Result<std::vector<double>> held_out(const FeatureMatrix& matrix, const PairProblem& problem,
+                                     const TrainOptions& options, const RareT& rare) {
+  std::vector<double> out(problem.rows.size());
+  const Matrix rows = matrix.values.take(problem.rows);
+  for (const Fold& fold : problem.folds) {
+    std::vector<int> sign;
+    for (const std::size_t i : fold.train) sign.push_back(problem.sign[i]);
+    const auto core = train_core(rows.take(fold.train), sign, {}, options, rare);
+    if (!core) return pass(core.error());
+    for (const std::size_t i : fold.validate) {
+      out[i] = core->decide(rows.row(i));
+      if (!std::isfinite(out[i]))
+        return fail(Errc::range, "a held-out decision is not finite",
+                    matrix.files[problem.rows[i]]);
+    }
+  }
+  return out;
+}
+
+Status check_training(const FabricModel& model, const FeatureMatrix& matrix) {
+  if (auto ok = check(matrix); !ok) return ok;
+  if (matrix.names == model.feature_names()) return {};
+  return fail(Errc::invalid_argument, "columns are not those of the training", "cross_decisions");
+}
+
+}  // namespace
+
+std::vector<double> CrossDecisions::of_row(const FabricModel& model,
+                                           std::span<const double> features,
+                                           std::size_t row) const {
+  std::vector<double> out;
+  out.reserve(model.pairs().size());
+  for (std::size_t i = 0; i < model.pairs().size(); ++i) {
+    const auto [a, b] = model.pairs()[i];
+    out.push_back(own[row] == a   ? against(row, b)
+                  : own[row] == b ? -against(row, a)
+                                  : model.cores()[i].decide(features));
+  }
+  return out;
+}
+
+Result<CrossDecisions> cross_decisions(const FabricModel& model, const FeatureMatrix& matrix,
+                                       const TrainOptions& options) {
+  if (auto ok = check_training(model, matrix); !ok) return pass(ok.error());
+  auto own = class_numbers(matrix, model.labels());
+  if (!own) return pass(own.error());
+  const RowsOfLabel rows = rows_by_label(matrix);
+  if (rows.size() != model.labels().size())
+    return fail(Errc::invalid_argument, "a label of the model has no training row",
+                "cross_decisions");
+  CrossDecisions out{std::move(*own), Matrix(matrix.size(), model.labels().size())};
+  const RareT rare;
+  std::vector<Status> done(model.pairs().size());
+  parallel_for(done.size(), options.threads, [&](std::size_t i) {
+    const auto [a, b] = model.pairs()[i];
+    const PairProblem problem =
+        pair_problem(matrix, rows.at(model.labels()[a]), rows.at(model.labels()[b]), options);
+    const auto f =
+        held_out(matrix, problem, as_chosen(options, model, model.cores()[i].info()), rare);
+    if (!f) {
+      done[i] = pass(f.error(), model.labels()[a] + " vs " + model.labels()[b]);
+      return;
+    }
+    for (std::size_t k = 0; k < f->size(); ++k)
+      out.against(problem.rows[k], problem.sign[k] > 0 ? b : a) = problem.sign[k] * (*f)[k];
+  });
+  for (const Status& status : done)
+    if (!status) return pass(status.error());
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,137 @@
+#include "classifier/vote/vote.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::array<std::string_view, 4> kind_words{"majority", "soft", "dag", "shortlist"};
+
+Result<double> decide(const FabricModel& model, std::size_t core,
+                      std::span<const double> features) {
+  const double f = model.cores()[core].decide(features);
+  if (std::isfinite(f)) return f;
+  return fail(Errc::range, "a core's decision is not finite", "vote", {}, {},
+              "The trial is absurdly far from every training trial");
+}
+
+// Majority among some classes, ascending.
+Result<Ballot> count_among(const FabricModel& model, std::span<const double> features,
+                           std::span<const std::size_t> classes) {
+  const std::size_t all = model.labels().size();
+  const std::vector<Pair> pairs = all_pairs(classes.size());
+  std::vector<double> decision;
+  decision.reserve(pairs.size());
+  for (const Pair& pair : pairs) {
+    const auto f = decide(model, pair_index(classes[pair.a], classes[pair.b], all), features);
+    if (!f) return pass(f.error());
+    decision.push_back(*f);
+  }
+  Vote among = count_votes(pairs, std::move(decision), classes.size());
+  Ballot out{classes[among.winner],
+             std::vector<int>(all),
+             std::vector<double>(all),
+             pairs.size(),
+             {classes.begin(), classes.end()},
+             std::move(among.decision)};
+  for (std::size_t k = 0; k < classes.size(); ++k) {
+    out.votes[classes[k]] = among.votes[k];
+    out.support[classes[k]] = among.support[k];
+  }
+  return out;
+}
+
+std::vector<std::size_t> every_class(const FabricModel& model) {
+  std::vector<std::size_t> out(model.labels().size());
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  return out;
+}
+
+Result<Ballot> soft_vote(const FabricModel& model, std::span<const double> features) {
+  auto out = count_among(model, features, every_class(model));
+  if (!out) return out;
+  const auto merit = [&](std::size_t k) {
+    return std::tuple(std::nearbyint(out->support[k] * 1e9), out->votes[k]);
+  };
+  out->winner = 0;
+  for (std::size_t k = 1; k < out->votes.size(); ++k)
+    if (merit(k) > merit(out->winner)) out->winner = k;
+  return out;
+}
+
+Result<Ballot> dag_vote(const FabricModel& model, std::span<const double> features) {
+  const std::size_t classes = model.labels().size();
+  Ballot out{0, std::vector<int>(classes), std::vector<double>(classes), 0, {}, {}};
+  std::size_t first = 0, last = classes - 1;
+  while (first < last) {
+    const auto f = decide(model, pair_index(first, last, classes), features);
+    if (!f) return pass(f.error());
+    out.support[first] += std::tanh(*f);
+    out.support[last] -= std::tanh(*f);
+    ++out.votes[*f > 0.0 ? first : last];
+    ++out.cores;
+    *f > 0.0 ? --last : ++first;
+  }
+  out.winner = first;
+  return out;
+}
+
+Result<Ballot> shortlist_vote(const FabricModel& model, std::span<const double> features,
+                              const VoteOptions& options) {
+  const ClassProfile* profile = options.profile;
+  if (options.shortlist == 0)
+    return fail(Errc::invalid_argument, "an empty short-list", "vote", "at least 1 class", "0");
+  if (profile == nullptr || profile->classes() != model.labels().size() ||
+      profile->mean.cols() != features.size())
+    return fail(Errc::invalid_argument, "no class means of this model for a short-list", "vote", {},
+                {}, "Train the model again, or use another kind of vote");
+  return count_among(model, features, nearest_classes(*profile, features, options.shortlist));
+}
+
+}  // namespace
+
+std::string_view to_string(VoteKind kind) {
+  return kind_words[static_cast<std::size_t>(kind)];
+}
+
+Result<VoteKind> vote_kind_from(std::string_view text) {
+  const auto at = std::find(kind_words.begin(), kind_words.end(), text);
+  if (at != kind_words.end()) return static_cast<VoteKind>(at - kind_words.begin());
+  return fail(Errc::invalid_argument, "unknown kind of vote", {},
+              "majority, soft, dag or shortlist", std::string(text));
+}
+
+Status check_features(const FabricModel& model, std::span<const double> features) {
+  const std::vector<std::string>& names = model.feature_names();
+  if (features.size() != names.size())
+    return fail(Errc::invalid_argument, "wrong number of features", "vote",
+                std::to_string(names.size()), std::to_string(features.size()),
+                "Was the model trained for another sensor?");
+  for (std::size_t k = 0; k < features.size(); ++k)
+    if (!std::isfinite(features[k]))
+      return fail(Errc::invalid_argument, "feature is not finite", names[k], "a finite number",
+                  std::to_string(features[k]));
+  return {};
+}
+
+Result<Ballot> vote(const FabricModel& model, std::span<const double> features,
+                    const VoteOptions& options) {
+  if (auto ok = check_features(model, features); !ok) return pass(ok.error());
+  switch (options.kind) {
+    case VoteKind::soft:
+      return soft_vote(model, features);
+    case VoteKind::dag:
+      return dag_vote(model, features);
+    case VoteKind::shortlist:
+      return shortlist_vote(model, features, options);
+    case VoteKind::majority:
+      break;
+  }
+  return count_among(model, features, every_class(model));
+}
+
+}  // namespace weft::classifier
