@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "classifier/learn/distance.hpp"
-#include "classifier/learn/exponential.hpp"
 #include "classifier/learn/svm_solver.hpp"
 #include "classifier/selection/student_t.hpp"
 #include "classifier/selection/t_test.hpp"
@@ -84,21 +83,8 @@ FabricCore::FabricCore(CoreInfo info, Reducer reducer, Matrix support,
       reducer_(std::move(reducer)),
       support_(std::move(support)),
       coefficient_(std::move(coefficient)),
-      bias_(bias) {}
-
-double FabricCore::decide(std::span<const double> features) const {
-  std::vector<double> x(reducer_.directions());
-  reducer_.project(features, x);
-  std::vector<double> kernel(support_.rows());
-  for (std::size_t s = 0; s < support_.rows(); ++s) {
-    const auto sv = support_.row(s);
-    for (std::size_t k = 0; k < x.size(); ++k) kernel[s] += (x[k] - sv[k]) * (x[k] - sv[k]);
-  }
-  exp_of_negative(kernel, info_.gamma);
-  double f = 0.0;
-  for (std::size_t s = 0; s < kernel.size(); ++s) f += coefficient_[s] * kernel[s];
-  return f + bias_;
-}
+      bias_(bias),
+      packed_(reducer_, support_, coefficient_, info_.gamma, bias_) {}
 
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options,

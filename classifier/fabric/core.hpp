@@ -8,6 +8,7 @@
 
 #include "classifier/fabric/grid_search.hpp"
 #include "classifier/fabric/options.hpp"
+#include "classifier/fabric/packed_core.hpp"
 #include "classifier/fabric/reducer.hpp"
 #include "classifier/features/matrix.hpp"
 #include "protocols/base/result.hpp"
@@ -44,7 +45,9 @@ class FabricCore {
              double bias);
 
   /// Decision value of one full feature vector: f > 0 votes for a.
-  [[nodiscard]] double decide(std::span<const double> features) const;
+  [[nodiscard]] double decide(std::span<const double> features) const {
+    return packed_.decide(features);
+  }
 
   [[nodiscard]] const CoreInfo& info() const { return info_; }
   [[nodiscard]] const Reducer& reducer() const { return reducer_; }
@@ -58,6 +61,7 @@ class FabricCore {
   Matrix support_;
   std::vector<double> coefficient_;  // alpha y per support vector
   double bias_;
+  PackedCore packed_;
 };
 
 /// Grid search, then one SVM on all rows. `sign`: +1 for class a, -1 for class b, each at least

@@ -2,6 +2,7 @@
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/model.hpp"
+#include "classifier/learn/exponential.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier {
@@ -164,6 +165,38 @@ TEST_CASE("Votes: most votes, then the sum of tanh(f), then the lowest class") {
   CHECK(cycle.support[0] == Approx(std::tanh(0.5) - std::tanh(2.0)));
   CHECK(count_votes(pairs, {1.0, -1.0, 1.0}, 3).winner == 0);          // all equal
   CHECK(count_votes(pairs, {1.0, -1.0, 1.0 + 1e-12}, 3).winner == 0);  // equal to 1e-9
+}
+
+// What PackedCore lays out, as plain loops.
+double plain_decision(const FabricCore& core, std::span<const double> features) {
+  std::vector<double> x(core.reducer().directions());
+  core.reducer().project(features, x);
+  std::vector<double> kernel(core.support().rows());
+  for (std::size_t s = 0; s < kernel.size(); ++s)
+    for (std::size_t k = 0; k < x.size(); ++k)
+      kernel[s] += (x[k] - core.support()(s, k)) * (x[k] - core.support()(s, k));
+  exp_of_negative(kernel, core.info().gamma);
+  double f = 0.0;
+  for (std::size_t s = 0; s < kernel.size(); ++s) f += core.coefficient()[s] * kernel[s];
+  return f + core.bias();
+}
+
+TEST_CASE("A core's packed decision is that of the plain loops, bit for bit, without allocation") {
+  for (const std::size_t columns : {std::size_t{1}, std::size_t{30}, std::size_t{1500}}) {
+    const FeatureMatrix matrix = gaussian_classes(3, 9, columns, 0.7, 31);
+    for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
+      INFO(to_string(r) << ", " << columns << " columns");
+      const auto model = train(matrix, {.reduction = r}).value();
+      for (const FabricCore& core : model.cores()) {
+        for (std::size_t row = 0; row < matrix.size(); ++row) {
+          const std::size_t before = testing::allocations();
+          const double f = core.decide(matrix.values.row(row));
+          if (columns < 1000) CHECK(testing::allocations() == before);
+          CHECK(f == plain_decision(core, matrix.values.row(row)));
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("A fabric compared with itself is decided without failing") {
