@@ -27,9 +27,10 @@ struct ClassProfile {
 /// by 1.
 Result<ClassProfile> fit_profile(const FeatureMatrix& matrix, std::span<const std::string> labels);
 
-/// Mean over the features of |difference| / deviation, from `features` to every class mean. A sum
-/// that overflows is infinite, never NaN. `features` finite, as many as the profile has.
-std::vector<double> scaled_distances(const ClassProfile& profile, std::span<const double> features);
+/// Mean over the features of |difference| / deviation, from `features` to every row of `points`. A
+/// sum that overflows is infinite, never NaN. As many finite features as `points` has columns.
+std::vector<double> scaled_distances(const Matrix& points, std::span<const double> deviation,
+                                     std::span<const double> features);
 
 /// The `count` nearest classes (all, when there are no more), ascending by class; equal distances
 /// go to the lower class.

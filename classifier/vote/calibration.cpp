@@ -1,0 +1,140 @@
+#include "classifier/vote/calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "classifier/learn/parallel.hpp"
+#include "classifier/vote/coupling.hpp"
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::size_t most_decisions = 4'000'000;
+constexpr std::size_t least_rows = 200;
+constexpr double least_probability = 1e-12;  // one trial must not decide the sharpness alone
+
+Sigmoid core_sigmoid(const CrossDecisions& held_out, const std::vector<std::size_t>& rows_a,
+                     const std::vector<std::size_t>& rows_b, Pair pair) {
+  std::vector<double> f;
+  std::vector<int> sign;
+  for (const std::size_t r : rows_a) {
+    f.push_back(held_out.against(r, pair.b));
+    sign.push_back(1);
+  }
+  for (const std::size_t r : rows_b) {
+    f.push_back(-held_out.against(r, pair.a));
+    sign.push_back(-1);
+  }
+  return fit_sigmoid(f, sign);
+}
+
+// p^power, normalised: the largest is divided out first, so nothing underflows to 0 / 0.
+void sharpen(std::vector<double>& p, double power) {
+  if (power == 1.0) return;
+  const double top = *std::max_element(p.begin(), p.end());
+  double sum = 0.0;
+  for (double& value : p) sum += value = std::pow(value / top, power);
+  for (double& value : p) value /= sum;
+}
+
+double log_loss(const std::vector<std::vector<double>>& coupled,
+                const std::vector<std::size_t>& truth, double power) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < coupled.size(); ++i) {
+    std::vector<double> p = coupled[i];
+    sharpen(p, power);
+    sum -= std::log(std::max(p[truth[i]], least_probability));
+  }
+  return sum;
+}
+
+// Golden section on the logarithm; the loss has one minimum as long as no probability is clipped.
+double best_sharpness(const std::vector<std::vector<double>>& coupled,
+                      const std::vector<std::size_t>& truth) {
+  const double ratio = (std::sqrt(5.0) - 1.0) / 2.0;
+  double low = -std::log(8.0), high = std::log(8.0);
+  const auto loss = [&](double x) { return log_loss(coupled, truth, std::exp(x)); };
+  double left = high - ratio * (high - low), right = low + ratio * (high - low);
+  double at_left = loss(left), at_right = loss(right);
+  while (high - low > 1e-4) {
+    if (at_left <= at_right) {
+      high = right;
+      right = left;
+      at_right = at_left;
+      at_left = loss(left = high - ratio * (high - low));
+    } else {
+      low = left;
+      left = right;
+      at_left = at_right;
+      at_right = loss(right = low + ratio * (high - low));
+    }
+  }
+  return std::exp((low + high) / 2.0);
+}
+
+std::vector<std::size_t> every_class(std::size_t count) {
+  std::vector<std::size_t> out(count);
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  return out;
+}
+
+}  // namespace
+
+std::vector<double> probabilities(const Calibration& calibration, std::size_t all_classes,
+                                  std::span<const std::size_t> classes,
+                                  std::span<const double> decision) {
+  if (classes.size() < 2) return std::vector<double>(classes.size(), 1.0);
+  std::vector<double> first_wins;
+  first_wins.reserve(decision.size());
+  for (std::size_t a = 0; a < classes.size(); ++a)
+    for (std::size_t b = a + 1; b < classes.size(); ++b)
+      first_wins.push_back(calibration.sigmoid[pair_index(classes[a], classes[b], all_classes)](
+          decision[first_wins.size()]));
+  std::vector<double> p = couple(first_wins, classes.size());
+  sharpen(p, calibration.sharpness);
+  return p;
+}
+
+std::vector<double> probabilities(const Calibration& calibration, const Ballot& ballot) {
+  if (ballot.classes.empty()) return {};
+  const std::size_t all = ballot.votes.size();
+  const std::vector<double> p = probabilities(calibration, all, ballot.classes, ballot.decision);
+  std::vector<double> out(all);
+  for (std::size_t k = 0; k < p.size(); ++k) out[ballot.classes[k]] = p[k];
+  return out;
+}
+
+std::vector<std::size_t> sampled_rows(std::size_t rows, std::size_t cores) {
+  const std::size_t most = std::max(least_rows, most_decisions / std::max<std::size_t>(cores, 1));
+  const std::size_t count = std::min(rows, most);
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < count; ++i) out.push_back(i * rows / count);
+  return out;
+}
+
+Calibration fit_calibration(const FabricModel& model, const FeatureMatrix& matrix,
+                            const CrossDecisions& held_out, std::size_t threads) {
+  const std::size_t classes = model.labels().size();
+  std::vector<std::vector<std::size_t>> rows(classes);
+  for (std::size_t r = 0; r < matrix.size(); ++r) rows[held_out.own[r]].push_back(r);
+  Calibration out;
+  out.sigmoid.resize(model.pairs().size());
+  parallel_for(model.pairs().size(), threads, [&](std::size_t i) {
+    const Pair pair = model.pairs()[i];
+    out.sigmoid[i] = core_sigmoid(held_out, rows[pair.a], rows[pair.b], pair);
+  });
+  const std::vector<std::size_t> sample = sampled_rows(matrix.size(), model.pairs().size());
+  const std::vector<std::size_t> all = every_class(classes);
+  std::vector<std::vector<double>> coupled(sample.size());
+  std::vector<std::size_t> truth(sample.size());
+  parallel_for(sample.size(), threads, [&](std::size_t i) {
+    const std::size_t r = sample[i];
+    truth[i] = held_out.own[r];
+    coupled[i] = probabilities(out, classes, all, held_out.of_row(model, matrix.values.row(r), r));
+  });
+  out.sharpness = best_sharpness(coupled, truth);
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,43 @@
+#pragma once
+// A probability per fabric from the decision values of the cores.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "classifier/fabric/model.hpp"
+#include "classifier/features/feature_matrix.hpp"
+#include "classifier/vote/cross_decisions.hpp"
+#include "classifier/vote/sigmoid.hpp"
+#include "classifier/vote/vote.hpp"
+
+namespace weft::classifier {
+
+/// Learnt from decisions on training trials that the cores had not seen.
+struct Calibration {
+  std::vector<Sigmoid> sigmoid;  ///< per core
+  /// The coupled probabilities are raised to this power and normalised again. Cores that know
+  /// neither fabric pull coupled probabilities towards each other; one number undoes it on average.
+  double sharpness = 1.0;
+};
+
+/// Probability of each of `classes` (ascending, two or more or one) given that it is one of them;
+/// `decision` in the order of all_pairs(classes.size()). Not negative, sum 1, never NaN.
+std::vector<double> probabilities(const Calibration& calibration, std::size_t all_classes,
+                                  std::span<const std::size_t> classes,
+                                  std::span<const double> decision);
+
+/// The same of a ballot, per class of the model; classes that were not asked about have 0. Empty
+/// where the ballot has no decisions to couple (VoteKind::dag).
+std::vector<double> probabilities(const Calibration& calibration, const Ballot& ballot);
+
+/// Sigmoids from each core's held-out rows; then the sharpness, between 1/8 and 8, under which the
+/// true labels of the training rows are most likely, all decisions held out. Up to 4 million
+/// decisions enter it, of at least 200 rows, evenly spread.
+Calibration fit_calibration(const FabricModel& model, const FeatureMatrix& matrix,
+                            const CrossDecisions& held_out, std::size_t threads = 0);
+
+/// Rows whose full decisions are worth computing: all, or evenly spread ones of a large model.
+std::vector<std::size_t> sampled_rows(std::size_t rows, std::size_t cores);
+
+}  // namespace weft::classifier
