@@ -2,6 +2,7 @@
 // All cores and their vote: the classifier of Khan et al. 2016.
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -66,5 +67,23 @@ class FabricModel {
 /// Trains one core per pair of labels (with Reduction::best, once for every kind). Refuses: fewer
 /// than two labels, a label with one trial, what check() refuses.
 Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options = {});
+
+// ---- the same work in parts, for several processes ----
+
+/// What train() trains for `reduction`: itself, or for Reduction::best every kind, in this order.
+std::vector<Reduction> kinds_of(Reduction reduction);
+
+/// Every `stride`th core of all_pairs(), from `first` on (below `stride`). For a matrix and options
+/// that train() takes, but not Reduction::best.
+Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
+                                            const TrainOptions& options, std::size_t first = 0,
+                                            std::size_t stride = 1);
+
+/// All cores, in the order of all_pairs(), for one kind of reduction.
+using CoreTrainer = std::function<Result<std::vector<FabricCore>>(const TrainOptions& options)>;
+
+/// As train(), with the cores from `trainer`: it is asked once for each of kinds_of().
+Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options,
+                          const CoreTrainer& trainer);
 
 }  // namespace weft::classifier

@@ -303,6 +303,20 @@ Result<StoredModel> load_model(std::istream& in) {
   return read_body(*body);
 }
 
+std::string core_text(const FabricCore& core) {
+  LineWriter text;
+  write_core(text, core);
+  return text.str();
+}
+
+Result<FabricCore> core_from_text(std::string_view text, std::size_t features) {
+  LineReader in(text);
+  FabricCore core = read_core(in, features);
+  in.finish();
+  if (!in.ok()) return pass(in.status().error());
+  return core;
+}
+
 Status check_trial(const FeatureSetup& setup, const Trial& trial) {
   if (trial.taxels != setup.taxels)
     return fail(Errc::invalid_argument, "the model was trained for another sensor", trial.file,

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <iosfwd>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/fabric/model.hpp"
@@ -47,6 +48,11 @@ Status save_model(const StoredModel& stored, std::ostream& out);
 /// The same model, bit for bit. Errors: parse (not a model file), unsupported (another version),
 /// corrupt (cut short or altered; names the line where that is known).
 Result<StoredModel> load_model(std::istream& in);
+
+/// One core as the lines that a model file holds of it, and back, bit for bit: for cores that
+/// travel between processes. Errors: corrupt.
+std::string core_text(const FabricCore& core);
+Result<FabricCore> core_from_text(std::string_view text, std::size_t features);
 
 /// Refuses a trial, already cut into windows where the model wants them, with other taxels or
 /// phases than the training had.
