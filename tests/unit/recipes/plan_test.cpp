@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -47,13 +48,35 @@ TEST_CASE("The paper's campaign has 680 experiments") {
 }
 
 TEST_CASE("The library's recipes of one exploration hold half of the campaign each") {
-  for (const char* name : {"m1", "m2"}) {
+  for (const char* name : {"m1", "m2", "m3-diagonal"}) {
     const Plan plan = plan_of(test::source_file("recipes/library/" + std::string(name) + ".json"));
     CHECK(plan.trials.size() == 340);
   }
   const Plan m1 = plan_of(test::source_file("recipes/library/m1.json"));
   const std::vector<Vec2> along_weft{{0, 0.05}};
   CHECK(m1.explorations[0].step(weft::Phase::motion).path_m == along_weft);
+}
+
+TEST_CASE("The diagonal differs from M1 in its direction only") {
+  const Plan m1 = plan_of(test::source_file("recipes/library/m1.json"));
+  const Plan m3 = plan_of(test::source_file("recipes/library/m3-diagonal.json"));
+  REQUIRE(m3.explorations.size() == 1);
+  const PhaseStep& slide = m3.explorations[0].step(weft::Phase::motion);
+  REQUIRE(slide.path_m.size() == 1);
+  const Vec2 end = slide.path_m[0];
+  CHECK(end.x_m == end.y_m);  // 45 degrees: warp along x, weft along y
+  CHECK(std::hypot(end.x_m, end.y_m) == Approx(0.05).epsilon(1e-12));
+  for (const weft::Phase phase :
+       {weft::Phase::rest, weft::Phase::press, weft::Phase::motion, weft::Phase::end}) {
+    const PhaseStep& ours = m3.explorations[0].step(phase);
+    const PhaseStep& theirs = m1.explorations[0].step(phase);
+    CHECK(ours.duration_s == Approx(theirs.duration_s));
+    CHECK(ours.force_n == theirs.force_n);
+    CHECK(ours.force_band_n == theirs.force_band_n);
+    CHECK(ours.speed_mps == theirs.speed_mps);
+  }
+  CHECK(m3.fabrics == m1.fabrics);
+  CHECK(m3.trials.size() == m1.trials.size());
 }
 
 TEST_CASE("A blocked order finishes one fabric before the next") {
