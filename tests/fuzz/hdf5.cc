@@ -1,0 +1,40 @@
+// HDF5 data sets. The first byte says what the rest is: E, edits of a whole data set
+// (hdf5_edit.hpp), which search the reader; B, bytes of it to alter; anything else, the file
+// itself. The last two mostly search the HDF5 library.
+
+#include "daemon/dataset/hdf5_file.hpp"
+#include "tests/fuzz/hdf5_edit.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace weft::fuzz {
+namespace {
+
+using namespace weft::daemon;
+
+void read(std::span<const std::uint8_t> bytes, const Hdf5LoadOptions& options) {
+  const MemoryFile file(bytes);
+  const auto dataset = read_hdf5(file.path(), options);
+  if (!dataset) return demand(!dataset.error().message.empty(), "an error says what is wrong");
+  demand(check(*dataset).has_value(), "a data set that was read keeps its promises");
+  demand(dataset_sha256(*dataset).size() == 64, "a data set that was read has a digest");
+}
+
+void read_every_way(std::span<const std::uint8_t> bytes) {
+  read(bytes, {.streams = true, .verify_digest = false});
+  read(bytes, {.streams = false, .verify_digest = false});
+  read(bytes, {});
+}
+
+}  // namespace
+}  // namespace weft::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::span<const std::uint8_t> bytes(data, size);
+  if (size > 0 && data[0] == 'E')
+    weft::fuzz::read_every_way(weft::fuzz::edited_file(bytes.subspan(1)));
+  else if (size > 0 && data[0] == 'B')
+    weft::fuzz::read_every_way(weft::fuzz::patched_file(bytes.subspan(1)));
+  else
+    weft::fuzz::read_every_way(bytes);
+  return 0;
+}

@@ -1,0 +1,68 @@
+// Model files: whatever the bytes, an error or a model that can be stored, read back and asked.
+
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/fabric/model_file.hpp"
+#include "protocols/base/crc.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace weft::fuzz {
+namespace {
+
+using classifier::StoredModel;
+
+Result<StoredModel> load(const std::string& text) {
+  std::istringstream in(text);
+  return classifier::load_model(in);
+}
+
+std::string save(const StoredModel& model) {
+  std::ostringstream out;
+  demand(classifier::save_model(model, out).has_value(), "a model that was read can be stored");
+  return out.str();
+}
+
+/// With a checksum that is right, so that mutations reach the lines behind it.
+std::string with_checksum(std::string_view text) {
+  const std::size_t trailer = text.rfind("crc32 ");
+  const std::string body(text.substr(0, trailer));
+  char line[16];
+  std::snprintf(line, sizeof line, "crc32 %08x",
+                crc32({reinterpret_cast<const std::uint8_t*>(body.data()), body.size()}));
+  return body + line + "\n";
+}
+
+void ask(const StoredModel& stored) {
+  const std::size_t columns = stored.model.feature_names().size();
+  for (const double value : {0.0, 1.0, -1e300, 1e300}) {
+    const auto vote = stored.model.classify(std::vector<double>(columns, value));
+    if (!vote) continue;
+    demand(vote->winner < stored.model.labels().size(), "the winner is a label");
+    for (const double f : vote->decision) demand(std::isfinite(f), "decisions are finite");
+    for (const double s : vote->support) demand(std::isfinite(s), "supports are finite");
+  }
+}
+
+void try_text(const std::string& text) {
+  const auto model = load(text);
+  if (!model) return demand(!model.error().message.empty(), "an error says what is wrong");
+  const std::string stored = save(*model);
+  const auto again = load(stored);
+  demand(again.has_value(), "a stored model can be read");
+  demand(save(*again) == stored, "a model comes back bit for bit");
+  ask(*model);
+}
+
+}  // namespace
+}  // namespace weft::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  weft::fuzz::try_text(text);
+  weft::fuzz::try_text(weft::fuzz::with_checksum(text));
+  return 0;
+}

@@ -1,0 +1,119 @@
+// A fuzz target without libFuzzer:  replay FOLDER MUTATIONS [SEED]
+// Every file of FOLDER as it is, then MUTATIONS inputs made from them, the same ones every time. An
+// input that ends the process is left in `crash-input`.
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <vector>
+
+#include "tests/fuzz/target.hpp"
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+const Bytes* running = nullptr;  // for the signal handler, which takes no argument of ours
+
+extern "C" void keep_input(int signal) {
+  const int fd = ::open("crash-input", O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  const ssize_t written = running == nullptr ? 0 : ::write(fd, running->data(), running->size());
+  ::close(written < 0 ? -1 : fd);
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+void run(const Bytes& input) {
+  running = &input;
+  LLVMFuzzerTestOneInput(input.data(), input.size());
+}
+
+/// splitmix64: the same numbers on every machine.
+class Numbers {
+ public:
+  explicit Numbers(std::uint64_t seed) : state_(seed) {}
+  std::size_t below(std::size_t bound) {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<std::size_t>((z ^ (z >> 31)) % bound);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+void insert(Bytes& bytes, std::size_t at, std::string_view what) {
+  bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), what.begin(), what.end());
+}
+
+void erase(Bytes& bytes, std::size_t from, std::size_t count) {
+  const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(from);
+  bytes.erase(begin, begin + static_cast<std::ptrdiff_t>(std::min(count, bytes.size() - from)));
+}
+
+/// Texts that parsers trip over.
+constexpr std::string_view awkward[]{
+    "nan", "-inf", "1e999", "18446744073709551616", "-1", "0", "\"", ",", "\n", "\r\n", "\\",
+    " ",   "1e-9", "\0",    "\xff\xff\xff\xff"};
+
+void mutate(Bytes& bytes, const Bytes& other, Numbers& numbers) {
+  const std::size_t at = numbers.below(bytes.size() + 1);
+  const std::size_t in = std::min(at, bytes.size() - 1);
+  switch (bytes.empty() ? 2 : numbers.below(6)) {
+    case 0:
+      bytes[in] ^= static_cast<std::uint8_t>(1u << numbers.below(8));
+      break;
+    case 1:
+      bytes[in] = static_cast<std::uint8_t>(numbers.below(256));
+      break;
+    case 2:
+      insert(bytes, at, awkward[numbers.below(std::size(awkward))]);
+      break;
+    case 3:
+      erase(bytes, in, 1 + numbers.below(16));
+      break;
+    case 4:
+      bytes.resize(in);
+      break;
+    default:
+      if (!other.empty())
+        std::copy_n(other.begin(), std::min(other.size(), bytes.size()) / 2, bytes.begin());
+  }
+}
+
+std::vector<Bytes> read_folder(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  std::vector<Bytes> out;
+  for (const auto& path : paths) {
+    std::ifstream in(path, std::ios::binary);
+    out.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+  }
+  return out;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3) return std::cerr << "replay FOLDER MUTATIONS [SEED]\n", 2;
+  const std::vector<Bytes> corpus = read_folder(argv[1]);
+  if (corpus.empty()) return std::cerr << argv[1] << ": no inputs\n", 2;
+  for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGBUS}) std::signal(signal, keep_input);
+  for (const Bytes& input : corpus) run(input);
+  Numbers numbers(argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
+  const std::size_t mutations = std::strtoull(argv[2], nullptr, 10);
+  for (std::size_t i = 0; i < mutations; ++i) {
+    Bytes input = corpus[numbers.below(corpus.size())];
+    for (std::size_t k = numbers.below(4) + 1; k > 0; --k)
+      mutate(input, corpus[numbers.below(corpus.size())], numbers);
+    run(input);
+  }
+  std::cout << corpus.size() << " inputs and " << mutations << " mutations\n";
+}

@@ -1,0 +1,94 @@
+#include "tests/fuzz/samples.hpp"
+
+#include "protocols/base/time.hpp"
+
+namespace weft::fuzz {
+namespace {
+
+using daemon::Dataset;
+using daemon::TrialRecord;
+
+constexpr std::size_t samples = 6;
+
+classifier::Trial trial_of(std::size_t number) {
+  classifier::Trial trial;
+  trial.file = "trial" + std::to_string(number);
+  trial.label = number == 0 ? "denim" : "silk";
+  trial.group = "repetition" + std::to_string(number);
+  trial.taxels = 2;
+  for (std::size_t i = 0; i < samples; ++i) {
+    trial.phase.push_back(i < 2 ? Phase::press : Phase::motion);
+    trial.counts.push_back(static_cast<double>(1000 + 7 * i + number));
+    trial.counts.push_back(static_cast<double>(2000 + (i * i * 5) % 11));
+  }
+  return trial;
+}
+
+TrialRecord record_of(const classifier::Trial& trial, std::size_t number) {
+  TrialRecord record;
+  record.spec.index = static_cast<std::uint32_t>(number);
+  record.spec.label = trial.label;
+  record.spec.group = trial.group;
+  record.spec.exploration = "M1";
+  record.quality.force_rms_error_n = 0.05;
+  for (std::size_t i = 0; i < samples; ++i) {
+    record.t_ns.push_back(static_cast<std::int64_t>(i) * 27'027'027);
+    record.device_us.push_back(static_cast<std::uint32_t>(i) * 27'027);
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    record.wrench.t_ns.push_back(static_cast<std::int64_t>(i) * 10'000'000);
+    record.stages.t_ns.push_back(static_cast<std::int64_t>(i) * 50'000'000);
+    record.wrench.quanta.insert(record.wrench.quanta.end(), {1, -2, 5'000'000, 3, 4, -5});
+    record.stages.quanta.insert(record.stages.quanta.end(), {75'000'000, -1000});
+  }
+  return record;
+}
+
+}  // namespace
+
+Dataset sample_dataset() {
+  Dataset dataset;
+  dataset.info.kind = daemon::BenchKind::simulated;
+  dataset.info.name = "fuzz";
+  dataset.info.source = "campaign";
+  dataset.info.recipe_json = "{}";
+  dataset.info.rig_json = "{}";
+  dataset.info.taxel_rate_hz = 37;
+  dataset.info.wrench_rate_hz = 100;
+  dataset.info.stage_rate_hz = 20;
+  dataset.info.axes = {{"x", false}, {"rx", true}};
+  dataset.info.devices = {{"taxels", "taxel_array", "{}"}};
+  for (std::size_t number = 0; number < 2; ++number) {
+    dataset.trials.push_back(trial_of(number));
+    dataset.records.push_back(record_of(dataset.trials.back(), number));
+  }
+  return dataset;
+}
+
+Result<classifier::StoredModel> sample_model(classifier::Reduction reduction) {
+  classifier::FeatureSetup setup;
+  setup.taxels = 1;
+  setup.phases.press = true;
+  setup.exploration = "M1";
+  classifier::FeatureMatrix matrix;
+  matrix.names = classifier::FeatureLayout(setup.taxels, setup.phases).names();
+  const std::size_t rows = 9;
+  matrix.values = classifier::Matrix(rows, matrix.names.size());
+  for (std::size_t r = 0; r < rows; ++r) {
+    matrix.labels.push_back(std::string(1, static_cast<char>('a' + r % 3)));
+    matrix.groups.emplace_back();
+    matrix.files.push_back("trial" + std::to_string(r));
+    for (std::size_t c = 0; c < matrix.names.size(); ++c)
+      matrix.values(r, c) =
+          static_cast<double>((r % 3) * (c + 1)) + 0.1 * static_cast<double>((7 * r + 3 * c) % 5);
+  }
+  classifier::TrainOptions options;
+  options.reduction = reduction;
+  options.cap = 3;
+  options.threads = 1;
+  auto model = classifier::train(matrix, options);
+  if (!model) return pass(model.error());
+  return classifier::StoredModel{std::move(*model), setup, {"simulated", "", "0", "fuzz"}};
+}
+
+}  // namespace weft::fuzz

@@ -1,0 +1,18 @@
+#pragma once
+// Small inputs made by the program's own writers: where fuzzing starts.
+
+#include <cstdint>
+#include <vector>
+
+#include "classifier/fabric/model_file.hpp"
+#include "daemon/dataset/dataset.hpp"
+
+namespace weft::fuzz {
+
+/// Two trials of two taxels with every column filled.
+daemon::Dataset sample_dataset();
+
+/// Three fabrics, one taxel, phases P and M.
+Result<classifier::StoredModel> sample_model(classifier::Reduction reduction);
+
+}  // namespace weft::fuzz
