@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "classifier/fabric/line_text.hpp"
+#include "classifier/vote/aids_text.hpp"
 #include "protocols/base/crc.hpp"
 
 namespace weft::classifier {
@@ -239,11 +240,12 @@ Result<StoredModel> read_body(std::string_view body) {
   std::vector<FabricCore> cores;
   const std::size_t pairs = labels.size() * (labels.size() - 1) / 2;
   for (std::size_t i = 0; in.ok() && i < pairs; ++i) cores.push_back(read_core(in, columns));
+  std::optional<VoteAids> aids = read_aids(in, labels.size(), columns);
   in.finish();
   if (!in.ok()) return pass(in.status().error());
   return StoredModel{
       FabricModel(std::move(labels), std::move(features), reduction, std::move(cores)),
-      std::move(setup), std::move(provenance)};
+      std::move(setup), std::move(provenance), std::move(aids)};
 }
 
 // The text between header and checksum, once both are in order.
@@ -289,6 +291,7 @@ Status save_model(const StoredModel& stored, std::ostream& out) {
   text.count("features", model.feature_names().size());
   for (const std::string& feature : model.feature_names()) text.text("feature", feature);
   for (const FabricCore& core : model.cores()) write_core(text, core);
+  write_aids(text, stored.aids);
   const std::string whole = std::string(model_file_header) + "\n" + text.str();
   out << whole << crc_line(whole);
   if (!out.flush()) return fail(Errc::io, "cannot write the model");

@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/extract.hpp"
+#include "classifier/vote/aids.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -37,10 +39,11 @@ struct StoredModel {
   FabricModel model;
   FeatureSetup setup;
   Provenance provenance;
+  std::optional<VoteAids> aids = {};  ///< absent: no probability, no short-list, nothing refused
 };
 
 /// First line of every file.
-inline constexpr const char* model_file_header = "weft-fabric-model 2";
+inline constexpr const char* model_file_header = "weft-fabric-model 3";
 
 /// Refuses a model whose features are not those of `setup`; Errc::io when the stream fails.
 Status save_model(const StoredModel& stored, std::ostream& out);

@@ -138,8 +138,8 @@ Novelty training_novelty(const RejectRule& rule, const ClassProfile& profile,
 double upper_threshold(std::vector<double> scores, double share) {
   if (scores.empty()) return infinite;
   std::sort(scores.begin(), scores.end());
-  const double place = std::ceil((static_cast<double>(scores.size()) + 1.0) * (1.0 - share));
   const auto count = static_cast<double>(scores.size());
+  const double place = std::ceil((count + 1.0) * (1.0 - share) - 1e-9);  // 95.00000000000001 is 95
   return scores[static_cast<std::size_t>(std::clamp(place, 1.0, count)) - 1];
 }
 

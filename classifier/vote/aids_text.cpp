@@ -1,0 +1,100 @@
+#include "classifier/vote/aids_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::size_t most_trials = 10'000'000;
+
+void write_rows(LineWriter& out, std::string_view keyword, const Matrix& matrix) {
+  for (std::size_t r = 0; r < matrix.rows(); ++r) out.numbers(keyword, matrix.row(r));
+}
+
+// `rows` may be what a damaged file claims: memory grows with the text.
+Matrix read_rows(LineReader& in, std::string_view keyword, std::size_t rows, std::size_t cols) {
+  std::vector<std::vector<double>> read;
+  for (std::size_t r = 0; in.ok() && r < rows; ++r) read.push_back(in.numbers(keyword, cols));
+  if (!in.ok()) return {};
+  Matrix out(rows, cols);
+  for (std::size_t r = 0; r < rows; ++r)
+    std::copy(read[r].begin(), read[r].end(), out.row(r).begin());
+  return out;
+}
+
+std::vector<double> read_lengths(LineReader& in, std::string_view keyword, std::size_t count) {
+  std::vector<double> out = in.numbers(keyword, count);
+  if (std::any_of(out.begin(), out.end(), [](double v) { return !(v > 0.0); }))
+    in.refuse("a length that is not positive");
+  return out;
+}
+
+void write_reject(LineWriter& out, const RejectRule& rule) {
+  out.text("reject_kind", to_string(rule.kind));
+  out.number("false_reject", rule.false_reject);
+  out.numbers("reject_threshold", rule.threshold);
+  out.numbers("spread", rule.spread);
+  out.count("training_trials", rule.trial.rows());
+  out.numbers("radius", rule.radius);
+  write_rows(out, "trial", rule.trial);
+}
+
+RejectRule read_reject(LineReader& in, std::size_t classes, std::size_t features) {
+  RejectRule out;
+  const auto kind = reject_kind_from(in.text("reject_kind"));
+  if (!kind) in.refuse(kind.error().message, kind.error().expected, kind.error().got);
+  out.kind = kind.value_or(RejectKind::neighbour);
+  out.false_reject = in.number("false_reject");
+  const std::vector<double> threshold = in.numbers("reject_threshold", reject_kinds, true);
+  if (threshold.size() == reject_kinds)
+    std::copy(threshold.begin(), threshold.end(), out.threshold.begin());
+  out.spread = read_lengths(in, "spread", classes);
+  const std::size_t trials = in.count("training_trials", 1, most_trials);
+  out.radius = read_lengths(in, "radius", in.ok() ? trials : 0);
+  out.trial = read_rows(in, "trial", trials, features);
+  return out;
+}
+
+void write_calibration(LineWriter& out, const Calibration& calibration) {
+  out.number("sharpness", calibration.sharpness);
+  for (const Sigmoid& s : calibration.sigmoid)
+    out.numbers("slope,offset", std::array{s.slope, s.offset});
+}
+
+Calibration read_calibration(LineReader& in, std::size_t cores) {
+  Calibration out;
+  out.sharpness = in.number("sharpness");
+  if (!(out.sharpness > 0.0)) in.refuse("a sharpness that is not positive");
+  for (std::size_t i = 0; in.ok() && i < cores; ++i) {
+    const std::vector<double> s = in.numbers("slope,offset", 2);
+    if (!in.ok()) break;
+    if (s[0] > 0.0) in.refuse("a sigmoid that falls");
+    out.sigmoid.push_back({s[0], s[1]});
+  }
+  return out;
+}
+
+}  // namespace
+
+void write_aids(LineWriter& out, const std::optional<VoteAids>& aids) {
+  out.count("aids", aids ? 1 : 0);
+  if (!aids) return;
+  write_rows(out, "class_mean", aids->profile.mean);
+  out.numbers("class_deviation", aids->profile.deviation);
+  write_calibration(out, aids->calibration);
+  write_reject(out, aids->reject);
+}
+
+std::optional<VoteAids> read_aids(LineReader& in, std::size_t classes, std::size_t features) {
+  if (in.count("aids", 0, 1) == 0) return std::nullopt;
+  VoteAids out;
+  out.profile.mean = read_rows(in, "class_mean", classes, features);
+  out.profile.deviation = read_lengths(in, "class_deviation", features);
+  out.calibration = read_calibration(in, classes * (classes - 1) / 2);
+  out.reject = read_reject(in, classes, features);
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,18 @@
+#pragma once
+// Vote aids as lines of a stored model.
+
+#include <cstddef>
+#include <optional>
+
+#include "classifier/fabric/line_text.hpp"
+#include "classifier/vote/aids.hpp"
+
+namespace weft::classifier {
+
+/// One section; nothing is written as "aids 0".
+void write_aids(LineWriter& out, const std::optional<VoteAids>& aids);
+
+/// The section back, bit for bit; `in` keeps the first problem. Sizes must fit the model's.
+std::optional<VoteAids> read_aids(LineReader& in, std::size_t classes, std::size_t features);
+
+}  // namespace weft::classifier

@@ -1,0 +1,98 @@
+// Vote aids in the model file.
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "classifier/vote/aids_text.hpp"
+#include "tests/unit/classifier/support.hpp"
+
+namespace weft::classifier {
+namespace {
+
+struct Learnt {
+  FabricModel model;
+  VoteAids aids;
+};
+
+Learnt learnt() {
+  const FeatureMatrix matrix = testing::gaussian_classes(4, 6, 5, 1.5, 6);
+  auto model = train(matrix, {});
+  REQUIRE(model);
+  auto aids = learn_aids(*model, matrix, {});
+  REQUIRE(aids);
+  return {std::move(*model), std::move(*aids)};
+}
+
+std::string text_of(const std::optional<VoteAids>& aids) {
+  LineWriter out;
+  write_aids(out, aids);
+  return out.str();
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+TEST_CASE("stored aids answer exactly as those that were saved") {
+  const Learnt before = learnt();
+  const std::string text = text_of(before.aids);
+  LineReader in(text);
+  const auto after = read_aids(in, 4, 5);
+  in.finish();
+  REQUIRE(in.ok());
+  REQUIRE(after);
+  CHECK(text_of(after) == text);
+  const FeatureMatrix trials = testing::gaussian_classes(4, 5, 5, 1.5, 77);
+  for (std::size_t r = 0; r < trials.size(); ++r) {
+    const auto a = answer(before.model, before.aids, trials.values.row(r));
+    const auto b = answer(before.model, *after, trials.values.row(r));
+    REQUIRE(a);
+    REQUIRE(b);
+    CHECK(a->probability == b->probability);
+    CHECK(a->novelty == b->novelty);
+    CHECK(a->none_of_these == b->none_of_these);
+  }
+}
+
+TEST_CASE("a threshold that nothing exceeds survives, and so does the absence of aids") {
+  VoteAids aids = learnt().aids;
+  aids.reject.threshold[1] = std::numeric_limits<double>::infinity();
+  const std::string text = text_of(aids);
+  LineReader in(text);
+  CHECK(read_aids(in, 4, 5)->reject.threshold == aids.reject.threshold);
+  const std::string none = text_of(std::nullopt);
+  LineReader empty(none);
+  CHECK_FALSE(read_aids(empty, 4, 5));
+  CHECK(empty.ok());
+}
+
+TEST_CASE("aids of another model and impossible values are refused with their line") {
+  const std::string text = text_of(learnt().aids);
+  LineReader fewer(text);
+  CHECK_FALSE((read_aids(fewer, 3, 5) && fewer.ok()));
+  LineReader narrower(text);
+  CHECK_FALSE((read_aids(narrower, 4, 4) && narrower.ok()));
+  const auto [from, to] = GENERATE(table<std::string, std::string>({
+      {"aids 1", "aids 2"},
+      {"class_deviation ", "class_deviation -"},
+      {"sharpness ", "sharpness -"},
+      {"slope,offset -", "slope,offset "},
+      {"reject_kind neighbour", "reject_kind mood"},
+      {"reject_threshold ", "reject_threshold nan "},
+      {"training_trials 24", "training_trials 25"},
+      {"training_trials 24", "training_trials 9999999"},
+      {"radius ", "radius -"},
+      {"spread ", "spread 0 "},
+  }));
+  CAPTURE(from, to);
+  const std::string altered = replaced(text, from, to);
+  LineReader in(altered);
+  static_cast<void>(read_aids(in, 4, 5));
+  REQUIRE_FALSE(in.ok());
+  CHECK(in.status().error().where.find("line ") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace weft::classifier
