@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "daemon/report/format.hpp"
 
@@ -93,7 +94,8 @@ std::string Canvas::finish() {
 }
 
 Range range_of(std::span<const double> values, double margin) {
-  Range out{INFINITY, -INFINITY};
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Range out{infinity, -infinity};
   for (const double v : values) {
     if (!std::isfinite(v)) continue;
     out.low = std::min(out.low, v);

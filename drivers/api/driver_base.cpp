@@ -32,7 +32,7 @@ void DriverBase::detach() {
 
 bool DriverBase::send(ByteView bytes) {
   Status written = host_->link().write(bytes);
-  if (!written) raise(std::move(written.error()));
+  if (!written) raise(written.error());
   return written.has_value();
 }
 
@@ -48,7 +48,7 @@ void DriverBase::enter(LifecycleEvent event) {
   host_->state_changed(state_);
 }
 
-void DriverBase::raise(Error error) {
+void DriverBase::raise(const Error& error) {
   if (state_ == DriverState::faulted || !attached_) return;
   make_safe();
   detach();

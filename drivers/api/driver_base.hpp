@@ -45,7 +45,7 @@ class DriverBase : public Driver {
   /// Follows the lifecycle table and tells the host; pairs that it does not have change nothing.
   void enter(LifecycleEvent event);
   /// Makes the device safe, detaches and goes to faulted. Only the first fault counts.
-  void raise(Error error);
+  void raise(const Error& error);
 
  private:
   DriverHost* host_;
