@@ -58,13 +58,20 @@ void add_options(CLI::App& command, TrainArgs& args) {
 }
 
 Result<int> run_train(const TrainArgs& args, Console& console) {
+  const Trainer here = [](const ChosenTrials& chosen, const classifier::TrainOptions& options) {
+    return classifier::train(chosen.features, options);
+  };
+  return run_train_with(here, args, console);
+}
+
+Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Console& console) {
   const Result<classifier::Reduction> reduction = classifier::reduction_from(args.reduction);
   if (!reduction) return pass(reduction.error(), "--reduction");
   if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
   const double began_s = steady_wall_seconds();
-  auto model = classifier::train(chosen->features, train_options(args.training, *reduction));
+  auto model = trainer(*chosen, train_options(args.training, *reduction));
   if (!model) return pass(model.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
   const BenchKind kind = chosen->dataset.info.kind;

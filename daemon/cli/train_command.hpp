@@ -2,6 +2,7 @@
 // `weft train`: all complete trials of a data set into a model file.
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "daemon/cli/console.hpp"
@@ -19,5 +20,11 @@ struct TrainArgs {
 };
 void add_options(CLI::App& command, TrainArgs& args);
 Result<int> run_train(const TrainArgs& args, Console& console);
+
+/// The same with the training itself done by `trainer`, which must give what classifier::train()
+/// would; the file then is the same too, byte for byte.
+using Trainer = std::function<Result<classifier::FabricModel>(
+    const ChosenTrials& chosen, const classifier::TrainOptions& options)>;
+Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Console& console);
 
 }  // namespace weft::daemon::cli

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <string_view>
 
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_handle.hpp"
@@ -40,14 +41,16 @@ const std::vector<std::uint8_t>& sample() {
   return image;
 }
 
-/// Names of all groups and columns.
-std::vector<std::string> objects_of(hid_t file) {
+/// Groups and columns of the sample. Listed once: HDF5 1.10 may crash when it walks through a file
+/// that has been edited, which the reader never does.
+std::vector<std::string> list_objects(hid_t file) {
   std::vector<std::string> names;
   const auto visit = [](hid_t, const char* name, const H5O_info_t*, void* out) -> herr_t {
-    static_cast<std::vector<std::string>*>(out)->emplace_back(name);
+    if (name != std::string_view(".")) static_cast<std::vector<std::string>*>(out)->push_back(name);
     return 0;
   };
   H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit, &names);
+  names.emplace_back("/");
   return names;
 }
 
@@ -127,8 +130,7 @@ void replace_by_link(hid_t file, const std::string& name, const std::string& oth
 }
 
 void apply(hid_t file, const Edit& edit) {
-  const std::vector<std::string> names = objects_of(file);
-  if (names.empty()) return;
+  static const std::vector<std::string> names = list_objects(file);  // of the first, unedited file
   const std::string& name = names[edit.object % names.size()];
   switch (edit.operation % 5) {
     case 0:

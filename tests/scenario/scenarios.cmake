@@ -27,3 +27,12 @@ set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scena
 add_test(NAME scenario_permuted_labels
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_permuted_labels PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# Training shared by the ranks of an MPI job; skipped where MPI is not installed.
+set(train_mpi "not built")
+if(TARGET weft-train-mpi)
+  set(train_mpi $<TARGET_FILE:weft-train-mpi>)
+endif()
+add_test(NAME scenario_train_mpi
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/train_mpi.py $<TARGET_FILE:weft> ${train_mpi})
+set_tests_properties(scenario_train_mpi PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -1,0 +1,118 @@
+"""`weft-train-mpi` under mpirun: the same model file as `weft train`, byte for byte, and nothing when a rank dies.
+
+    train_mpi.py WEFT WEFT_TRAIN_MPI     exit status 77 where there is no MPI
+"""
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from cli_support import Checks, contents
+
+
+def make_dataset(checks, folder, labels, trials):
+    """A made-up data set of two taxels: levels differ by label, the rest is noise of a fixed seed."""
+    noise = random.Random(5)
+    lines = ["file,label,group"]
+    for label in range(labels):
+        for trial in range(trials):
+            name = f"l{label}_{trial}.csv"
+            lines.append(f"{name},fabric{label:02},{trial}")
+            rows = [f"{i / 37},{int(1000 + 5 * label + noise.gauss(0, 9))},{int(900 + noise.gauss(0, 5 + label))}"
+                    for i in range(40)]
+            (folder / name).write_text("t_s,ch1,ch2\n" + "\n".join(rows) + "\n")
+    (folder / "manifest.csv").write_text("\n".join(lines) + "\n")
+    ran = checks.run("dataset", "import", "manifest.csv", "-o", "set.h5", cwd=folder)
+    checks.expect(ran.returncode == 0, f"import: {ran.stderr}")
+    for table in folder.glob("*.csv"):
+        table.unlink()
+
+
+def launch(ranks, *command):
+    return ["mpirun", "-n", str(ranks), "--oversubscribe", "--allow-run-as-root", *map(str, command)]
+
+
+def mpi(folder, ranks, *command):
+    return subprocess.run(launch(ranks, *command), cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def same_bytes(checks, program, folder):
+    for ranks, options in ((2, ["--reduction", "best"]), (3, ["--reduction", "pvalue", "--paper-selection"])):
+        alone = checks.run("train", "set.h5", "-o", "alone", *options, cwd=folder)
+        checks.expect(alone.returncode == 0, f"train: {alone.stderr}")
+        shared = mpi(folder, ranks, program, "set.h5", "-o", "shared", *options)
+        checks.expect(shared.returncode == 0, f"{ranks} ranks: {shared.stderr}")
+        checks.expect((folder / "shared").exists() and (folder / "shared").read_bytes() == (folder / "alone").read_bytes(),
+                      f"{ranks} ranks, {options}: the model differs from the single-process one")
+        for name in ("alone", "shared"):
+            (folder / name).unlink(missing_ok=True)
+
+
+def refusals(checks, program, folder):
+    before = contents(folder)
+    cases = [
+        ([program, "no.h5", "-o", "model"], "no such data set file"),
+        ([program, "set.h5", "-o", "model", "--folds", "1"], "--folds"),
+        ([program, "set.h5", "-o", "model", ":", "-n", "1", program, "no.h5", "-o", "model"], "rank 1"),
+        ([program, "set.h5", "-o", "nowhere/model"], "nowhere/model"),
+    ]
+    for command, says in cases:
+        ran = mpi(folder, 1 if ":" in command else 2, *command)
+        checks.expect(ran.returncode != 0 and says in ran.stderr, f"{command}: {ran.returncode} {ran.stderr}")
+    checks.expect(contents(folder) == before, "a refusal left a file behind")
+
+
+def busy_rank(rank, folder, cpu_s):
+    """The number of the process of a rank that has computed for `cpu_s`, and so is at its share; None until then."""
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            ours = os.readlink(process / "cwd") == str(folder)
+            if not ours or f"OMPI_COMM_WORLD_RANK={rank}".encode() not in (process / "environ").read_bytes().split(b"\0"):
+                continue
+            ticks = int((process / "stat").read_text().rsplit(")", 1)[1].split()[11])
+            if ticks / os.sysconf("SC_CLK_TCK") > cpu_s:
+                return int(process.name)
+        except OSError:
+            continue
+    return None
+
+
+def death_of_a_rank(checks, program, folder):
+    before = contents(folder)
+    job = subprocess.Popen(launch(2, program, "set.h5", "-o", "model", "--threads", "1"), cwd=folder,
+                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    victim, deadline = None, time.monotonic() + 60
+    while victim is None and job.poll() is None and time.monotonic() < deadline:
+        victim = busy_rank(1, folder, cpu_s=0.4)
+    checks.expect(victim is not None, "rank 1 was not found, or done too soon")
+    if victim is not None:
+        os.kill(victim, signal.SIGKILL)
+    _, errors = job.communicate(timeout=60)
+    checks.expect(job.returncode != 0, "a rank died and the job succeeded")
+    checks.expect("rank 1" in errors and "signal 9" in errors, f"no word of the rank that died: {errors}")
+    checks.expect("no model was written" in errors, f"rank 0 says nothing: {errors}")
+    checks.expect(contents(folder) == before, "a rank died and left a file behind")
+    print(errors.strip())
+
+
+def main():
+    program = pathlib.Path(sys.argv[2]).resolve()
+    if shutil.which("mpirun") is None or not program.is_file():
+        print("skipped: MPI was not there when Weft was built, or mpirun is not there now")
+        sys.exit(77)
+    checks = Checks(sys.argv[1])
+    with tempfile.TemporaryDirectory() as small, tempfile.TemporaryDirectory() as large:
+        make_dataset(checks, pathlib.Path(small), labels=7, trials=5)
+        same_bytes(checks, program, pathlib.Path(small))
+        refusals(checks, program, pathlib.Path(small))
+        make_dataset(checks, pathlib.Path(large), labels=80, trials=6)
+        death_of_a_rank(checks, program, pathlib.Path(large).resolve())
+    checks.finish()
+
+
+main()
