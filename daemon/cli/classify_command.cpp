@@ -22,9 +22,9 @@ using nlohmann::json;
 // A recording that is faster or slower than the training by more than this has other windows.
 constexpr double rate_tolerance = 0.05;
 
-struct Answer {
+struct Answered {
   Trial trial;
-  classifier::Vote vote;
+  classifier::Answer answer;  ///< without probability and refusal where the model has no aids
 };
 
 Result<StoredModel> open_model(const std::filesystem::path& path) {
@@ -70,29 +70,50 @@ Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const
                     {setup.window_s, setup.window_step_s, setup.sample_period_s});
 }
 
-Result<std::vector<Answer>> answers(const StoredModel& stored, std::vector<Trial> trials) {
-  std::vector<Answer> out;
+Result<classifier::Answer> answer_of(const StoredModel& stored, const Trial& trial,
+                                     const classifier::VoteOptions& options) {
+  if (auto ok = classifier::check_trial(stored.setup, trial); !ok) return pass(ok.error());
+  const auto features = classifier::extract(trial, stored.setup.options);
+  if (!features) return pass(features.error());
+  if (stored.aids) {
+    auto out = classifier::answer(stored.model, *stored.aids, *features, options);
+    if (!out) return pass(out.error(), trial.file);
+    return out;
+  }
+  auto ballot = classifier::vote(stored.model, *features, options);
+  if (!ballot) return pass(ballot.error(), trial.file);
+  return classifier::Answer{std::move(*ballot), {}, {}, false};
+}
+
+Result<std::vector<Answered>> answers(const StoredModel& stored, std::vector<Trial> trials,
+                                      const classifier::VoteOptions& options) {
+  std::vector<Answered> out;
   for (Trial& trial : trials) {
-    auto vote = classifier::classify(stored, trial);
-    if (!vote) return pass(vote.error());
-    out.push_back({std::move(trial), std::move(*vote)});
+    auto one = answer_of(stored, trial, options);
+    if (!one) return pass(one.error());
+    out.push_back({std::move(trial), std::move(*one)});
   }
   return out;
 }
 
-json votes_json(const StoredModel& stored, const classifier::Vote& vote) {
+template <class Number>
+json by_label(const StoredModel& stored, const std::vector<Number>& of_class) {
   json out;
   for (std::size_t k = 0; k < stored.model.labels().size(); ++k)
-    out[stored.model.labels()[k]] = vote.votes[k];
+    out[stored.model.labels()[k]] = of_class[k];
   return out;
 }
 
-json to_json(const StoredModel& stored, const std::vector<Answer>& list) {
+json to_json(const StoredModel& stored, const std::vector<Answered>& list) {
   json trials = json::array();
-  for (const Answer& a : list) {
+  for (const Answered& a : list) {
+    const classifier::Ballot& ballot = a.answer.ballot;
     json one{{"file", a.trial.file},
-             {"label", stored.model.labels()[a.vote.winner]},
-             {"votes", votes_json(stored, a.vote)}};
+             {"label", stored.model.labels()[ballot.winner]},
+             {"votes", by_label(stored, ballot.votes)},
+             {"cores_asked", ballot.cores}};
+    if (!a.answer.probability.empty()) one["probability"] = by_label(stored, a.answer.probability);
+    if (stored.aids) one["none_of_these"] = a.answer.none_of_these;
     if (!a.trial.label.empty()) one["true_label"] = a.trial.label;
     trials.push_back(std::move(one));
   }
@@ -100,16 +121,20 @@ json to_json(const StoredModel& stored, const std::vector<Answer>& list) {
 }
 
 // The winner first, then the others that got votes, most votes first.
-std::string to_text(const StoredModel& stored, const Answer& answer) {
+std::string to_text(const StoredModel& stored, const Answered& answered) {
+  const classifier::Ballot& ballot = answered.answer.ballot;
   const std::vector<std::string>& labels = stored.model.labels();
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < labels.size(); ++k)
-    if (k != answer.vote.winner && answer.vote.votes[k] > 0) order.push_back(k);
-  std::ranges::stable_sort(order, std::greater<>(), [&](auto k) { return answer.vote.votes[k]; });
-  order.insert(order.begin(), answer.vote.winner);
-  std::string out = answer.trial.file + ": " + labels[answer.vote.winner] + "  (votes:";
-  for (const std::size_t k : order)
-    out += " " + labels[k] + " " + std::to_string(answer.vote.votes[k]);
+    if (k != ballot.winner && ballot.votes[k] > 0) order.push_back(k);
+  std::ranges::stable_sort(order, std::greater<>(), [&](auto k) { return ballot.votes[k]; });
+  order.insert(order.begin(), ballot.winner);
+  std::string out = answered.trial.file + ": " + labels[ballot.winner];
+  if (!answered.answer.probability.empty())
+    out += " " + percent(answered.answer.probability[ballot.winner], 0) + " %";
+  if (answered.answer.none_of_these) out += ", or none of these";
+  out += "  (votes:";
+  for (const std::size_t k : order) out += " " + labels[k] + " " + std::to_string(ballot.votes[k]);
   return out + ")\n";
 }
 
@@ -118,25 +143,37 @@ std::string to_text(const StoredModel& stored, const Answer& answer) {
 void add_options(CLI::App& command, ClassifyArgs& args) {
   command.add_option("MODEL", args.model, "model file of `weft train`")->required();
   command.add_option("TRIALS", args.trials, "a trial (.csv) or a data set (.h5)")->required();
+  command
+      .add_option("--vote", args.vote,
+                  "majority or soft: all cores; dag: one core less than fabrics; shortlist: the "
+                  "cores of the fabrics whose means are nearest")
+      ->check(CLI::IsMember({"majority", "soft", "dag", "shortlist"}))
+      ->capture_default_str();
+  command.add_option("--shortlist", args.shortlist, "fabrics on the short-list")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
 }
 
 Result<int> run_classify(const ClassifyArgs& args, Console& console) {
+  const Result<classifier::VoteKind> kind = classifier::vote_kind_from(args.vote);
+  if (!kind) return pass(kind.error(), "--vote");
   const Result<StoredModel> stored = open_model(args.model);
   if (!stored) return pass(stored.error());
   const Result<Dataset> dataset = open_trials(args.trials);
   if (!dataset) return pass(dataset.error());
   Result<std::vector<Trial>> trials = prepared(stored->setup, *dataset);
   if (!trials) return pass(trials.error(), args.trials.string());
-  const Result<std::vector<Answer>> list = answers(*stored, std::move(*trials));
+  const auto list = answers(*stored, std::move(*trials), {*kind, args.shortlist, nullptr});
   if (!list) return pass(list.error(), args.trials.string());
   std::string text = bench_banner(dataset->info.kind);
   if (stored->provenance.bench == "simulated") text += "The model was trained on SIMULATED data.\n";
-  for (const Answer& answer : *list) text += to_text(*stored, answer);
+  for (const Answered& one : *list) text += to_text(*stored, one);
   print(console, text,
         {{"command", "classify"},
          {"model", args.model.string()},
          {"model_bench", stored->provenance.bench},
          {"bench", to_string(dataset->info.kind)},
+         {"vote", args.vote},
          {"trials", to_json(*stored, *list)}});
   return exit_ok;
 }

@@ -1,7 +1,9 @@
 #pragma once
 // `weft classify`: a stored model's answer for one trial or for every trial of a data set.
 
+#include <cstddef>
 #include <filesystem>
+#include <string>
 
 #include "daemon/cli/console.hpp"
 
@@ -14,6 +16,8 @@ namespace weft::daemon::cli {
 struct ClassifyArgs {
   std::filesystem::path model;
   std::filesystem::path trials;  ///< a trial (CSV) or a data set (HDF5)
+  std::string vote = "majority";
+  std::size_t shortlist = 20;
 };
 void add_options(CLI::App& command, ClassifyArgs& args);
 Result<int> run_classify(const ClassifyArgs& args, Console& console);

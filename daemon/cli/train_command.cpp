@@ -74,11 +74,15 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   auto model = trainer(*chosen, train_options(args.training, *reduction));
   if (!model) return pass(model.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
+  auto aids =
+      classifier::learn_aids(*model, chosen->features, train_options(args.training, *reduction));
+  if (!aids) return pass(aids.error(), args.dataset.string());
   const BenchKind kind = chosen->dataset.info.kind;
   const classifier::StoredModel stored{
       std::move(*model),
       std::move(chosen->setup),
-      {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, describe(args.training)}};
+      {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, describe(args.training)},
+      std::move(*aids)};
   std::ostringstream text;
   if (auto ok = classifier::save_model(stored, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
