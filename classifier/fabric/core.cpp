@@ -5,7 +5,6 @@
 #include "classifier/learn/distance.hpp"
 #include "classifier/learn/svm_solver.hpp"
 #include "classifier/selection/student_t.hpp"
-#include "classifier/selection/t_test.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -23,30 +22,28 @@ double threshold_of(const TrainOptions& options, std::size_t member) {
   return 0.0;
 }
 
-std::vector<SelectedFeature> describe_selection(const Matrix& rows, std::span<const int> sign,
-                                                const Reducer& reducer) {
-  const std::vector<double> t = t_statistics(rows, sign);
-  const double df = static_cast<double>(rows.rows()) - 2.0;
+std::vector<SelectedFeature> describe_selection(const Reducer& reducer, std::size_t rows) {
+  const double df = static_cast<double>(rows) - 2.0;
   std::vector<SelectedFeature> out;
-  for (const std::size_t k : reducer.columns()) {
-    const double log_p = log_two_sided_p(t[k], df);
-    out.push_back({k, t[k], std::exp(log_p), log_p});
+  for (std::size_t i = 0; i < reducer.t().size(); ++i) {
+    const double t = reducer.t()[i];
+    const double log_p = log_two_sided_p(t, df);
+    out.push_back({reducer.columns()[i], t, std::exp(log_p), log_p});
   }
   return out;
 }
 
-CoreInfo describe(const Matrix& rows, std::span<const int> sign, const Reducer& reducer,
-                  const GridResult& grid, const TrainOptions& options) {
+CoreInfo describe(const Reducer& reducer, const GridResult& grid, std::size_t rows,
+                  const TrainOptions& options) {
   CoreInfo info;
-  if (options.reduction == Reduction::pvalue)
-    info.selected = describe_selection(rows, sign, reducer);
+  info.selected = describe_selection(reducer, rows);
   info.inputs = reducer.directions();
   info.threshold = threshold_of(options, grid.member);
   info.c = options.grid.c[grid.c];
   info.gamma = options.grid.gamma[grid.gamma];
   info.cv_errors = grid.best.errors;
   info.cv_loss = grid.best.loss;
-  info.train_rows = rows.rows();
+  info.train_rows = rows;
   info.fits = grid.fits;
   return info;
 }
@@ -97,7 +94,7 @@ Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
   const auto grid = search_grid(rows, sign, full, folds, options, rare);
   if (!grid) return pass(grid.error());
   Reducer reducer = full.truncated(full.sizes()[grid->member]);
-  CoreInfo info = describe(rows, sign, reducer, *grid, options);
+  CoreInfo info = describe(reducer, *grid, rows.rows(), options);
   info.folds = folds.size();
   const Matrix projected = reducer.project(rows);
   auto svm = fit_final(projected, sign, info, options);

@@ -28,16 +28,15 @@ FoldProblem::FoldProblem(const Matrix& rows, std::span<const int> sign, const Re
       solver_(take(sign, fold.train), options.search != Search::libsvm),
       held_slot_(nothing),
       held_gamma_(nothing) {
-  measure(reducer.project(rows.take(fold.train)), reducer.project(rows.take(fold.validate)));
+  measure(reducer.project(rows, fold.train, fold.validate));
   scores_.resize(distances_.size() * options.grid.gamma.size() * options.grid.c.size());
 }
 
-void FoldProblem::measure(const Matrix& train, const Matrix& validate) {
-  Distances sum{0, Matrix(train.rows(), train.rows()), Matrix(validate.rows(), train.rows())};
+void FoldProblem::measure(const Matrix& projected) {
+  Distances sum{0, Matrix(projected.rows(), projected.rows() - sign_.size())};
   slot_of_.resize(sizes_.size());
   for (const std::size_t size : std::set<std::size_t>(sizes_.begin(), sizes_.end())) {
-    add_squared_distances(train, train, sum.size, size, sum.train);
-    add_squared_distances(validate, train, sum.size, size, sum.validate);
+    add_squared_distances(projected, projected, sum.size, size, sum.squared);
     sum.size = size;
     for (std::size_t m = 0; m < sizes_.size(); ++m)
       if (sizes_[m] == size) slot_of_[m] = distances_.size();
@@ -48,10 +47,8 @@ void FoldProblem::measure(const Matrix& train, const Matrix& validate) {
 Status FoldProblem::use_kernel(std::size_t slot, std::size_t gamma) {
   if (slot == held_slot_ && gamma == held_gamma_) return {};
   held_slot_ = nothing;
-  const double g = options_->grid.gamma[gamma];
-  rbf(distances_[slot].validate, g, kernel_);
-  rbf(distances_[slot].train, g, train_kernel_);
-  if (auto ok = solver_.set_kernel(train_kernel_); !ok) return ok;
+  rbf(distances_[slot].squared, options_->grid.gamma[gamma], kernel_);
+  if (auto ok = solver_.set_kernel(kernel_); !ok) return ok;
   held_slot_ = slot;
   held_gamma_ = gamma;
   return {};
@@ -60,8 +57,8 @@ Status FoldProblem::use_kernel(std::size_t slot, std::size_t gamma) {
 GridScore FoldProblem::validate() const {
   GridScore out;
   const auto coefficient = solver_.coefficient();
-  for (std::size_t v = 0; v < kernel_.rows(); ++v) {
-    const auto k = kernel_.row(v);
+  for (std::size_t v = 0; v < sign_.size(); ++v) {
+    const auto k = kernel_.row(coefficient.size() + v);
     double f = solver_.bias();
     for (std::size_t i = 0; i < k.size(); ++i) f += coefficient[i] * k[i];
     if ((f > 0.0) != (sign_[v] > 0)) ++out.errors;

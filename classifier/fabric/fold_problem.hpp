@@ -39,14 +39,13 @@ class FoldProblem {
  private:
   struct Distances {
     std::size_t size = 0;  // directions
-    Matrix train;          // [train x train] squared
-    Matrix validate;       // [validate x train]
+    Matrix squared;        // [(train + validate) x train]
   };
   struct Remembered {
     GridScore score;
     bool known = false;
   };
-  void measure(const Matrix& train, const Matrix& validate);
+  void measure(const Matrix& projected);
   Status use_kernel(std::size_t slot, std::size_t gamma);
   [[nodiscard]] GridScore validate() const;
   Remembered& remembered(std::size_t slot, std::size_t gamma, std::size_t c);
@@ -57,8 +56,7 @@ class FoldProblem {
   std::vector<Distances> distances_;  // one per distinct size, growing
   std::vector<int> sign_;             // of the rows held out
   SvmSolver solver_;
-  Matrix train_kernel_;  // of the problem that the solver holds
-  Matrix kernel_;        // [validate x train] of it
+  Matrix kernel_;  // [(train + validate) x train] of the problem that the solver holds
   std::size_t held_slot_, held_gamma_;
   std::vector<Remembered> scores_;
   std::size_t fits_ = 0;

@@ -118,9 +118,11 @@ class FastSearch {
   }
 
   Status run(std::size_t members) {
+    for (const std::size_t gamma : {std::size_t{0}, options_.grid.gamma.size() / 3})
+      if (auto ok = probe(gamma); !ok) return ok;
     for (std::size_t m = 0; m < members; ++m) {
       if (seen_before(m)) continue;
-      for (const std::size_t g : from_the_middle(options_.grid.gamma.size()))
+      for (const std::size_t g : likely_first(options_.grid.gamma.size()))
         if (auto ok = column(m, g); !ok) return ok;
     }
     return {};
@@ -138,10 +140,29 @@ class FastSearch {
     return false;
   }
 
-  static std::vector<std::size_t> from_the_middle(std::size_t count) {
+  // Scores one point that often wins: the sooner a good one is known, the sooner others are
+  // dropped.
+  Status probe(std::size_t gamma) {
+    constexpr double usual_product = 0x1p-4;  // of C and gamma, where the kernel is nearly linear
+    const auto& cs = options_.grid.c;
+    const auto distance = [&](double c) {
+      return std::abs(std::log(c) + std::log(options_.grid.gamma[gamma] / usual_product));
+    };
+    const auto c = std::min_element(cs.begin(), cs.end(),
+                                    [&](double a, double b) { return distance(a) < distance(b); });
+    const Point at{0, gamma, static_cast<std::size_t>(c - cs.begin())};
+    const auto score = total(folds_, at);
+    if (!score) return pass(score.error());
+    choice_.offer(at, *score);
+    return {};
+  }
+
+  // Gammas about the usual winners come first.
+  static std::vector<std::size_t> likely_first(std::size_t count) {
     std::vector<std::size_t> out;
-    for (std::size_t k = 0; k < count; ++k)
-      out.push_back(k % 2 == 0 ? count / 2 + k / 2 : count / 2 - k / 2 - 1);
+    const std::size_t start = count / 3;
+    for (std::size_t k = start; k < count; k = k <= start ? (k == 0 ? start + 1 : k - 1) : k + 1)
+      out.push_back(k);
     return out;
   }
 
@@ -183,13 +204,6 @@ class FastSearch {
   std::vector<GridScore> part_;     // per C, of the folds visited
 };
 
-std::vector<int> take(std::span<const int> sign, const std::vector<std::size_t>& rows) {
-  std::vector<int> out;
-  out.reserve(rows.size());
-  for (const std::size_t r : rows) out.push_back(sign[r]);
-  return out;
-}
-
 }  // namespace
 
 Result<GridResult> search_grid(const Matrix& rows, std::span<const int> sign, const Reducer& full,
@@ -200,8 +214,7 @@ Result<GridResult> search_grid(const Matrix& rows, std::span<const int> sign, co
   for (const Fold& fold : folds) {
     if (auto ok = check_fold(fold, sign, options); !ok) return pass(ok.error());
     if (options.nested) {
-      const Reducer own =
-          Reducer::fit(rows.take(fold.train), take(sign, fold.train), options, rare);
+      const Reducer own = Reducer::fit(rows, fold.train, sign, options, rare);
       problems.emplace_back(rows, sign, own, fold, options);
     } else {
       problems.emplace_back(rows, sign, full, fold, options);

@@ -9,15 +9,17 @@
 namespace weft::classifier {
 namespace {
 
-Matrix take_columns(const Matrix& rows, std::span<const std::size_t> columns) {
-  Matrix out(rows.rows(), columns.size());
-  for (std::size_t r = 0; r < rows.rows(); ++r) {
-    for (std::size_t k = 0; k < columns.size(); ++k) out(r, k) = rows(r, columns[k]);
+Matrix take(const Matrix& rows, std::span<const std::size_t> which,
+            std::span<const std::size_t> columns) {
+  Matrix out(which.size(), columns.size());
+  for (std::size_t r = 0; r < which.size(); ++r) {
+    const auto row = rows.row(which[r]);
+    for (std::size_t k = 0; k < columns.size(); ++k) out(r, k) = row[columns[k]];
   }
   return out;
 }
 
-std::vector<std::size_t> every_column(std::size_t count) {
+std::vector<std::size_t> every(std::size_t count) {
   std::vector<std::size_t> out(count);
   std::iota(out.begin(), out.end(), std::size_t{0});
   return out;
@@ -29,25 +31,27 @@ std::vector<T> first(const std::vector<T>& items, std::size_t count) {
 }
 
 Matrix first_rows(const Matrix& rows, std::size_t count) {
-  return rows.take(every_column(count));
+  return rows.take(every(count));
 }
 
 // Ranked features, as many as the most generous delta admits, with the size for every delta.
 struct Subset {
   std::vector<std::size_t> columns;
   std::vector<std::size_t> sizes;
+  std::vector<double> t;  // of the columns
 };
 
-Subset ranked_subset(const Matrix& rows, std::span<const int> sign, const TrainOptions& options,
-                     const RareT& rare) {
-  const std::vector<double> t = t_statistics(rows, sign);
+Subset ranked_subset(const Matrix& rows, std::span<const std::size_t> which,
+                     std::span<const int> sign, const TrainOptions& options, const RareT& rare) {
+  const std::vector<double> t = t_statistics(rows, which, sign);
   const std::vector<std::size_t> ranked = rank_by_t(t, options.cap);
-  const double df = static_cast<double>(rows.rows()) - 2.0;
+  const double df = static_cast<double>(which.size()) - 2.0;
   Subset out;
   for (const double delta : options.grid.delta) {
     out.sizes.push_back(subset_size(t, ranked, df, delta, options.cap, rare));
   }
   out.columns = first(ranked, *std::max_element(out.sizes.begin(), out.sizes.end()));
+  for (const std::size_t k : out.columns) out.t.push_back(t[k]);
   return out;
 }
 
@@ -61,20 +65,26 @@ Reducer::Reducer(std::vector<std::size_t> columns, Scaler scaler, Matrix axes)
 
 Reducer Reducer::fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options,
                      const RareT& rare) {
+  return fit(rows, every(rows.rows()), sign, options, rare);
+}
+
+Reducer Reducer::fit(const Matrix& rows, std::span<const std::size_t> which,
+                     std::span<const int> sign, const TrainOptions& options, const RareT& rare) {
   if (options.reduction == Reduction::pvalue) {
-    Subset subset = ranked_subset(rows, sign, options, rare);
-    Scaler scaler = fit_scaler(take_columns(rows, subset.columns));
+    Subset subset = ranked_subset(rows, which, sign, options, rare);
+    Scaler scaler = fit_scaler(take(rows, which, subset.columns));
     Reducer out(std::move(subset.columns), std::move(scaler), {});
     out.sizes_ = std::move(subset.sizes);
+    out.t_ = std::move(subset.t);
     return out;
   }
-  Scaler scaler = fit_scaler(rows);
-  if (options.reduction == Reduction::all)
-    return {every_column(rows.cols()), std::move(scaler), {}};
-  PcaBasis basis = pca_basis(scaled(scaler, rows), options.cap);
+  const Matrix taken = rows.take(which);
+  Scaler scaler = fit_scaler(taken);
+  if (options.reduction == Reduction::all) return {every(rows.cols()), std::move(scaler), {}};
+  PcaBasis basis = pca_basis(scaled(scaler, taken), options.cap);
   std::vector<std::size_t> sizes;
   for (const double share : options.grid.explained) sizes.push_back(components_for(basis, share));
-  Reducer out(every_column(rows.cols()), std::move(scaler), std::move(basis.axes));
+  Reducer out(every(rows.cols()), std::move(scaler), std::move(basis.axes));
   out.sizes_ = std::move(sizes);
   return out;
 }
@@ -98,11 +108,21 @@ Matrix Reducer::project(const Matrix& rows) const {
   return out;
 }
 
+Matrix Reducer::project(const Matrix& rows, std::span<const std::size_t> first,
+                        std::span<const std::size_t> second) const {
+  Matrix out(first.size() + second.size(), directions());
+  std::size_t to = 0;
+  for (const auto& which : {first, second})
+    for (const std::size_t r : which) project(rows.row(r), out.row(to++));
+  return out;
+}
+
 Reducer Reducer::truncated(std::size_t directions) const {
   if (axes_.rows() > 0) return {columns_, scaler_, first_rows(axes_, directions)};
-  return {first(columns_, directions),
-          {first(scaler_.mean, directions), first(scaler_.deviation, directions)},
-          {}};
+  Reducer out(first(columns_, directions),
+              {first(scaler_.mean, directions), first(scaler_.deviation, directions)}, {});
+  if (!t_.empty()) out.t_ = first(t_, directions);
+  return out;
 }
 
 }  // namespace weft::classifier

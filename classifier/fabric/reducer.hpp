@@ -21,6 +21,9 @@ class Reducer {
   /// Learns from training rows only; `sign` as in FoldMaker. Each sign must occur.
   static Reducer fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options,
                      const RareT& rare = RareT());
+  /// The same from the rows `which`; `sign` has one entry per row of the matrix.
+  static Reducer fit(const Matrix& rows, std::span<const std::size_t> which,
+                     std::span<const int> sign, const TrainOptions& options, const RareT& rare);
 
   /// Rebuilds a stored reducer; `axes` is empty unless the directions are components.
   Reducer(std::vector<std::size_t> columns, Scaler scaler, Matrix axes);
@@ -35,8 +38,14 @@ class Reducer {
   [[nodiscard]] const Scaler& scaler() const { return scaler_; }
   [[nodiscard]] const Matrix& axes() const { return axes_; }
 
+  /// t of the columns() that it was fitted with; empty unless Reduction::pvalue.
+  [[nodiscard]] const std::vector<double>& t() const { return t_; }
+
   /// [rows x directions]
   [[nodiscard]] Matrix project(const Matrix& rows) const;
+  /// The rows `first`, then the rows `second`: [(first + second) x directions]
+  [[nodiscard]] Matrix project(const Matrix& rows, std::span<const std::size_t> first,
+                               std::span<const std::size_t> second) const;
   /// One full feature vector to `out` [directions].
   void project(std::span<const double> features, std::span<double> out) const;
   /// The same with only the first `directions`.
@@ -47,6 +56,7 @@ class Reducer {
   Scaler scaler_;  // one entry per columns_
   Matrix axes_;    // [components x columns_], or empty
   std::vector<std::size_t> sizes_;
+  std::vector<double> t_;
 };
 
 }  // namespace weft::classifier

@@ -21,27 +21,54 @@ void DenseSmo::set_rows(std::span<const int> sign) {
   const std::size_t block = n_ <= 16 ? 16 : n_ <= 32 ? 32 : lanes;
   width_ = (n_ + block - 1) / block * block;
   order_.clear();
-  sign_.assign(width_, 1.0);
+  start_.assign(7 * width_, 0.0);
+  state_.resize(start_.size());
+  double* at = state_.data();
+  for (double** part : {&y_, &d_, &alpha_, &v_, &bar_, &up_, &low_}) {
+    *part = at;
+    at += width_;
+  }
+  place_.resize(n_);
+  at_c_.resize(width_);
   // Negative rows first, as libsvm's own positive class: the arrangement of SvmTrainer.
   for (const bool positive : {false, true}) {
-    for (std::size_t i = 0; i < n_; ++i) {
-      if ((sign[i] > 0) != positive) continue;
-      sign_[order_.size()] = positive ? -1.0 : 1.0;
-      order_.push_back(i);
-    }
+    for (std::size_t i = 0; i < n_; ++i)
+      if ((sign[i] > 0) == positive) order_.push_back(i);
   }
+  set_start(sign);
   rounded_.assign(n_ * width_, 0.0);
-  diagonal_.assign(width_, 1.0);
   coefficient_.assign(n_, 0.0);
 }
 
-void DenseSmo::set_kernel(const double* kernel, std::size_t stride) {
+// All multipliers 0: rows with y = +1 may move up only, the others down only.
+void DenseSmo::set_start(std::span<const int> sign) {
+  double* const from = start_.data();
+  const auto part = [&](const double* of) { return from + (of - state_.data()); };
+  std::fill_n(part(y_), width_, 1.0);
+  std::fill_n(part(d_), width_, 1.0);
+  std::fill_n(part(up_), 2 * width_, -infinity);  // and low_
+  for (std::size_t i = 0; i < n_; ++i) {
+    const bool first = sign[order_[i]] <= 0;
+    part(y_)[i] = first ? 1.0 : -1.0;
+    part(first ? up_ : low_)[i] = 0.0;
+  }
+  std::copy_n(part(y_), width_, part(v_));
+}
+
+bool DenseSmo::set_kernel(const double* kernel, std::size_t stride) {
+  double* const diagonal = start_.data() + (d_ - state_.data());
+  double nothing = 0.0;  // NaN as soon as a value is not finite
   for (std::size_t i = 0; i < n_; ++i) {
     const double* from = kernel + order_[i] * stride;
     double* to = rounded_.data() + i * width_;
-    for (std::size_t j = 0; j < n_; ++j) to[j] = static_cast<float>(from[order_[j]]);
-    diagonal_[i] = from[order_[i]];
+    for (std::size_t j = 0; j < n_; ++j) {
+      const double k = from[order_[j]];
+      nothing += k * 0.0;
+      to[j] = static_cast<float>(k);
+    }
+    diagonal[i] = from[order_[i]];
   }
+  return nothing == 0.0;
 }
 
 void DenseSmo::begin(double c) {
@@ -49,16 +76,9 @@ void DenseSmo::begin(double c) {
   touched_c_ = unshrunk_ = false;
   active_ = n_;
   kernel_ = rounded_.data();
-  place_.resize(n_);
   std::iota(place_.begin(), place_.end(), std::size_t{0});
-  y_ = v_ = sign_;
-  d_ = diagonal_;
-  alpha_.assign(width_, 0.0);
-  bar_.assign(width_, 0.0);
-  at_c_.assign(width_, 0);
-  up_.assign(width_, -infinity);
-  low_.assign(width_, -infinity);
-  for (std::size_t i = 0; i < n_; ++i) bound(i);
+  std::copy(start_.begin(), start_.end(), state_.begin());
+  std::fill(at_c_.begin(), at_c_.end(), static_cast<unsigned char>(0));
 }
 
 // Which way row i may still move: up_ holds the rows with y = +1 below C and y = -1 above 0.
@@ -77,9 +97,9 @@ WEFT_INLINE void DenseSmo::bound(std::size_t i) {
 // which compares with >= and <=.
 WEFT_INLINE DenseSmo::Pick DenseSmo::pick(double tolerance) const {
   const std::size_t end = (active_ + lanes - 1) / lanes * lanes;
-  const double* v = v_.data();
-  const double* up = up_.data();
-  const double* low = low_.data();
+  const double* v = v_;
+  const double* up = up_;
+  const double* low = low_;
   const Block none = all(-infinity);
   const Block four = all(lanes);
 
@@ -101,7 +121,7 @@ WEFT_INLINE DenseSmo::Pick DenseSmo::pick(double tolerance) const {
   for (std::size_t b = 0; b < end; b += lanes, at += four) {
     const Block x = load(v + b), usable = load(low + b);
     const Block difference = top4 - x;
-    const Block whole = (curvature + load(d_.data() + b)) - two * load(k + b);
+    const Block whole = (curvature + load(d_ + b)) - two * load(k + b);
     const Block gain = difference * difference / (whole > 0.0 ? whole : least) + usable;
     const Block merit = difference > 0.0 ? gain : none;
     best_at = merit >= best ? at : best_at;
@@ -162,7 +182,7 @@ WEFT_INLINE void DenseSmo::step(Pick pair) {
   const double* kj = row(pair.j);
   const auto [i, j] = move(pair, v_[pair.i], v_[pair.j]);
   const Block wi = all(i), wj = all(j);
-  double* v = v_.data();
+  double* v = v_;
   for (std::size_t t = 0; t < active_; t += lanes)
     store(v + t, load(v + t) - (load(ki + t) * wi + load(kj + t) * wj));
 }
@@ -233,7 +253,8 @@ WEFT_INLINE DenseSmo::Walk DenseSmo::walk_in_registers(std::size_t most, double 
   return {steps, optimal};
 }
 
-WEFT_CLONES("avx2") DenseSmo::Walk DenseSmo::walk(std::size_t most, double tolerance) {
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+DenseSmo::Walk DenseSmo::walk(std::size_t most, double tolerance) {
   if (width_ == 16) return walk_in_registers<16 / lanes>(most, tolerance);
   if (width_ == 32) return walk_in_registers<32 / lanes>(most, tolerance);
   return walk_in_memory(most, tolerance);
@@ -286,8 +307,7 @@ void DenseSmo::exchange(std::size_t i, std::size_t j) {
   double* k = swapped_.data();
   std::swap_ranges(k + i * width_, k + i * width_ + n_, k + j * width_);
   for (std::size_t r = 0; r < n_; ++r) std::swap(k[r * width_ + i], k[r * width_ + j]);
-  for (auto* values : {&y_, &d_, &alpha_, &v_, &bar_, &up_, &low_})
-    std::swap((*values)[i], (*values)[j]);
+  for (double* values : {y_, d_, alpha_, v_, bar_, up_, low_}) std::swap(values[i], values[j]);
   std::swap(at_c_[i], at_c_[j]);
   std::swap(place_[i], place_[j]);
 }
@@ -298,14 +318,11 @@ void DenseSmo::finish() {
   std::size_t free = 0;
   for (std::size_t i = 0; i < n_; ++i) {
     const double g = -v_[i];
-    if (up_[i] == 0.0 && low_[i] == 0.0) {
-      ++free;
-      sum += g;
-    } else if (up_[i] == 0.0) {
-      upper = std::min(upper, g);
-    } else {
-      lower = std::max(lower, g);
-    }
+    const bool may_rise = up_[i] == 0.0, is_free = may_rise && low_[i] == 0.0;
+    free += is_free ? 1 : 0;
+    sum += is_free ? g : 0.0;
+    upper = std::min(upper, may_rise && !is_free ? g : infinity);
+    lower = std::max(lower, may_rise ? -infinity : g);
   }
   bias_ = free > 0 ? sum / static_cast<double>(free) : (upper + lower) / 2.0;
   for (std::size_t i = 0; i < n_; ++i) {

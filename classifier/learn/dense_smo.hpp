@@ -16,11 +16,16 @@ namespace weft::classifier {
 /// chooses the same point. No allocation after the first problem of a size. One object per thread.
 class DenseSmo {
  public:
+  DenseSmo() = default;
+  DenseSmo(DenseSmo&&) noexcept = default;
+  DenseSmo& operator=(DenseSmo&&) noexcept = default;
+
   /// `sign`: +1 or -1 per row of the problem, in the caller's order; both must occur.
   void set_rows(std::span<const int> sign);
 
-  /// Kernel values between the rows, finite, row i at `kernel + i * stride`.
-  void set_kernel(const double* kernel, std::size_t stride);
+  /// Kernel values between the rows, row i at `kernel + i * stride`. False where one is not finite:
+  /// the kernel is then not usable.
+  bool set_kernel(const double* kernel, std::size_t stride);
 
   /// Solves for 0 < c to the stopping tolerance > 0. False when it did not converge within the
   /// iteration limit; the outcome is then not usable.
@@ -37,6 +42,7 @@ class DenseSmo {
     std::size_t i = 0, j = 0;
     bool found = false;
   };
+  void set_start(std::span<const int> sign);
   void begin(double c);
   Pick pick(double tolerance) const;
   struct Move {
@@ -66,18 +72,17 @@ class DenseSmo {
   std::size_t n_ = 0;
   std::size_t width_ = 0;           // n rounded up to whole vector blocks
   std::vector<std::size_t> order_;  // position in the problem -> caller's row
-  std::vector<double> sign_;        // +1 for the caller's negative rows, which come first
   std::vector<double> rounded_;     // [n x width] kernel as float values
-  std::vector<double> diagonal_;
 
   // The problem under way; positions move when it shrinks.
   std::vector<double> swapped_;  // copy of rounded_ after the first exchange
   const double* kernel_ = nullptr;
-  std::vector<std::size_t> place_;  // position now -> position at the start
-  std::vector<double> y_, d_, alpha_;
-  std::vector<double> v_;         // -y times the gradient
-  std::vector<double> bar_;       // its part that comes from multipliers at C
-  std::vector<double> up_, low_;  // 0 where the row may move that way, else -inf
+  std::vector<std::size_t> place_;     // position now -> position at the start
+  std::vector<double> start_, state_;  // [7 x width]: what follows, before the first step and now
+  double *y_ = nullptr, *d_ = nullptr, *alpha_ = nullptr;
+  double* v_ = nullptr;                    // -y times the gradient
+  double* bar_ = nullptr;                  // its part that comes from multipliers at C
+  double *up_ = nullptr, *low_ = nullptr;  // 0 where the row may move that way, else -inf
   std::vector<unsigned char> at_c_;
   std::size_t active_ = 0;
   double c_ = 0.0;

@@ -7,8 +7,9 @@
 
 namespace weft::classifier {
 
-/// Adds to `squared` [a rows x b rows] the squared differences of columns from <= k < to.
-/// Differences first, then squares: a^2 + b^2 - 2ab loses digits and can turn negative.
+/// Adds to `squared` [a rows x n] the squared differences of columns from <= k < to, between the
+/// rows of a and the first n rows of b. Differences first, then squares: a^2 + b^2 - 2ab loses
+/// digits and can turn negative.
 void add_squared_distances(const Matrix& a, const Matrix& b, std::size_t from, std::size_t to,
                            Matrix& squared);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace weft::classifier {
 namespace {
@@ -13,7 +14,10 @@ bool usable(double v) {
 }  // namespace
 
 SvmSolver::SvmSolver(std::span<const int> sign, bool dense)
-    : sign_(sign.begin(), sign.end()), dense_(dense && sign.size() <= most_dense_rows) {
+    : sign_(sign.begin(), sign.end()),
+      two_classes_(
+          std::any_of(sign.begin(), sign.end(), [&](int s) { return (s > 0) != (sign[0] > 0); })),
+      dense_(dense && sign.size() <= most_dense_rows) {
   if (dense_) smo_.set_rows(sign_);
 }
 
@@ -21,17 +25,19 @@ Status SvmSolver::set_kernel(const Matrix& kernel) {
   kernel_ = &kernel;
   libsvm_has_kernel_ = false;
   if (!dense_) return {};
-  const auto& all = kernel.data();
   const std::size_t n = sign_.size();
-  const bool finite =
-      std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); });
-  const bool two_classes =
-      std::any_of(sign_.begin(), sign_.end(), [&](int s) { return (s > 0) != (sign_[0] > 0); });
-  // What is wrong is said by the reference.
-  if (kernel.rows() != n || kernel.cols() != n || !finite || !two_classes)
-    return SvmTrainer(sign_).set_kernel(kernel);
-  smo_.set_kernel(kernel.row(0).data(), kernel.cols());
-  return {};
+  const bool usable_size = kernel.rows() >= n && kernel.cols() == n;
+  if (usable_size && two_classes_ && smo_.set_kernel(kernel.row(0).data(), n)) return {};
+  return give_libsvm_the_kernel();  // which says what is wrong
+}
+
+Status SvmSolver::give_libsvm_the_kernel() {
+  if (!libsvm_) libsvm_.emplace(sign_);
+  const std::size_t n = sign_.size();
+  if (kernel_->rows() <= n || kernel_->cols() != n) return libsvm_->set_kernel(*kernel_);
+  std::vector<std::size_t> first(n);
+  std::iota(first.begin(), first.end(), std::size_t{0});
+  return libsvm_->set_kernel(kernel_->take(first));
 }
 
 Status SvmSolver::solve(double c, double tolerance) {
@@ -47,7 +53,7 @@ Status SvmSolver::solve(double c, double tolerance) {
 Status SvmSolver::solve_with_libsvm(double c, double tolerance) {
   if (!libsvm_) libsvm_.emplace(sign_);
   if (kernel_ != nullptr && !libsvm_has_kernel_) {
-    if (auto ok = libsvm_->set_kernel(*kernel_); !ok) return ok;
+    if (auto ok = give_libsvm_the_kernel(); !ok) return ok;
     libsvm_has_kernel_ = true;
   }
   auto solved = libsvm_->solve(c, tolerance);

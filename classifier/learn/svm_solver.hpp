@@ -19,8 +19,8 @@ class SvmSolver {
   /// `sign`: +1 or -1 per training row; both must occur. `dense` false: libsvm always.
   SvmSolver(std::span<const int> sign, bool dense);
 
-  /// [n x n] kernel between the training rows; kept by reference until the next one. Errors as
-  /// SvmTrainer::set_kernel.
+  /// [n x n] kernel between the training rows; kept by reference until the next one. Further rows
+  /// are not read. Errors as SvmTrainer::set_kernel.
   Status set_kernel(const Matrix& kernel);
 
   /// The dense solver; libsvm where that does not converge. Errors as SvmTrainer::solve.
@@ -33,8 +33,10 @@ class SvmSolver {
 
  private:
   Status solve_with_libsvm(double c, double tolerance);
+  Status give_libsvm_the_kernel();
 
   std::vector<int> sign_;
+  bool two_classes_;
   bool dense_;
   const Matrix* kernel_ = nullptr;
   DenseSmo smo_;

@@ -110,11 +110,14 @@ double RareT::critical(double delta, double df) const {
   return at->second;
 }
 
-bool RareT::operator()(double t, double df, double delta) const {
+RareT::Limit RareT::limit(double delta, double df) const {
+  return {critical(delta, df), delta, df};
+}
+
+bool RareT::Limit::passed_by(double t) const {
   constexpr double margin = 1e-9;  // far more than p and critical_t are off
-  const double limit = critical(delta, df);
-  if (std::abs(t) > limit * (1.0 + margin)) return true;
-  if (std::abs(t) < limit * (1.0 - margin)) return false;
+  if (std::abs(t) > critical * (1.0 + margin)) return true;
+  if (std::abs(t) < critical * (1.0 - margin)) return false;
   return two_sided_p(t, df) < delta;
 }
 

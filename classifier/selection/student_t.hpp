@@ -23,8 +23,15 @@ double critical_t(double p, double df);
 /// threads.
 class RareT {
  public:
-  /// two_sided_p(t, df) < delta, mostly without computing p.
-  bool operator()(double t, double df, double delta) const;
+  /// One (delta, df), to be asked often without a lock.
+  struct Limit {
+    double critical, delta, df;
+    /// two_sided_p(t, df) < delta, mostly without computing p.
+    [[nodiscard]] bool passed_by(double t) const;
+  };
+  [[nodiscard]] Limit limit(double delta, double df) const;
+
+  bool operator()(double t, double df, double delta) const { return limit(delta, df).passed_by(t); }
 
  private:
   double critical(double delta, double df) const;

@@ -5,92 +5,138 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <type_traits>
+#include <utility>
+
+#include "classifier/features/lanes.hpp"
 
 namespace weft::classifier {
 namespace {
 
-// Means and sums of squares of one class, per column.
-struct ClassSums {
-  std::vector<double> mean;
-  std::vector<double> square;  // about the mean
-  double count = 0.0;
-};
+using simd::all;
+using simd::Lanes;
+using simd::larger;
+using simd::load;
+using simd::magnitude;
+using simd::store;
+
+// The same words for one column as for eight.
+WEFT_INLINE double larger(double a, double b) {
+  return a > b ? a : b;
+}
+WEFT_INLINE double magnitude(double a) {
+  return larger(a, -a);
+}
+template <class V>
+WEFT_INLINE V columns_at(const double* p) {
+  if constexpr (std::is_same_v<V, double>)
+    return *p;
+  else
+    return load(p);
+}
+
+using LaneBits = std::uint64_t __attribute__((vector_size(sizeof(Lanes))));
 
 // The power of two next to 1 / v, made from the exponent bits; 1 for 0. Between 2^-1022 and 2^1022.
-double inverse_power_of_two(double v) {
-  if (!(v > 0.0)) return 1.0;
+template <class V>
+WEFT_INLINE V inverse_power_of_two(V v) {
+  using Bits = std::conditional_t<std::is_same_v<V, double>, std::uint64_t, LaneBits>;
   constexpr std::uint64_t bias = 1023;
-  const std::uint64_t exponent =
-      std::clamp<std::uint64_t>(std::bit_cast<std::uint64_t>(v) >> 52, 1, 2 * bias - 1);
-  return std::bit_cast<double>((2 * bias - exponent) << 52);
+  const Bits raw = std::bit_cast<Bits>(v) >> 52;
+  const Bits low = raw < 1 ? raw + 1 : raw;
+  const Bits exponent = low > 2 * bias - 1 ? low - low + (2 * bias - 1) : low;
+  return v > 0.0 ? std::bit_cast<V>((2 * bias - exponent) << 52) : V{} + 1.0;
 }
 
-// 2^-e per column such that the largest magnitude is near 1: exact, and squares cannot overflow.
-std::vector<double> column_scales(const Matrix& rows) {
-  std::vector<double> top(rows.cols(), 0.0);
-  for (std::size_t r = 0; r < rows.rows(); ++r) {
-    for (std::size_t k = 0; k < rows.cols(); ++k) top[k] = std::max(top[k], std::abs(rows(r, k)));
-  }
-  for (double& v : top) v = inverse_power_of_two(v);
-  return top;
-}
+// Rows of one class.
+using Rows = std::vector<const double*>;
 
-ClassSums sums_of(const Matrix& rows, std::span<const int> sign, bool positive,
-                  const std::vector<double>& scale) {
-  ClassSums out{std::vector<double>(rows.cols()), std::vector<double>(rows.cols())};
-  for (std::size_t r = 0; r < rows.rows(); ++r) {
-    if ((sign[r] > 0) != positive) continue;
-    out.count += 1.0;
-    for (std::size_t k = 0; k < rows.cols(); ++k) out.mean[k] += rows(r, k) * scale[k];
-  }
-  for (double& m : out.mean) m /= out.count;
-  for (std::size_t r = 0; r < rows.rows(); ++r) {
-    if ((sign[r] > 0) != positive) continue;
-    for (std::size_t k = 0; k < rows.cols(); ++k) {
-      const double d = rows(r, k) * scale[k] - out.mean[k];
-      out.square[k] += d * d;
-    }
+// Mean and sum of squares about it, of columns brought near 1 by `scale`.
+template <class V>
+struct Sums {
+  V mean{}, square{};
+};
+
+template <class V>
+WEFT_INLINE Sums<V> sums_of(const Rows& rows, std::size_t column, V scale) {
+  Sums<V> out;
+  for (const double* row : rows) out.mean += columns_at<V>(row + column) * scale;
+  out.mean /= static_cast<double>(rows.size());
+  for (const double* row : rows) {
+    const V d = columns_at<V>(row + column) * scale - out.mean;
+    out.square += d * d;
   }
   return out;
+}
+
+// The difference of the means and the square of its standard error. Columns are scaled by a power
+// of two such that the largest magnitude is near 1: exact, and squares cannot overflow.
+template <class V>
+WEFT_INLINE void compare(const Rows& x, const Rows& y, std::size_t column, V& difference,
+                         V& error) {
+  V top{};
+  for (const Rows* rows : {&x, &y})
+    for (const double* row : *rows) top = larger(magnitude(columns_at<V>(row + column)), top);
+  const V scale = inverse_power_of_two(top);
+  const Sums<V> a = sums_of(x, column, scale), b = sums_of(y, column, scale);
+  const auto n = static_cast<double>(x.size()), m = static_cast<double>(y.size());
+  const V floor = 1e-9 * larger(magnitude(a.mean), magnitude(b.mean));
+  const V pooled = (a.square + b.square) / (n + m - 2.0);
+  difference = a.mean - b.mean;
+  error = larger(floor * floor, pooled) * (1.0 / n + 1.0 / m);
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void compare_columns(const Rows& x, const Rows& y, std::size_t columns, double* difference,
+                     double* error) {
+  std::size_t k = 0;
+  for (; k + simd::width <= columns; k += simd::width) {
+    Lanes d, e;
+    compare<Lanes>(x, y, k, d, e);
+    store(difference + k, d);
+    store(error + k, e);
+  }
+  for (; k < columns; ++k) compare<double>(x, y, k, difference[k], error[k]);
 }
 
 }  // namespace
 
 std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign) {
-  const std::vector<double> scale = column_scales(rows);
-  const ClassSums x = sums_of(rows, sign, true, scale);
-  const ClassSums y = sums_of(rows, sign, false, scale);
-  const double per_mean = 1.0 / x.count + 1.0 / y.count;
+  std::vector<std::size_t> every(rows.rows());
+  std::iota(every.begin(), every.end(), std::size_t{0});
+  return t_statistics(rows, every, sign);
+}
+
+std::vector<double> t_statistics(const Matrix& rows, std::span<const std::size_t> which,
+                                 std::span<const int> sign) {
   std::vector<double> t(rows.cols(), 0.0);
-  if (x.count + y.count < 3.0) return t;
-  for (std::size_t k = 0; k < t.size(); ++k) {
-    const double floor = 1e-9 * std::max(std::abs(x.mean[k]), std::abs(y.mean[k]));
-    const double pooled = (x.square[k] + y.square[k]) / (x.count + y.count - 2.0);
-    const double error = std::sqrt(std::max(pooled, floor * floor) * per_mean);
-    if (error > 0.0) t[k] = (x.mean[k] - y.mean[k]) / error;
-  }
+  if (which.size() < 3) return t;
+  Rows x, y;
+  for (const std::size_t r : which) (sign[r] > 0 ? x : y).push_back(rows.row(r).data());
+  std::vector<double> error(rows.cols());
+  compare_columns(x, y, rows.cols(), t.data(), error.data());
+  for (std::size_t k = 0; k < t.size(); ++k)
+    t[k] = error[k] > 0.0 ? t[k] / std::sqrt(error[k]) : 0.0;
   return t;
 }
 
 std::vector<std::size_t> rank_by_t(std::span<const double> t, std::size_t most) {
-  std::vector<std::size_t> order(t.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const std::size_t kept = std::min(most, order.size());
-  const auto end = order.begin() + static_cast<std::ptrdiff_t>(kept);
-  std::partial_sort(order.begin(), end, order.end(), [t](std::size_t a, std::size_t b) {
-    const double ta = std::abs(t[a]);
-    const double tb = std::abs(t[b]);
-    return ta != tb ? ta > tb : a < b;
-  });
-  order.resize(kept);
+  std::vector<std::pair<double, std::size_t>> merit;  // -|t| and column: smallest first
+  merit.reserve(t.size());
+  for (std::size_t k = 0; k < t.size(); ++k) merit.emplace_back(-std::abs(t[k]), k);
+  const std::size_t kept = std::min(most, merit.size());
+  std::partial_sort(merit.begin(), merit.begin() + static_cast<std::ptrdiff_t>(kept), merit.end());
+  std::vector<std::size_t> order(kept);
+  for (std::size_t k = 0; k < kept; ++k) order[k] = merit[k].second;
   return order;
 }
 
 std::size_t subset_size(std::span<const double> t, std::span<const std::size_t> ranked, double df,
                         double delta, std::size_t cap, const RareT& rare) {
+  const RareT::Limit limit = rare.limit(delta, df);
   std::size_t size = 0;
   const std::size_t most = std::min(cap, ranked.size());
-  while (size < most && rare(t[ranked[size]], df, delta)) ++size;
+  while (size < most && limit.passed_by(t[ranked[size]])) ++size;
   return std::max<std::size_t>(size, 1);
 }
 

@@ -15,6 +15,9 @@ namespace weft::classifier {
 /// compared at their own scale, so nothing overflows. The pooled deviation is kept above 1e-9 of
 /// the larger mean (AMB-13): equal up to rounding means t = 0.
 std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign);
+/// The same of the rows `which`; `sign` has one entry per row of the matrix.
+std::vector<double> t_statistics(const Matrix& rows, std::span<const std::size_t> which,
+                                 std::span<const int> sign);
 
 /// The first `most` columns by falling |t|; equal ones by column number. |t| and not p: p
 /// underflows.
