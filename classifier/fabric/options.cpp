@@ -7,14 +7,13 @@
 namespace weft::classifier {
 namespace {
 
-Status check_list(const std::vector<double>& values, double highest, const char* name) {
+Status check_list(const std::vector<double>& values, double highest, const char* name,
+                  const char* expected) {
   const bool good = !values.empty() && std::all_of(values.begin(), values.end(), [&](double v) {
     return v > 0.0 && v <= highest && std::isfinite(v);
   });
   if (good) return {};
-  return fail(
-      Errc::range, "unusable grid", name,
-      highest == 1.0 ? "numbers in (0, 1], at least one" : "positive numbers, at least one");
+  return fail(Errc::range, "unusable grid", name, std::string(expected) + ", at least one");
 }
 
 }  // namespace
@@ -43,14 +42,18 @@ Result<Reduction> reduction_from(std::string_view text) {
 
 Status check(const TrainOptions& options) {
   constexpr double unlimited = HUGE_VAL;
-  if (auto ok = check_list(options.grid.c, unlimited, "grid C"); !ok) return ok;
-  if (auto ok = check_list(options.grid.gamma, unlimited, "grid gamma"); !ok) return ok;
+  constexpr const char* shares = "numbers in (0, 1]";
+  if (auto ok = check_list(options.grid.c, Grid::most_c, "grid C", "positive numbers up to 1e12");
+      !ok)
+    return ok;
+  if (auto ok = check_list(options.grid.gamma, unlimited, "grid gamma", "positive numbers"); !ok)
+    return ok;
   const bool all_kinds = options.reduction == Reduction::best;
   if (options.reduction == Reduction::pvalue || all_kinds) {
-    if (auto ok = check_list(options.grid.delta, 1.0, "grid delta"); !ok) return ok;
+    if (auto ok = check_list(options.grid.delta, 1.0, "grid delta", shares); !ok) return ok;
   }
   if (options.reduction == Reduction::pca || all_kinds) {
-    if (auto ok = check_list(options.grid.explained, 1.0, "grid explained"); !ok) return ok;
+    if (auto ok = check_list(options.grid.explained, 1.0, "grid explained", shares); !ok) return ok;
   }
   if (options.cap == 0) return fail(Errc::range, "cap must be at least 1", "cap", ">= 1", "0");
   if (options.folds < 2) {

@@ -46,6 +46,10 @@ enum class FoldUnit {
 
 /// The grid of AMB-19. `delta` belongs to Reduction::pvalue, `explained` to Reduction::pca.
 struct Grid {
+  /// Where a kernel is flat, a multiplier grows by about 1e12 a step (1 / libsvm's least
+  /// curvature): a larger C would take for ever and change nothing.
+  static constexpr double most_c = 1e12;
+
   std::vector<double> c = {0.5, 2, 8, 32, 128, 512, 2048};
   std::vector<double> gamma = {0x1p-11, 0x1p-9, 0x1p-7, 0x1p-5, 0x1p-3, 0x1p-1, 0x1p1};
   std::vector<double> delta = {1e-5, 1e-4, 1e-3, 1e-2, 5e-2};

@@ -1,5 +1,6 @@
 #include "classifier/features/extract.hpp"
 
+#include <algorithm>
 #include <string>
 
 namespace weft::classifier {
@@ -12,6 +13,9 @@ Status check(const Trial& trial) {
                 std::to_string(trial.samples() * trial.taxels) + " values",
                 std::to_string(trial.counts.size()));
   }
+  const auto motion = std::count(trial.phase.begin(), trial.phase.end(), Phase::motion);
+  if (auto ok = check_motion_frames(static_cast<std::size_t>(motion)); !ok)
+    return pass(ok.error(), trial.file);
   const std::size_t bad = first_not_finite(trial.counts);
   if (bad == trial.counts.size()) return {};
   return fail(Errc::invalid_argument, "sample is not finite",

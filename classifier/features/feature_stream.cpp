@@ -35,6 +35,13 @@ std::size_t first_not_finite(std::span<const double> values) {
   return static_cast<std::size_t>(bad - values.begin());
 }
 
+Status check_motion_frames(std::size_t frames) {
+  if (frames <= FeatureStream::most_motion_frames) return {};
+  return fail(Errc::range, "phase M is too long", {},
+              "at most " + std::to_string(FeatureStream::most_motion_frames) + " samples",
+              std::to_string(frames), "Cut it into windows");
+}
+
 FeatureStream::FeatureStream(std::size_t taxels, FeatureOptions options)
     : taxels_(taxels), options_(options), blocks_(block_count(taxels)) {
   WEFT_ASSERT(taxels > 0);
@@ -61,6 +68,9 @@ Status FeatureStream::add(Phase phase, std::span<const double> counts) {
         Errc::invalid_argument, "sample is not finite",
         "frame " + std::to_string(bad / taxels_) + ", taxel " + std::to_string(bad % taxels_ + 1),
         "a finite count", std::to_string(counts[bad]));
+  }
+  if (phase == Phase::motion) {
+    if (auto ok = check_motion_frames(motion_frames() + counts.size() / taxels_); !ok) return ok;
   }
   add_checked(phase, counts);
   return {};

@@ -22,6 +22,10 @@ namespace weft::classifier {
 /// tables. Not for two threads at once.
 class FeatureStream {
  public:
+  /// Longest motion, about eight hours at 37 Hz. The transform of its length and its tables take
+  /// some 0.8 GB, whatever the taxels; a longer one would take gigabytes and is refused.
+  static constexpr std::size_t most_motion_frames = std::size_t{1} << 20;
+
   /// taxels >= 1
   explicit FeatureStream(std::size_t taxels, FeatureOptions options = {});
 
@@ -29,8 +33,8 @@ class FeatureStream {
   void restart();
 
   /// One frame or several: `counts` [frames x taxels], all in `phase`; frames of Phase::none are
-  /// dropped. Refuses incomplete frames and values that are not finite, named by frame and taxel;
-  /// the stream is then as before.
+  /// dropped. Refuses incomplete frames, values that are not finite, named by frame and taxel, and
+  /// what goes beyond most_motion_frames; the stream is then as before.
   Status add(Phase phase, std::span<const double> counts);
 
   [[nodiscard]] std::size_t taxels() const { return taxels_; }
@@ -65,6 +69,9 @@ class FeatureStream {
   BlockTools tools_;
   std::vector<double> features_;
 };
+
+/// Refuses a motion of more than FeatureStream::most_motion_frames.
+Status check_motion_frames(std::size_t frames);
 
 /// Index of the first value that is not finite, or the number of values.
 std::size_t first_not_finite(std::span<const double> values);
