@@ -45,29 +45,37 @@ std::size_t index_of(const std::vector<std::string>& labels, const std::string& 
                                   labels.begin());
 }
 
-// One trial at a time on the calling thread, as the paper times it.
-Result<Confusion> test_model(const FabricModel& model, const FeatureMatrix& matrix,
-                             const std::vector<std::size_t>& rows) {
-  Confusion out(model.labels());
+// One trial at a time on the calling thread, as the paper times it. `answer`: class of a feature
+// vector.
+template <class Answer>
+Result<std::vector<std::size_t>> answers_of(const Answer& answer, const FeatureMatrix& matrix,
+                                            const std::vector<std::size_t>& rows) {
+  std::vector<std::size_t> out;
   for (const std::size_t r : rows) {
-    const auto vote = model.classify(matrix.values.row(r));
-    if (!vote) return pass(vote.error(), matrix.files[r]);
-    ++out.at(index_of(model.labels(), matrix.labels[r]), vote->winner);
+    const Result<std::size_t> winner = answer(matrix.values.row(r));
+    if (!winner) return pass(winner.error(), matrix.files[r]);
+    out.push_back(*winner);
   }
   return out;
 }
 
-// Adds counts by label: a later split may have trained fewer classes than the first.
-void add(const Confusion& part, Confusion& sum) {
-  for (std::size_t t = 0; t < part.classes(); ++t) {
-    for (std::size_t p = 0; p < part.classes(); ++p) {
-      sum.at(index_of(sum.labels, part.labels[t]), index_of(sum.labels, part.labels[p])) +=
-          part.at(t, p);
-    }
+// Counts one split's answers, which are given in its own labels: a later split may have trained
+// fewer classes than the first. Returns the split's accuracy.
+double count_answers(const FeatureMatrix& matrix, const Split& split,
+                     std::vector<std::size_t> answers, Scores& out) {
+  const std::vector<std::string> own = sorted_labels(matrix, split);
+  std::size_t correct = 0;
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    const std::string& truth = matrix.labels[split.test[i]];
+    correct += own[answers[i]] == truth ? 1 : 0;
+    answers[i] = index_of(out.confusion.labels, own[answers[i]]);
+    ++out.confusion.at(index_of(out.confusion.labels, truth), answers[i]);
   }
+  out.answers.push_back(std::move(answers));
+  return static_cast<double>(correct) / static_cast<double>(split.test.size());
 }
 
-void summarise(std::span<const Split> splits, Evaluation& out) {
+void summarise(std::span<const Split> splits, Scores& out) {
   std::vector<double> accuracy, train_s, test_s;
   for (const SplitOutcome& s : out.splits) {
     accuracy.push_back(s.accuracy);
@@ -83,11 +91,7 @@ void summarise(std::span<const Split> splits, Evaluation& out) {
                                                    splits.front().test.size());
 }
 
-}  // namespace
-
-Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
-                            const TrainOptions& options, const SecondsNow& seconds_now) {
-  const auto now = [&] { return seconds_now ? seconds_now() : 0.0; };
+Result<Confusion> empty_confusion(const FeatureMatrix& matrix, std::span<const Split> splits) {
   if (splits.empty()) return fail(Errc::invalid_argument, "no split to evaluate", "evaluate");
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   std::set<std::string> labels;
@@ -96,25 +100,76 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
     const auto trained = sorted_labels(matrix, split);
     labels.insert(trained.begin(), trained.end());
   }
-  Confusion confusion(std::vector<std::string>(labels.begin(), labels.end()));
-  std::vector<SplitOutcome> outcomes;
-  std::optional<FabricModel> first;
+  return Confusion(std::vector<std::string>(labels.begin(), labels.end()));
+}
+
+// Trains and tests on every split. `train_on` gives something trained on a matrix, `answer` its
+// class of a feature vector, `keep` takes it over afterwards.
+template <class TrainOn, class Answer, class Keep>
+Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> splits,
+                           const SecondsNow& seconds_now, const TrainOn& train_on,
+                           const Answer& answer, const Keep& keep) {
+  const auto now = [&] { return seconds_now ? seconds_now() : 0.0; };
+  auto confusion = empty_confusion(matrix, splits);
+  if (!confusion) return pass(confusion.error());
+  Scores out{std::move(*confusion), {}, {}, 0, 0, {}, 0, 0};
   for (const Split& split : splits) {
     const double start = now();
-    auto model = train(take_rows(matrix, split.train), options);
-    if (!model) return pass(model.error());
-    const double trained = now();
-    const auto part = test_model(*model, matrix, split.test);
-    if (!part) return pass(part.error());
+    auto trained = train_on(take_rows(matrix, split.train));
+    if (!trained) return pass(trained.error());
+    const double ready = now();
+    auto answers =
+        answers_of([&](auto features) { return answer(*trained, features); }, matrix, split.test);
+    if (!answers) return pass(answers.error());
     const double tested = now();
-    add(*part, confusion);
-    outcomes.push_back({part->accuracy(), trained - start,
-                        (tested - trained) / static_cast<double>(split.test.size())});
-    if (!first) first.emplace(std::move(*model));
+    const double accuracy = count_answers(matrix, split, std::move(*answers), out);
+    out.splits.push_back(
+        {accuracy, ready - start, (tested - ready) / static_cast<double>(split.test.size())});
+    keep(std::move(*trained));
   }
-  Evaluation out{std::move(confusion), std::move(outcomes), 0, 0, {}, 0, 0, std::move(*first)};
   summarise(splits, out);
   return out;
+}
+
+}  // namespace
+
+Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
+                            const TrainOptions& options, const SecondsNow& seconds_now) {
+  std::optional<FabricModel> first;
+  auto scores = over_splits(
+      matrix, splits, seconds_now, [&](const FeatureMatrix& rows) { return train(rows, options); },
+      [](const FabricModel& model, std::span<const double> features) -> Result<std::size_t> {
+        const auto vote = model.classify(features);
+        if (!vote) return pass(vote.error());
+        return vote->winner;
+      },
+      [&](FabricModel&& model) {
+        if (!first) first.emplace(std::move(model));
+      });
+  if (!scores) return pass(scores.error());
+  return Evaluation{std::move(*scores), std::move(*first)};
+}
+
+Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
+                                   Learner learner, const TrainOptions& options,
+                                   const SecondsNow& seconds_now) {
+  std::optional<TrainedLearner> first;
+  std::vector<Recipe> recipes;
+  std::vector<std::vector<RecipeScore>> candidates;
+  auto scores = over_splits(
+      matrix, splits, seconds_now,
+      [&](const FeatureMatrix& rows) { return train_learner(rows, learner, options); },
+      [](const ChosenLearner& chosen, std::span<const double> features) {
+        return chosen.trained.classify(features);
+      },
+      [&](ChosenLearner&& chosen) {
+        recipes.push_back(chosen.recipe);
+        candidates.push_back(std::move(chosen.scores));
+        if (!first) first.emplace(std::move(chosen.trained));
+      });
+  if (!scores) return pass(scores.error());
+  return LearnerEvaluation{std::move(*scores), std::move(recipes), std::move(candidates),
+                           std::move(*first)};
 }
 
 }  // namespace weft::classifier

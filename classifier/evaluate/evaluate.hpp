@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/confusion.hpp"
 #include "classifier/evaluate/interval.hpp"
 #include "classifier/evaluate/splits.hpp"
@@ -26,20 +27,38 @@ struct SplitOutcome {
   double test_s_per_sample = 0.0;  ///< one trial at a time on one thread, vote included
 };
 
-struct Evaluation {
+/// What came out over all splits.
+struct Scores {
   Confusion confusion;  ///< summed over the splits
   std::vector<SplitOutcome> splits;
+  /// Of each split, of its test rows in order: index into confusion.labels.
+  std::vector<std::vector<std::size_t>> answers;
   double accuracy = 0.0;  ///< mean over the splits
   double deviation = 0.0;
   Interval ci95;
   double train_s = 0.0;            ///< mean over the splits
   double test_s_per_sample = 0.0;  ///< mean over the splits
+};
+
+struct Evaluation : Scores {
   FabricModel model;  ///< of the first split: its cores illustrate the selection (Table III)
+};
+
+struct LearnerEvaluation : Scores {
+  /// Of each split: what was trained, and the candidates where that was a choice.
+  std::vector<Recipe> recipes;
+  std::vector<std::vector<RecipeScore>> candidates;
+  TrainedLearner trained;  ///< of the first split
 };
 
 /// Refuses: what train() refuses, no split, an empty test part, a row beyond the last, a row on
 /// both sides of a split, a test label that was not trained.
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
                             const TrainOptions& options, const SecondsNow& seconds_now = {});
+
+/// The same for any learner; choices and their cross-validation are part of the training.
+Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
+                                   Learner learner, const TrainOptions& options,
+                                   const SecondsNow& seconds_now = {});
 
 }  // namespace weft::classifier

@@ -20,13 +20,14 @@ double blind_matches(const Confusion& confusion) {
   return sum / static_cast<double>(confusion.total());
 }
 
-}  // namespace
-
-Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, const TrainOptions& train,
-                                            const PermutationOptions& options) {
+// `evaluate_on` gives the scores of a matrix over splits.
+template <class EvaluateOn>
+Result<PermutationResult> permuted(const FeatureMatrix& matrix, std::uint64_t seed,
+                                   const PermutationOptions& options,
+                                   const EvaluateOn& evaluate_on) {
   if (options.permutations == 0)
     return fail(Errc::range, "no permutation", "permutations", "at least 1", "0");
-  RandomEngine engine(train.seed);
+  RandomEngine engine(seed);
   FeatureMatrix shuffled = matrix;
   PermutationResult out;
   double matches = 0.0;
@@ -35,7 +36,7 @@ Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, const T
     const auto splits =
         stratified_splits(shuffled.labels, options.train_fraction, options.splits, engine());
     if (!splits) return pass(splits.error(), "permuted labels");
-    const auto evaluation = evaluate(shuffled, *splits, train);
+    const auto evaluation = evaluate_on(shuffled, *splits);
     if (!evaluation) return pass(evaluation.error(), "permuted labels");
     out.accuracy.push_back(evaluation->accuracy);
     out.trials += evaluation->confusion.total();
@@ -44,6 +45,25 @@ Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, const T
   out.mean = mean_of(out.accuracy);
   out.chance = matches / static_cast<double>(out.trials);
   return out;
+}
+
+}  // namespace
+
+Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, const TrainOptions& train,
+                                            const PermutationOptions& options) {
+  return permuted(matrix, train.seed, options,
+                  [&](const FeatureMatrix& shuffled, const std::vector<Split>& splits) {
+                    return evaluate(shuffled, splits, train);
+                  });
+}
+
+Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, Learner learner,
+                                            const TrainOptions& train,
+                                            const PermutationOptions& options) {
+  return permuted(matrix, train.seed, options,
+                  [&](const FeatureMatrix& shuffled, const std::vector<Split>& splits) {
+                    return evaluate(shuffled, splits, learner, train);
+                  });
 }
 
 }  // namespace weft::classifier

@@ -33,4 +33,9 @@ struct PermutationResult {
 Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, const TrainOptions& train,
                                             const PermutationOptions& options = {});
 
+/// The same for any learner.
+Result<PermutationResult> evaluate_permuted(const FeatureMatrix& matrix, Learner learner,
+                                            const TrainOptions& train,
+                                            const PermutationOptions& options = {});
+
 }  // namespace weft::classifier

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "classifier/learn/random.hpp"
 
@@ -40,6 +41,30 @@ Status check_groups(std::span<const std::string> groups, std::span<const std::st
                 "The manifest's column group lists them");
   }
   return {};
+}
+
+// Windows are named "file#0", "file#1"; a row without a name stands for itself.
+std::string recording_of(const std::string& file, std::size_t row) {
+  return file.empty() ? "#" + std::to_string(row) : file.substr(0, file.find('#'));
+}
+
+// Rows of `recordings` recordings of every label, ascending.
+Result<std::vector<std::size_t>> draw(
+    const std::map<std::string, std::map<std::string, std::vector<std::size_t>>>& rows,
+    std::size_t recordings, RandomEngine& engine) {
+  std::vector<std::size_t> out;
+  for (const auto& [label, of_label] : rows) {
+    if (of_label.size() < recordings)
+      return fail(Errc::range, "not so many training recordings", "label " + label,
+                  "at most " + std::to_string(of_label.size()), std::to_string(recordings));
+    std::vector<std::string> names;
+    for (const auto& entry : of_label) names.push_back(entry.first);
+    shuffle(names, engine);
+    for (std::size_t i = 0; i < recordings; ++i)
+      out.insert(out.end(), of_label.at(names[i]).begin(), of_label.at(names[i]).end());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
 }
 
 }  // namespace
@@ -82,6 +107,50 @@ Result<Split> grouped_split(std::span<const std::string> groups,
   for (std::size_t r = 0; r < groups.size(); ++r) {
     if (contains(train_groups, groups[r])) out.train.push_back(r);
     if (contains(test_groups, groups[r])) out.test.push_back(r);
+  }
+  return out;
+}
+
+Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> groups,
+                                               std::span<const std::string> labels) {
+  std::map<std::string, std::set<std::string>> groups_of_label;
+  const std::set<std::string> distinct(groups.begin(), groups.end());
+  for (std::size_t r = 0; r < groups.size(); ++r) groups_of_label[labels[r]].insert(groups[r]);
+  if (distinct.size() < 2 || distinct.count("") != 0)
+    return fail(Errc::invalid_argument, "the trials are not in groups", "leave one group out",
+                "a group for every trial, at least two groups", std::to_string(distinct.size()));
+  std::vector<Split> out;
+  for (const std::string& left_out : distinct) {
+    Split split;
+    for (std::size_t r = 0; r < groups.size(); ++r) {
+      if (groups[r] != left_out)
+        split.train.push_back(r);
+      else if (groups_of_label[labels[r]].size() > 1)
+        split.test.push_back(r);
+    }
+    if (split.test.empty())
+      return fail(Errc::invalid_argument, "no other group has its labels", "group " + left_out);
+    out.push_back(std::move(split));
+  }
+  return out;
+}
+
+Result<std::vector<Split>> thinned(std::span<const Split> splits,
+                                   std::span<const std::string> labels,
+                                   std::span<const std::string> files, std::size_t recordings,
+                                   std::size_t draws, std::uint64_t seed) {
+  if (recordings == 0 || draws == 0)
+    return fail(Errc::range, "nothing to draw", "learning curve", "at least 1", "0");
+  RandomEngine engine(seed);
+  std::vector<Split> out;
+  for (const Split& split : splits) {
+    std::map<std::string, std::map<std::string, std::vector<std::size_t>>> rows;
+    for (const std::size_t r : split.train) rows[labels[r]][recording_of(files[r], r)].push_back(r);
+    for (std::size_t d = 0; d < draws; ++d) {
+      auto drawn = draw(rows, recordings, engine);
+      if (!drawn) return pass(drawn.error());
+      out.push_back({std::move(*drawn), split.test});
+    }
   }
   return out;
 }

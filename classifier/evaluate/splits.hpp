@@ -30,6 +30,20 @@ Result<Split> grouped_split(std::span<const std::string> groups,
                             std::span<const std::string> train_groups,
                             std::span<const std::string> test_groups);
 
+/// One split per group, in the order of their names: that group tests, all others train. Test
+/// trials of labels that no other group has are left out. Refuses fewer than two groups, trials
+/// without a group, and groups of which nothing is left to test.
+Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> groups,
+                                               std::span<const std::string> labels);
+
+/// The splits with at most `recordings` training recordings of every label, drawn `draws` times
+/// each from the seed; test parts stay as they are. Windows of one recording (file name before '#')
+/// count once and stay together. Refuses 0 of either and a label with fewer recordings.
+Result<std::vector<Split>> thinned(std::span<const Split> splits,
+                                   std::span<const std::string> labels,
+                                   std::span<const std::string> files, std::size_t recordings,
+                                   std::size_t draws, std::uint64_t seed);
+
 /// The labels in random order: what a classifier must not be able to learn.
 std::vector<std::string> permuted_labels(std::span<const std::string> labels, std::uint64_t seed);
 

@@ -119,8 +119,14 @@ Status refuse_same_files(const ImportArgs& args, const Dataset& dataset) {
   return {};
 }
 
+FabricslideGroup group_of(const std::string& word) {
+  if (word == "pressure") return FabricslideGroup::pressure;
+  return word == "speed" ? FabricslideGroup::speed : FabricslideGroup::repetition;
+}
+
 Result<Dataset> import(const ImportArgs& args) {
-  if (args.format == "fabricslide") return import_fabricslide(args.source, args.filter);
+  if (args.format == "fabricslide")
+    return import_fabricslide(args.source, args.filter, group_of(args.group));
   return import_manifest(args.source);
 }
 
@@ -137,12 +143,16 @@ void add_options(CLI::App& command, ImportArgs& args) {
       ->capture_default_str();
   command.add_option("--filter", args.filter,
                      "fabricslide: only files whose name matches, with * and ?");
+  command.add_option("--group", args.group, "fabricslide: what makes the groups (repetition)")
+      ->check(CLI::IsMember({"repetition", "pressure", "speed"}));
 }
 
 Result<int> run_import(const ImportArgs& args, Console& console) {
   if (args.format == "manifest" && args.filter != "*")
     return fail(Errc::invalid_argument, "a manifest has no file names to filter", "--filter", {},
                 {}, "Leave lines out of the manifest instead");
+  if (args.format == "manifest" && !args.group.empty())
+    return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
   Result<Dataset> dataset = import(args);
   if (!dataset) return pass(dataset.error());
   if (auto ok = refuse_same_files(args, *dataset); !ok) return pass(ok.error());

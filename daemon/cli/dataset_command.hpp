@@ -17,6 +17,7 @@ struct ImportArgs {
   std::filesystem::path out;
   std::string format = "manifest";
   std::string filter = "*";
+  std::string group;  ///< fabricslide: empty is "repetition"
 };
 void add_options(CLI::App& command, ImportArgs& args);
 Result<int> run_import(const ImportArgs& args, Console& console);

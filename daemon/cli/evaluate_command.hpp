@@ -17,16 +17,20 @@ struct EvaluateArgs {
   std::vector<std::string> train_groups;
   std::vector<std::string> test_groups;
   double train_fraction = 0.0;  ///< 0: by groups
+  bool leave_one_group_out = false;
   std::size_t repeats = 30;
   std::size_t permute_labels = 0;  ///< permutations to try as well; 0: none
-  std::string reduction = "every";
+  std::vector<std::string> learners = {"every"};
+  std::vector<std::size_t> curve;  ///< training recordings of each label; empty: all
+  bool answers = false;            ///< with --json: list them
+  std::size_t curve_draws = 5;     ///< of each split and number
   TrialChoice trials;
   TrainChoice training;
 };
 void add_options(CLI::App& command, EvaluateArgs& args);
 
-/// One split by groups, or `repeats` random ones. Refuses random splits of windows: windows of one
-/// recording would be on both sides.
+/// One split by groups, one for each group left out, or `repeats` random ones. Refuses random
+/// splits of windows: windows of one recording would be on both sides.
 Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
                                                  const classifier::FeatureMatrix& features);
 

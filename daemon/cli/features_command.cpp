@@ -12,11 +12,12 @@ void add_options(CLI::App& command, FeaturesArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
   command.add_option("-o,--output", args.out, "table to write (CSV)")->required();
   add_trial_options(command, args.trials);
+  add_level_option(command, args.trials);
 }
 
 Result<int> run_features(const FeaturesArgs& args, Console& console) {
   if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
-  const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, false);
+  const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, false, true);
   if (!chosen) return pass(chosen.error());
   if (auto ok = export_features_csv(args.out, chosen->features); !ok) return pass(ok.error());
   const BenchKind kind = chosen->dataset.info.kind;

@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
 
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/report/format.hpp"
@@ -45,7 +48,8 @@ classifier::FeatureSetup setup_of(const TrialSelection& chosen, const TrialChoic
 
 void add_trial_options(CLI::App& command, TrialChoice& choice) {
   command.add_option("--exploration", choice.exploration,
-                     "only trials of this exploration, such as M1");
+                     "only trials of this exploration, such as M1; evaluate and features also take "
+                     "M1+M2, the features of both side by side");
   command
       .add_option("--window-s", choice.window_s,
                   "cut phase M into windows of this many seconds; without it whole strokes")
@@ -59,6 +63,27 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
                   "F_norm: l2 as in the paper, or rms for motions of different lengths")
       ->check(CLI::IsMember({"l2", "rms"}))
       ->capture_default_str();
+}
+
+void add_level_option(CLI::App& command, TrialChoice& choice) {
+  command
+      .add_option("--remove-level", choice.remove_level,
+                  "subtract each taxel's mean of the motion, or of the rest before it")
+      ->check(CLI::IsMember({"motion", "rest"}));
+}
+
+Status without_level(Trial& trial, Phase of) {
+  const auto samples = std::ranges::count(trial.phase, of);
+  if (samples == 0)
+    return fail(Errc::not_found, "no sample in the phase whose level is to be removed", trial.file);
+  for (std::size_t k = 0; k < trial.taxels; ++k) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < trial.samples(); ++i)
+      if (trial.phase[i] == of) sum += trial.counts[i * trial.taxels + k];
+    const double level = std::nearbyint(sum / static_cast<double>(samples));
+    for (std::size_t i = 0; i < trial.samples(); ++i) trial.counts[i * trial.taxels + k] -= level;
+  }
+  return {};
 }
 
 double sample_period_s(const Dataset& dataset) {
@@ -92,16 +117,108 @@ Result<std::vector<Trial>> in_windows(std::vector<Trial> strokes,
   return out;
 }
 
+namespace {
+
+Result<classifier::FeatureMatrix> features_of(std::vector<Trial> trials, const TrialChoice& choice,
+                                              const classifier::FeatureOptions& options) {
+  if (!choice.remove_level.empty())
+    for (Trial& trial : trials)
+      if (auto ok =
+              without_level(trial, choice.remove_level == "rest" ? Phase::rest : Phase::motion);
+          !ok)
+        return pass(ok.error());
+  return classifier::build_feature_matrix(trials, options);
+}
+
+using TrialKey = std::tuple<std::string, std::string, std::uint32_t>;  // label, group, repetition
+
+// Complete trials of one exploration by what they have in common with those of another; a
+// repetition that was run again counts with its last attempt.
+std::map<TrialKey, std::size_t> trials_by_key(const Dataset& dataset, const std::string& name) {
+  std::map<TrialKey, std::size_t> out;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome == TrialOutcome::complete && record.spec.exploration == name)
+      out[{dataset.trials[i].label, dataset.trials[i].group, record.spec.repetition}] = i;
+  }
+  return out;
+}
+
+void append_columns(const classifier::FeatureMatrix& part, const std::string& name,
+                    classifier::FeatureMatrix& whole) {
+  classifier::Matrix wide(part.size(), whole.names.size() + part.names.size());
+  for (std::size_t r = 0; r < part.size(); ++r) {
+    if (!whole.names.empty()) std::ranges::copy(whole.values.row(r), wide.row(r).begin());
+    std::ranges::copy(part.values.row(r), wide.row(r).last(part.names.size()).begin());
+  }
+  for (const std::string& column : part.names) whole.names.push_back(name + ":" + column);
+  whole.values = std::move(wide);
+  whole.labels = part.labels;
+  whole.groups = part.groups;
+  whole.files = part.files;
+}
+
+std::vector<std::string> parts_of(const std::string& sum) {
+  std::vector<std::string> out;
+  for (std::size_t from = 0, to = 0; to != std::string::npos; from = to + 1) {
+    to = sum.find('+', from);
+    out.push_back(sum.substr(from, to == std::string::npos ? to : to - from));
+  }
+  return out;
+}
+
+// Features of several explorations side by side.
+Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
+  if (choice.window_s != 0.0)
+    return fail(Errc::invalid_argument, "windows of two explorations have nothing in common",
+                "--window-s");
+  std::vector<std::map<TrialKey, std::size_t>> trials;
+  const std::vector<std::string> parts = parts_of(choice.exploration);
+  for (const std::string& name : parts) {
+    trials.push_back(trials_by_key(dataset, name));
+    if (trials.back().empty())
+      return fail(Errc::not_found, "no trial has this exploration", "--exploration",
+                  joined(explorations_of(dataset)), name);
+  }
+  std::erase_if(trials.front(), [&](const auto& entry) {
+    return !std::ranges::all_of(trials, [&](const auto& t) { return t.contains(entry.first); });
+  });
+  if (trials.front().empty())
+    return fail(Errc::not_found, "no repetition has a trial of each exploration", "--exploration",
+                {}, choice.exploration);
+  ChosenTrials out;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    TrialSelection selection{choice.exploration, 0, {}};
+    for (const auto& entry : trials.front())
+      selection.trials.push_back(dataset.trials[trials[p].at(entry.first)]);
+    out.setup = setup_of(selection, choice, sample_period_s(dataset));
+    const auto features = features_of(std::move(selection.trials), choice, out.setup.options);
+    if (!features) return pass(features.error());
+    append_columns(*features, parts[p], out.features);
+  }
+  out.strokes = out.features.size();
+  out.sha256 = dataset_sha256(dataset);
+  out.dataset = std::move(dataset);
+  return out;
+}
+
+}  // namespace
+
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
-                                 bool one_exploration) {
+                                 bool one_exploration, bool may_join) {
   Result<Dataset> dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
-  const Result<TrialSelection> chosen = choose_trials(*dataset, choice, one_exploration);
+  if (may_join && choice.exploration.find('+') != std::string::npos) {
+    auto out = load_joined(std::move(*dataset), choice);
+    if (!out) return pass(out.error(), path.string());
+    return out;
+  }
+  Result<TrialSelection> chosen = choose_trials(*dataset, choice, one_exploration);
   if (!chosen) return pass(chosen.error(), path.string());
   ChosenTrials out;
   out.strokes = chosen->strokes;
   out.setup = setup_of(*chosen, choice, sample_period_s(*dataset));
-  auto features = classifier::build_feature_matrix(chosen->trials, out.setup.options);
+  auto features = features_of(std::move(chosen->trials), choice, out.setup.options);
   if (!features) return pass(features.error(), path.string());
   out.features = std::move(*features);
   out.sha256 = dataset_sha256(*dataset);

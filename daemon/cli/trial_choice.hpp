@@ -23,8 +23,11 @@ struct TrialChoice {
   double window_s = 0.0;       ///< 0: whole strokes
   double window_step_s = 0.0;  ///< 0: no overlap
   std::string norm = "l2";
+  std::string remove_level = {};  ///< "", "motion" or "rest"; see without_level()
 };
 void add_trial_options(CLI::App& command, TrialChoice& choice);
+/// --remove-level, for commands that make no model: a model file does not know of it.
+void add_level_option(CLI::App& command, TrialChoice& choice);
 
 /// A data set and the features of the trials that were chosen from it.
 struct ChosenTrials {
@@ -54,9 +57,15 @@ Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& 
 Result<std::vector<classifier::Trial>> in_windows(std::vector<classifier::Trial> strokes,
                                                   const classifier::WindowOptions& options);
 
-/// Reads `path`, chooses and extracts.
+/// Subtracts from every taxel its mean of phase `of`, rounded to counts so that the mode keeps its
+/// grid: what is left does not know how hard the pad pressed. Refuses a trial without that phase.
+Status without_level(classifier::Trial& trial, Phase of);
+
+/// Reads `path`, chooses and extracts. An exploration such as "M1+M2" puts the features of both
+/// side by side, "M1:range.M.4": a row for every label, group and repetition that has one complete
+/// trial of each. Only with `may_join`, for commands that make no model, and only whole strokes.
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
-                                 bool one_exploration);
+                                 bool one_exploration, bool may_join = false);
 
 /// Mean sample period of a data set [s]; 0 when not known.
 double sample_period_s(const Dataset& dataset);

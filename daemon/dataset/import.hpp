@@ -17,10 +17,18 @@ Result<Dataset> import_manifest(const std::filesystem::path& manifest);
 /// One such trial file by itself: a data set of one trial without label or group.
 Result<Dataset> import_trial(const std::filesystem::path& path);
 
+/// What makes the groups of an imported fabricslide set: what a split leaves out as a whole.
+enum class FabricslideGroup {
+  repetition,
+  pressure,  ///< grip set-point, "120"
+  speed      ///< "10", to and fro alike [mm/s]
+};
+
 /// Reads every `<Fabric>_F<grip>_V[-]<speed>mmps_<repetition>.csv` in `folder` whose name matches
-/// `filter` (shell wildcards * and ?). Label = fabric, group = repetition, all phase M, 16 taxels.
+/// `filter` (shell wildcards * and ?). Label = fabric, all phase M, 16 taxels.
 Result<Dataset> import_fabricslide(const std::filesystem::path& folder,
-                                   std::string_view filter = "*");
+                                   std::string_view filter = "*",
+                                   FabricslideGroup group = FabricslideGroup::repetition);
 
 /// Writes `file,label,group` and the features, a row a trial, with 17 significant digits so that
 /// every double comes back. A temporary name, renamed on success.

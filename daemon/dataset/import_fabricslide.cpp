@@ -35,9 +35,11 @@ Status read_stroke(const std::filesystem::path& path, classifier::Trial& trial,
   return read_samples(*csv, columns, trial, record);
 }
 
-/// Fabric and repetition, from a name such as `Denim_F120_V-10mmps_0.csv`.
-Status read_name(const std::string& name, classifier::Trial& trial, TrialRecord& record) {
-  static const std::regex pattern(R"((.+)_F[0-9.]+_V-?[0-9.]+mmps_([0-9]{1,9})\.csv)");
+/// Fabric, grip set-point, speed without its direction and repetition, from a name such as
+/// `Denim_F120_V-10mmps_0.csv`.
+Status read_name(const std::string& name, FabricslideGroup group, classifier::Trial& trial,
+                 TrialRecord& record) {
+  static const std::regex pattern(R"((.+)_F([0-9.]+)_V-?([0-9.]+)mmps_([0-9]{1,9})\.csv)");
   std::smatch parts;
   if (!std::regex_match(name, parts, pattern))
     return fail(Errc::parse, "not a name of this layout", name,
@@ -45,9 +47,19 @@ Status read_name(const std::string& name, classifier::Trial& trial, TrialRecord&
                 "Leave other files out with a filter");
   trial.file = name;
   trial.label = parts[1];
-  trial.group = parts[2];
-  std::from_chars(trial.group.data(), trial.group.data() + trial.group.size(),
-                  record.spec.repetition);
+  const std::string repetition = parts[4];
+  switch (group) {
+    case FabricslideGroup::repetition:
+      trial.group = repetition;
+      break;
+    case FabricslideGroup::pressure:
+      trial.group = parts[2];
+      break;
+    case FabricslideGroup::speed:
+      trial.group = parts[3];
+      break;
+  }
+  std::from_chars(repetition.data(), repetition.data() + repetition.size(), record.spec.repetition);
   return {};
 }
 
@@ -72,7 +84,8 @@ Result<std::vector<std::filesystem::path>> matching_files(const std::filesystem:
 
 }  // namespace
 
-Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::string_view filter) {
+Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::string_view filter,
+                                   FabricslideGroup group) {
   auto files = matching_files(folder, std::string(filter));
   if (!files) return pass(std::move(files).error());
   Dataset dataset;
@@ -83,7 +96,7 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::str
   for (const std::filesystem::path& path : *files) {
     classifier::Trial trial;
     TrialRecord record;
-    auto done = read_name(path.filename().string(), trial, record);
+    auto done = read_name(path.filename().string(), group, trial, record);
     if (done) done = read_stroke(path, trial, record);
     if (done) done = append(dataset, std::move(trial), std::move(record));
     if (!done) return pass(std::move(done).error());

@@ -34,7 +34,7 @@ ordered_json time_json(const TimeShare& time) {
 
 }  // namespace
 
-ordered_json evaluation_json(const classifier::Evaluation& e) {
+ordered_json evaluation_json(const classifier::Scores& e) {
   ordered_json accuracies = ordered_json::array();
   for (const classifier::SplitOutcome& split : e.splits) accuracies.push_back(split.accuracy);
   return {{"accuracy", e.accuracy},

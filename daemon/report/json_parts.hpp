@@ -11,7 +11,7 @@ namespace weft::daemon {
 
 /// Accuracy, interval and its method, accuracy of each split, times, and the confusion matrix as
 /// {"labels": [...], "count": [[...]]}: a row per true label, a column per answer.
-nlohmann::ordered_json evaluation_json(const classifier::Evaluation& evaluation);
+nlohmann::ordered_json evaluation_json(const classifier::Scores& evaluation);
 
 /// One pair of fabrics: selected features with p, parameters, errors of the cross-validation.
 nlohmann::ordered_json core_json(const CoreLine& line);

@@ -75,16 +75,35 @@ def good_path(t, d, rows):
     everything = t.succeeds("classify", "m.weft", "d.h5", cwd=d)["trials"]
     t.expect(len(everything) == 24 and all(a["label"] == a["true_label"] for a in everything), "training trials known")
 
-    for reduction in ("pvalue", "pca", "all", "best"):
+    for reduction in ("pvalue", "pca", "all", "lda", "svc", "cores-best", "best"):
         e = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--reduction", reduction, cwd=d)
         result = e["results"][reduction]
         t.expect(result["accuracy"] == 1.0 and sum(map(sum, result["confusion"]["count"])) == 12, f"{reduction}: {result}")
     every = ["evaluate", "d.h5", "--train-fraction", "0.4", "--repeats", "5", "--seed", "7", "--reduction", "every"]
     a, b = t.succeeds(*every, cwd=d), t.succeeds(*every, "--threads", "1", cwd=d)
-    t.expect(list(a["results"]) == ["all", "best", "pca", "pvalue"], f"every: {list(a['results'])}")
+    t.expect(list(a["results"]) == ["all", "best", "lda", "pca", "pvalue", "svc"], f"every: {list(a['results'])}")
     for r in a["results"]:
         t.expect(a["results"][r]["confusion"] == b["results"][r]["confusion"], f"{r}: threads change the result")
         t.expect(len(a["results"][r]["accuracy_of_splits"]) == 5, f"{r}: five splits")
+
+
+def splits_and_curves(t, d):
+    loud = ["evaluate", "d.h5", "--leave-one-group-out", "--learner", "lda,cores-pvalue"]
+    e = t.succeeds(*loud, "--learning-curve", "2,3", "--curve-draws", "2", cwd=d)
+    t.expect(e["splits"] == 2 and list(e["results"]) == ["lda", "pvalue"], f"two groups: {e['splits']}")
+    curve = e["learning_curve"]
+    t.expect([p["trials"] for p in curve] == [2, 3] and curve[0]["splits"] == 4, f"curve: {curve}")
+    t.expect(all(0.3 <= p["accuracy"]["lda"]["mean"] <= 1 for p in curve), f"curve: {curve}")
+    t.refuses(*loud, "--learning-curve", "5", cwd=d, says=["--learning-curve", "at most 4"])
+    t.refuses(*loud, "--train-fraction", "0.4", cwd=d, says=["--leave-one-group-out"], status=2)
+    # without its level a cloth is known by its ripple alone; mean.M is gone up to rounding to a count
+    t.succeeds("features", "d.h5", "-o", "level.csv", "--remove-level", "motion", cwd=d)
+    with open(d / "level.csv", newline="") as f:
+        rows = list(csv.DictReader(f))
+    t.expect(all(abs(float(r[f"mean.M.{k}"])) <= 0.5 for r in rows for k in (1, 2, 3)), "level removed")
+    e = t.succeeds("evaluate", "d.h5", "--leave-one-group-out", "--learner", "lda", "--remove-level", "rest", cwd=d)
+    t.expect(e["remove_level"] == "rest" and e["results"]["lda"]["accuracy"] > 0.5, f"level: {e['results']}")
+    t.refuses("train", "d.h5", "-o", "bad.weft", "--remove-level", "motion", cwd=d, says=["--remove-level"], status=2)
 
 
 def windows(t, d):
@@ -203,6 +222,7 @@ def main():
         d = work / "set"
         rows = write_set(d)
         good_path(t, d, rows)
+        splits_and_curves(t, d)
         windows(t, d)
         bad_trials(t, d)
         bad_manifests(t, d)

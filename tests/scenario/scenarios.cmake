@@ -28,6 +28,15 @@ add_test(NAME scenario_permuted_labels
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_permuted_labels PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# LDA and SVC of the evaluator beside scikit-learn; Debian's python3-sklearn belongs to /usr/bin/python3.
+find_program(SYSTEM_PYTHON3 python3 PATHS /usr/bin NO_DEFAULT_PATH)
+if(SYSTEM_PYTHON3)
+  add_test(NAME scenario_baselines_sklearn
+           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/baselines_sklearn.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
+  set_tests_properties(scenario_baselines_sklearn PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300
+                       ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+endif()
+
 # Training shared by the ranks of an MPI job; skipped where MPI is not installed.
 set(train_mpi "not built")
 if(TARGET weft-train-mpi)

@@ -177,5 +177,47 @@ TEST_CASE("Evaluation refuses a trial on both sides, an unknown row and a label 
   CHECK_FALSE(evaluate(matrix, {}, {}));
 }
 
+TEST_CASE("Leaving one group out tests every trial once, without labels that nothing trains") {
+  const std::vector<std::string> groups = {"x", "x", "y", "y", "z", "z"};
+  const std::vector<std::string> labels = {"a", "b", "a", "b", "a", "c"};
+  const auto splits = leave_one_group_out(groups, labels);
+  REQUIRE(splits);
+  REQUIRE(splits->size() == 3);
+  CHECK((*splits)[0].test == std::vector<std::size_t>{0, 1});
+  CHECK((*splits)[0].train == std::vector<std::size_t>{2, 3, 4, 5});
+  CHECK((*splits)[2].test == std::vector<std::size_t>{4});
+  CHECK_FALSE(
+      leave_one_group_out(std::vector<std::string>{"x", "x"}, std::vector<std::string>{"a", "b"}));
+  CHECK_FALSE(
+      leave_one_group_out(std::vector<std::string>{"x", ""}, std::vector<std::string>{"a", "a"}));
+  CHECK_FALSE(
+      leave_one_group_out(std::vector<std::string>{"x", "y"}, std::vector<std::string>{"a", "b"}));
+}
+
+TEST_CASE("A thinned split trains on whole recordings, as many of each label as asked for") {
+  std::vector<std::string> labels, files;
+  for (std::size_t r = 0; r < 24; ++r) {  // two labels, four recordings of three windows each
+    labels.emplace_back(r < 12 ? "a" : "b");
+    files.push_back(std::to_string(r / 3) + "#" + std::to_string(r % 3));
+  }
+  Split split;
+  for (std::size_t r = 0; r < 24; ++r) (r % 12 < 9 ? split.train : split.test).push_back(r);
+  const auto thin = thinned(std::vector{split}, labels, files, 2, 4, 1);
+  REQUIRE(thin);
+  REQUIRE(thin->size() == 4);
+  std::set<std::vector<std::size_t>> distinct;
+  for (const Split& s : *thin) {
+    CHECK(s.test == split.test);
+    REQUIRE(s.train.size() == 12);
+    for (std::size_t i = 0; i < 12; i += 3) CHECK(s.train[i] % 3 == 0);
+    CHECK(s.train[5] < 12);
+    CHECK(s.train[6] >= 12);
+    distinct.insert(s.train);
+  }
+  CHECK(distinct.size() > 1);
+  CHECK_FALSE(thinned(std::vector{split}, labels, files, 4, 1, 1));
+  CHECK_FALSE(thinned(std::vector{split}, labels, files, 0, 1, 1));
+}
+
 }  // namespace
 }  // namespace weft::classifier

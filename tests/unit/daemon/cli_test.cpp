@@ -154,6 +154,19 @@ TEST_CASE("windows are cut at the data set's own rate") {
   CHECK_FALSE(choose_trials(no_rate, {"M1", 1.5, 0.0, "l2"}, true));
 }
 
+TEST_CASE("the level of a taxel is that of the phase asked for, in whole counts") {
+  classifier::Trial trial;
+  trial.taxels = 2;
+  trial.phase = {Phase::rest, Phase::motion, Phase::motion};
+  trial.counts = {10, 5, 20, 8, 21, 10};
+  classifier::Trial rest = trial;
+  REQUIRE(without_level(rest, Phase::rest));
+  CHECK(rest.counts == std::vector<double>{0, 0, 10, 3, 11, 5});
+  REQUIRE(without_level(trial, Phase::motion));
+  CHECK(trial.counts == std::vector<double>{-10, -4, 0, -1, 1, 1});
+  CHECK_FALSE(without_level(trial, Phase::press));
+}
+
 TEST_CASE("a random split of windows is refused, a split by groups is not") {
   classifier::FeatureMatrix features;
   features.labels = {"a", "a", "a", "b", "b", "b"};

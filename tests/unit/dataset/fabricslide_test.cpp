@@ -45,6 +45,19 @@ TEST_CASE("names of the public layout give fabric and repetition, in a fixed ord
   CHECK(dataset->records[0].t_ns[1] - dataset->records[0].t_ns[0] == 28000000);
 }
 
+TEST_CASE("groups are repetitions, grip set-points or speeds whatever their direction") {
+  const TemporaryFolder folder;
+  write_file(folder / "Denim_F120_V-10mmps_1.csv", stroke());
+  write_file(folder / "Denim_F250_V10mmps_0.csv", stroke());
+  const auto groups = [&](FabricslideGroup group) {
+    const auto dataset = import_fabricslide(folder.path(), "*", group);
+    return std::vector{dataset->trials[0].group, dataset->trials[1].group};
+  };
+  CHECK(groups(FabricslideGroup::repetition) == std::vector<std::string>{"1", "0"});
+  CHECK(groups(FabricslideGroup::pressure) == std::vector<std::string>{"120", "250"});
+  CHECK(groups(FabricslideGroup::speed) == std::vector<std::string>{"10", "10"});
+}
+
 TEST_CASE("a filter chooses by name, and one that matches nothing is an error") {
   const TemporaryFolder folder;
   write_file(folder / "Denim_F120_V-10mmps_1.csv", stroke());

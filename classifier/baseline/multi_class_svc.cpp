@@ -1,0 +1,208 @@
+#include "classifier/baseline/multi_class_svc.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include "classifier/learn/distance.hpp"
+#include "classifier/learn/exponential.hpp"
+#include "classifier/learn/parallel.hpp"
+#include "classifier/learn/svm_solver.hpp"
+
+namespace weft::classifier {
+namespace {
+
+// The rows of two classes; the first class is negative and comes first, libsvm's own arrangement.
+struct PairRows {
+  std::size_t a = 0, b = 0;
+  std::vector<std::size_t> row;
+  std::vector<int> sign;
+};
+
+std::vector<PairRows> pair_rows(std::span<const std::size_t> of_row, std::size_t classes) {
+  std::vector<std::vector<std::size_t>> members(classes);
+  for (std::size_t r = 0; r < of_row.size(); ++r) members[of_row[r]].push_back(r);
+  std::vector<PairRows> out;
+  for (std::size_t a = 0; a < classes; ++a) {
+    for (std::size_t b = a + 1; b < classes; ++b) {
+      PairRows pair{a, b, members[a], std::vector<int>(members[a].size(), -1)};
+      pair.row.insert(pair.row.end(), members[b].begin(), members[b].end());
+      pair.sign.resize(pair.row.size(), 1);
+      out.push_back(std::move(pair));
+    }
+  }
+  return out;
+}
+
+Matrix part_of(const Matrix& square, const std::vector<std::size_t>& index) {
+  Matrix out(index.size(), index.size());
+  for (std::size_t i = 0; i < index.size(); ++i)
+    for (std::size_t j = 0; j < index.size(); ++j) out(i, j) = square(index[i], index[j]);
+  return out;
+}
+
+Matrix distances(const Matrix& a, const Matrix& b) {
+  Matrix out(a.rows(), b.rows());
+  add_squared_distances(a, b, 0, a.cols(), out);
+  return out;
+}
+
+std::vector<std::size_t> classes_at(std::span<const std::size_t> of_row,
+                                    const std::vector<std::size_t>& rows) {
+  std::vector<std::size_t> out;
+  for (const std::size_t r : rows) out.push_back(of_row[r]);
+  return out;
+}
+
+// Most votes, the lowest class of several.
+std::size_t most_voted(std::span<const int> votes) {
+  return static_cast<std::size_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
+}
+
+// A fold's problem: distances among its training rows and from those it validates.
+struct FoldDistances {
+  Matrix train, validate;
+  std::vector<PairRows> pairs;
+  std::vector<std::size_t> truth;
+};
+
+FoldDistances prepare(const Matrix& rows, std::span<const std::size_t> of_row, std::size_t classes,
+                      const Fold& fold) {
+  const Matrix train = rows.take(fold.train);
+  const Scaler scaler = fit_scaler(train);
+  const Matrix z = scaled(scaler, train);
+  return {distances(z, z), distances(scaled(scaler, rows.take(fold.validate)), z),
+          pair_rows(classes_at(of_row, fold.train), classes), classes_at(of_row, fold.validate)};
+}
+
+// Adds one pair's votes on every validated row to votes[row x classes].
+void vote(const PairRows& pair, const SvmSolver& solver, const Matrix& kernel, std::size_t classes,
+          std::vector<int>& votes) {
+  for (std::size_t v = 0; v < kernel.rows(); ++v) {
+    double f = solver.bias();
+    for (std::size_t i = 0; i < pair.row.size(); ++i)
+      f += solver.coefficient()[i] * kernel(v, pair.row[i]);
+    ++votes[v * classes + (f < 0.0 ? pair.a : pair.b)];
+  }
+}
+
+// Errors of one fold at one gamma, for every C of the grid, which ascends.
+Status fold_errors(const FoldDistances& fold, std::size_t classes, double gamma,
+                   const TrainOptions& options, std::vector<std::size_t>& errors) {
+  const Matrix kernel = rbf(fold.train, gamma);
+  const Matrix across = rbf(fold.validate, gamma);
+  const std::size_t rows = across.rows();
+  std::vector<std::vector<int>> votes(options.grid.c.size(), std::vector<int>(rows * classes));
+  for (const PairRows& pair : fold.pairs) {
+    const Matrix own = part_of(kernel, pair.row);
+    SvmSolver solver(pair.sign, options.search != Search::libsvm);
+    if (auto ok = solver.set_kernel(own); !ok) return ok;
+    bool settled = false;
+    for (std::size_t c = 0; c < votes.size(); ++c) {
+      if (!settled)
+        if (auto ok = solver.solve(options.grid.c[c], options.tolerance); !ok) return ok;
+      settled = solver.holds_for_larger_c();
+      vote(pair, solver, across, classes, votes[c]);
+    }
+  }
+  for (std::size_t c = 0; c < votes.size(); ++c)
+    for (std::size_t v = 0; v < rows; ++v)
+      errors[c] += most_voted({votes[c].data() + v * classes, classes}) != fold.truth[v] ? 1 : 0;
+  return {};
+}
+
+struct Choice {
+  std::size_t c = 0, gamma = 0, errors = 0;
+};
+
+Result<Choice> search(const Matrix& rows, std::span<const std::size_t> of_row, std::size_t classes,
+                      std::span<const Fold> folds, const TrainOptions& options) {
+  const std::size_t gammas = options.grid.gamma.size();
+  const std::size_t cs = options.grid.c.size();
+  std::vector<std::vector<std::size_t>> errors(gammas, std::vector<std::size_t>(cs));
+  for (const Fold& fold : folds) {
+    const FoldDistances problem = prepare(rows, of_row, classes, fold);
+    std::vector<Status> done(gammas);
+    parallel_for(gammas, options.threads, [&](std::size_t g) {
+      done[g] = fold_errors(problem, classes, options.grid.gamma[g], options, errors[g]);
+    });
+    for (const Status& ok : done)
+      if (!ok) return pass(ok.error());
+  }
+  Choice best{0, 0, errors[0][0]};
+  for (std::size_t c = 0; c < cs; ++c)
+    for (std::size_t g = 0; g < gammas; ++g)
+      if (errors[g][c] < best.errors) best = {c, g, errors[g][c]};
+  return best;
+}
+
+TrainOptions ascending(TrainOptions options) {
+  std::sort(options.grid.c.begin(), options.grid.c.end());
+  std::sort(options.grid.gamma.begin(), options.grid.gamma.end());
+  return options;
+}
+
+}  // namespace
+
+Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std::size_t> of_row,
+                                         std::size_t classes, std::span<const Fold> folds,
+                                         const TrainOptions& unsorted) {
+  if (auto ok = check(unsorted); !ok) return pass(ok.error());
+  const TrainOptions options = ascending(unsorted);
+  const auto chosen = search(rows, of_row, classes, folds, options);
+  if (!chosen) return pass(chosen.error());
+  MultiClassSvc out;
+  out.classes_ = classes;
+  out.c_ = options.grid.c[chosen->c];
+  out.gamma_ = options.grid.gamma[chosen->gamma];
+  out.cv_errors_ = chosen->errors;
+  out.scaler_ = fit_scaler(rows);
+  out.support_ = scaled(out.scaler_, rows);
+  const Matrix kernel = rbf(distances(out.support_, out.support_), out.gamma_);
+  for (const PairRows& pair : pair_rows(of_row, classes)) {
+    const Matrix own = part_of(kernel, pair.row);
+    SvmSolver solver(pair.sign, options.search != Search::libsvm);
+    if (auto ok = solver.set_kernel(own); !ok) return pass(ok.error());
+    if (auto ok = solver.solve(out.c_, options.tolerance); !ok) return pass(ok.error());
+    Machine machine;
+    machine.bias = solver.bias();
+    for (std::size_t i = 0; i < pair.row.size(); ++i) {
+      if (solver.coefficient()[i] == 0.0) continue;
+      machine.row.push_back(pair.row[i]);
+      machine.coefficient.push_back(solver.coefficient()[i]);
+    }
+    out.machines_.push_back(std::move(machine));
+  }
+  return out;
+}
+
+Result<std::size_t> MultiClassSvc::classify(std::span<const double> features) const {
+  if (features.size() != support_.cols())
+    return fail(Errc::invalid_argument, "wrong number of features", "SVC",
+                std::to_string(support_.cols()), std::to_string(features.size()));
+  std::vector<double> kernel(support_.rows()), z(features.size());
+  for (std::size_t k = 0; k < z.size(); ++k) z[k] = scaler_.apply(k, features[k]);
+  for (std::size_t r = 0; r < kernel.size(); ++r) {
+    const auto row = support_.row(r);
+    for (std::size_t k = 0; k < z.size(); ++k) kernel[r] += (z[k] - row[k]) * (z[k] - row[k]);
+  }
+  exp_of_negative(kernel, gamma_);
+  std::vector<int> votes(classes_);
+  std::size_t pair = 0;
+  for (std::size_t a = 0; a < classes_; ++a) {
+    for (std::size_t b = a + 1; b < classes_; ++b, ++pair) {
+      const Machine& machine = machines_[pair];
+      double f = machine.bias;
+      for (std::size_t i = 0; i < machine.row.size(); ++i)
+        f += machine.coefficient[i] * kernel[machine.row[i]];
+      if (!std::isfinite(f))
+        return fail(Errc::range, "a decision is not finite", "SVC", {}, {},
+                    "The trial is absurdly far from every training trial");
+      ++votes[f < 0.0 ? a : b];
+    }
+  }
+  return most_voted(votes);
+}
+
+}  // namespace weft::classifier

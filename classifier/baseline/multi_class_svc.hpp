@@ -1,0 +1,52 @@
+#pragma once
+// One multi-class support vector machine on all features: what most people would try first.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "classifier/fabric/options.hpp"
+#include "classifier/features/matrix.hpp"
+#include "classifier/learn/folds.hpp"
+#include "classifier/learn/scaler.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// One-vs-one as in libsvm's C-SVC with a radial kernel: one C and one gamma for all pairs, equal
+/// votes to the lowest class. The same model as libsvm (and scikit-learn's SVC) trains on the same
+/// scaled rows; only rows of two classes enter a pair's problem, so distances are computed once for
+/// all. Immutable; may be used by several threads.
+class MultiClassSvc {
+ public:
+  /// Chooses C and gamma from options.grid by the fewest errors over `folds` (then the smaller C,
+  /// then the smaller gamma), scaling anew in each fold, and trains on all rows. Without folds the
+  /// first grid point is taken. `of_row`: class of every row, below `classes`, each at least once
+  /// in every training part. Values finite.
+  static Result<MultiClassSvc> fit(const Matrix& rows, std::span<const std::size_t> of_row,
+                                   std::size_t classes, std::span<const Fold> folds,
+                                   const TrainOptions& options);
+
+  /// Refuses a vector of another length, and one so far away that a decision is not finite.
+  [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
+
+  [[nodiscard]] double c() const { return c_; }
+  [[nodiscard]] double gamma() const { return gamma_; }
+  [[nodiscard]] std::size_t cv_errors() const { return cv_errors_; }
+
+ private:
+  struct Machine {
+    std::vector<std::size_t> row;  // of support_
+    std::vector<double> coefficient;
+    double bias = 0.0;
+  };
+  Scaler scaler_;
+  Matrix support_;                 // scaled training rows
+  std::vector<Machine> machines_;  // one per pair, f > 0 votes for the second class
+  std::size_t classes_ = 0;
+  double c_ = 0.0;
+  double gamma_ = 0.0;
+  std::size_t cv_errors_ = 0;
+};
+
+}  // namespace weft::classifier

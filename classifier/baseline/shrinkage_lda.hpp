@@ -1,0 +1,40 @@
+#pragma once
+// Linear discriminant analysis with automatic shrinkage: the simple thing that cores must beat.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "classifier/features/matrix.hpp"
+#include "classifier/learn/scaler.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// Share of the identity in a covariance, 0 to 1, that minimises the expected squared error of the
+/// estimate (Ledoit and Wolf 2004, J. Multivariate Analysis 88). `rows` centred, at least one.
+double ledoit_wolf_shrinkage(const Matrix& rows);
+
+/// One covariance for all classes: the mean, weighted by the classes' shares, of their own shrunk
+/// covariances, each shrunk in the units of its own deviations. Features are first scaled to unit
+/// deviation. The same as scikit-learn's StandardScaler and
+/// LinearDiscriminantAnalysis(solver='lsqr', shrinkage='auto'), where the covariance is regular.
+/// Columns without any spread say nothing; where no class has any spread the nearest mean wins.
+/// Immutable; may be used by several threads.
+class ShrinkageLda {
+ public:
+  /// `of_row`: class of every row, below `classes`, each at least once. Values finite.
+  static Result<ShrinkageLda> fit(const Matrix& rows, std::span<const std::size_t> of_row,
+                                  std::size_t classes);
+
+  /// Class of the largest discriminant; the lowest of several. Refuses a vector of another length,
+  /// and one so far away that no discriminant is finite.
+  [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
+
+ private:
+  Scaler scaler_;
+  Matrix weight_;  // [classes x features]
+  std::vector<double> bias_;
+};
+
+}  // namespace weft::classifier

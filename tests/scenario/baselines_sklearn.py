@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""The evaluator's baselines against scikit-learn on real strokes: the same answer on every test trial.
+
+    baselines_sklearn.py WEFT SHARED     exit 77 (skipped) without the recordings or without scikit-learn
+
+fabricslide, repetition 0 trains and 1 tests; also each pressure left out. LDA: StandardScaler and LinearDiscriminantAnalysis
+(lsqr, shrinkage='auto'). SVC: with the C and gamma that our grid chose, on which libsvm must agree with itself.
+"""
+import csv
+import json
+import pathlib
+import sys
+import tempfile
+
+from cli_support import Checks
+
+try:
+    import numpy
+    from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
+    from sklearn.svm import SVC
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+
+def table(path):
+    with open(path, newline="") as f:
+        rows = list(csv.reader(f))[1:]
+    return ([r[0] for r in rows], numpy.array([r[1] for r in rows]), numpy.array([r[2] for r in rows]),
+            numpy.array([[float(v) for v in r[3:]] for r in rows]))
+
+
+def evaluated(t, d, *arguments):
+    ran = t.run("evaluate", *arguments, "--learner", "lda,svc", "--norm", "rms", "--answers", "--json", cwd=d)
+    t.expect(ran.returncode == 0, f"{arguments}: {ran.stderr}")
+    return json.loads(ran.stdout)["results"]
+
+
+def compare(t, what, model, trains, tests, files, labels, values, answers):
+    theirs = make_pipeline(StandardScaler(), model).fit(values[trains], labels[trains]).predict(values[tests])
+    ours = dict(map(tuple, answers))
+    rows = [i for i, chosen in enumerate(tests) if chosen]
+    different = [files[i] for i, answer in zip(rows, theirs) if ours[files[i]] != answer]
+    print(f"{what}: {len(rows) - len(different)} of {len(rows)} answers alike, "
+          f"accuracy {sum(ours[files[i]] == labels[i] for i in rows) / len(rows):.4f}")
+    t.expect(not different and len(ours) == len(rows), f"{what}: other answers on {different}")
+
+
+def lda():
+    return LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
+
+
+def strokes(t, source, d, group, arguments, split_of):
+    t.succeeds("dataset", "import", "--format", "fabricslide", source, "--group", group, "-o", f"{group}.h5", cwd=d)
+    t.succeeds("features", f"{group}.h5", "-o", f"{group}.csv", "--norm", "rms", cwd=d)
+    files, labels, groups, values = table(pathlib.Path(d) / f"{group}.csv")
+    results = evaluated(t, d, f"{group}.h5", *arguments)
+    for i, left_out in enumerate(split_of):
+        tests = groups == left_out
+        compare(t, f"LDA, {group} {left_out} tests", lda(), ~tests, tests, files, labels, values,
+                results["lda"]["answers"][i])
+        if i == 0:
+            svc = SVC(C=results["svc"]["C"], gamma=results["svc"]["gamma"])
+            compare(t, f"SVC, {group} {left_out} tests", svc, ~tests, tests, files, labels, values,
+                    results["svc"]["answers"][i])
+
+
+def main():
+    t = Checks(sys.argv[1])
+    source = (pathlib.Path(sys.argv[2]) / "data/fabricslide").resolve()
+    if not source.is_dir():
+        print(f"skipped: no {source}")
+        sys.exit(77)
+    with tempfile.TemporaryDirectory(prefix="weft-baseline-") as d:
+        strokes(t, source, d, "repetition", ["--train-groups", "0", "--test-groups", "1"], ["1"])
+        strokes(t, source, d, "pressure", ["--leave-one-group-out"], ["120", "150", "180", "210", "250"])
+    t.finish()
+
+
+main()
