@@ -74,6 +74,13 @@ def good_path(t, d, rows):
     t.expect(answer["label"] == "wool" and answer["votes"]["wool"] == 2, f"classify: {answer}")
     everything = t.succeeds("classify", "m.weft", "d.h5", cwd=d)["trials"]
     t.expect(len(everything) == 24 and all(a["label"] == a["true_label"] for a in everything), "training trials known")
+    t.expect(abs(sum(answer["probability"].values()) - 1) < 1e-9 and "none_of_these" in answer, f"probability: {answer}")
+    for kind, cores in (("soft", 3), ("dag", 2), ("shortlist", 1)):
+        voted = t.succeeds("classify", "m.weft", "new.csv", "--vote", kind, "--shortlist", "2", cwd=d)
+        one = voted["trials"][0]
+        t.expect(voted["vote"] == kind and one["label"] == "wool" and one["cores_asked"] == cores, f"{kind}: {voted}")
+        t.expect(("probability" in one) == (kind != "dag"), f"a DAG has no probability: {voted}")
+    t.refuses("classify", "m.weft", "new.csv", "--vote", "loudest", cwd=d, says=["--vote"], status=2)
 
     for reduction in ("pvalue", "pca", "all", "lda", "svc", "cores-best", "best"):
         e = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--reduction", reduction, cwd=d)
