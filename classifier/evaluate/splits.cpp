@@ -12,9 +12,10 @@ namespace {
 
 using RowsOfLabel = std::map<std::string, std::vector<std::size_t>>;
 
-Split one_split(RowsOfLabel rows, double fraction, RandomEngine& engine) {
+Split one_split(const RowsOfLabel& rows, double fraction, RandomEngine& engine) {
   Split out;
-  for (auto& [label, members] : rows) {
+  for (const auto& entry : rows) {
+    std::vector<std::size_t> members = entry.second;
     shuffle(members, engine);
     const double share = std::nearbyint(fraction * static_cast<double>(members.size()));
     const auto train = static_cast<std::ptrdiff_t>(std::max(2.0, share));
