@@ -47,6 +47,21 @@ void ask(const StoredModel& stored) {
   }
 }
 
+void ask_with_aids(const StoredModel& stored) {
+  using classifier::VoteKind;
+  const std::size_t columns = stored.model.feature_names().size();
+  for (const double value : {0.0, 1.0, -1e300, 1e300})
+    for (const VoteKind kind :
+         {VoteKind::majority, VoteKind::soft, VoteKind::dag, VoteKind::shortlist}) {
+      const auto answer = classifier::answer(stored.model, *stored.aids,
+                                             std::vector<double>(columns, value), {.kind = kind});
+      if (!answer) continue;
+      demand(answer->ballot.winner < stored.model.labels().size(), "the winner is a label");
+      for (const double p : answer->probability)
+        demand(p >= 0.0 && p <= 1.0, "probabilities are from 0 to 1");
+    }
+}
+
 void try_text(const std::string& text) {
   const auto model = load(text);
   if (!model) return demand(!model.error().message.empty(), "an error says what is wrong");
@@ -55,6 +70,7 @@ void try_text(const std::string& text) {
   demand(again.has_value(), "a stored model can be read");
   demand(save(*again) == stored, "a model comes back bit for bit");
   ask(*model);
+  if (model->aids) ask_with_aids(*model);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// A fuzz target without libFuzzer:  replay FOLDER MUTATIONS [SEED]
-// Every file of FOLDER as it is, then MUTATIONS inputs made from them, the same ones every time. An
-// input that ends the process is left in `crash-input`.
+// A fuzz target without libFuzzer:  replay MUTATIONS FOLDER...
+// Every file of the folders as it is, then MUTATIONS inputs made from them, the same ones every
+// time. An input that ends the process is left in `crash-input`.
 
 #include <fcntl.h>
 
@@ -86,29 +86,28 @@ void mutate(Bytes& bytes, const Bytes& other, Numbers& numbers) {
   }
 }
 
-std::vector<Bytes> read_folder(const std::filesystem::path& folder) {
+/// Adds every file of `folder`, in the order of their names.
+void read_folder(const std::filesystem::path& folder, std::vector<Bytes>& out) {
   std::vector<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     paths.push_back(entry.path());
   std::sort(paths.begin(), paths.end());
-  std::vector<Bytes> out;
   for (const auto& path : paths) {
     std::ifstream in(path, std::ios::binary);
     out.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
   }
-  return out;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3) return std::cerr << "replay FOLDER MUTATIONS [SEED]\n", 2;
-  const std::vector<Bytes> corpus = read_folder(argv[1]);
-  if (corpus.empty()) return std::cerr << argv[1] << ": no inputs\n", 2;
+  std::vector<Bytes> corpus;
+  for (int i = 2; i < argc; ++i) read_folder(argv[i], corpus);
+  if (corpus.empty()) return std::cerr << "replay MUTATIONS FOLDER...: no inputs\n", 2;
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGBUS}) std::signal(signal, keep_input);
   for (const Bytes& input : corpus) run(input);
-  Numbers numbers(argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-  const std::size_t mutations = std::strtoull(argv[2], nullptr, 10);
+  Numbers numbers(1);
+  const std::size_t mutations = std::strtoull(argv[1], nullptr, 10);
   for (std::size_t i = 0; i < mutations; ++i) {
     Bytes input = corpus[numbers.below(corpus.size())];
     for (std::size_t k = numbers.below(4) + 1; k > 0; --k)

@@ -1,6 +1,6 @@
 #include "tests/fuzz/samples.hpp"
 
-#include "protocols/base/time.hpp"
+#include "classifier/vote/aids.hpp"
 
 namespace weft::fuzz {
 namespace {
@@ -88,7 +88,10 @@ Result<classifier::StoredModel> sample_model(classifier::Reduction reduction) {
   options.threads = 1;
   auto model = classifier::train(matrix, options);
   if (!model) return pass(model.error());
-  return classifier::StoredModel{std::move(*model), setup, {"simulated", "", "0", "fuzz"}};
+  auto aids = classifier::learn_aids(*model, matrix, options);
+  if (!aids) return pass(aids.error());
+  return classifier::StoredModel{
+      std::move(*model), setup, {"simulated", "", "0", "fuzz"}, std::move(*aids)};
 }
 
 }  // namespace weft::fuzz
