@@ -233,6 +233,9 @@ Result<StoredModel> read_body(std::string_view body) {
   std::vector<std::string> labels = read_names(in, "label", in.count("labels", 2, most_labels));
   if (std::adjacent_find(labels.begin(), labels.end(), std::greater_equal<>()) != labels.end())
     in.refuse("labels are not in order");
+  // Each taxel has twelve lines of names: what a short file claims costs no memory.
+  if (setup.taxels > body.size() / 12) in.refuse("more taxels than the file has features for");
+  if (!in.ok()) return pass(in.status().error());
   const std::vector<std::string> expected = FeatureLayout(setup.taxels, setup.phases).names();
   const std::size_t columns = in.count("features", expected.size(), expected.size());
   std::vector<std::string> features = read_names(in, "feature", columns);
