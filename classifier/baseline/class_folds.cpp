@@ -7,6 +7,7 @@
 #include <string>
 #include <tuple>
 
+#include "classifier/fabric/pair_problem.hpp"
 #include "classifier/learn/random.hpp"
 
 namespace weft::classifier {
@@ -98,16 +99,9 @@ std::vector<Fold> folds_of(std::span<const std::size_t> of_row, std::span<const 
 }  // namespace
 
 std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind) {
-  std::map<std::string, std::size_t> number;
-  std::vector<std::size_t> out;
-  for (std::size_t r = 0; r < matrix.size(); ++r) {
-    const std::string& file = matrix.files[r];
-    const std::string unit =
-        kind == FoldUnit::group ? matrix.groups[r] : file.substr(0, file.find('#'));
-    const std::string key = unit.empty() ? "#" + std::to_string(r) : unit;
-    out.push_back(number.emplace(key, number.size()).first->second);
-  }
-  return out;
+  std::vector<std::size_t> rows(matrix.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  return fold_units(matrix, rows, kind);
 }
 
 Classes classes_of(const FeatureMatrix& matrix) {

@@ -1,4 +1,7 @@
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -7,6 +10,7 @@
 #include "daemon/cli/progress.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
+#include "daemon/dataset/hdf5_file.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -152,6 +156,29 @@ TEST_CASE("windows are cut at the data set's own rate") {
   Dataset no_rate = two_explorations();
   no_rate.info.taxel_rate_hz = 0;
   CHECK_FALSE(choose_trials(no_rate, {"M1", 1.5, 0.0, "l2"}, true));
+}
+
+TEST_CASE("features of two explorations stand side by side, for commands that make no model") {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("weft-joined-" + std::to_string(::getpid()) + ".h5");
+  REQUIRE(write_hdf5(two_explorations(), path));
+  TrialChoice choice;
+  choice.exploration = "M1+M2";
+  const auto both = load_trials(path, choice, true, true);
+  const auto model = load_trials(path, choice, true);
+  choice.exploration = "M1+M3";
+  const auto missing = load_trials(path, choice, true, true);
+  std::filesystem::remove(path);
+  REQUIRE(both);
+  CHECK(both->features.size() == 1);
+  REQUIRE(both->features.names.size() == 24);
+  CHECK(both->features.names[0] == "M1:max.M.1");
+  CHECK(both->features.names[12] == "M2:max.M.1");
+  CHECK(both->features.values(0, 0) == both->features.values(0, 12));
+  CHECK(both->setup.exploration == "M1+M2");
+  CHECK_FALSE(model);
+  REQUIRE_FALSE(missing);
+  CHECK(missing.error().got == "M3");
 }
 
 TEST_CASE("the level of a taxel is that of the phase asked for, in whole counts") {
