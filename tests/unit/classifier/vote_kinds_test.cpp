@@ -118,7 +118,8 @@ FeatureMatrix sixty_classes(std::size_t per_class, std::uint64_t seed) {
   FeatureMatrix out;
   constexpr std::size_t features = 12;
   out.values = Matrix(60 * per_class, features);
-  for (std::size_t k = 0; k < features; ++k) out.names.push_back("f" + std::to_string(k));
+  for (std::size_t k = 0; k < features; ++k)
+    out.names.push_back(std::string("f").append(std::to_string(k)));
   for (std::size_t r = 0; r < out.values.rows(); ++r) {
     RandomEngine place(r / per_class + 1);  // of the class, the same for every seed
     for (std::size_t k = 0; k < features; ++k)
