@@ -146,7 +146,8 @@ std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& reco
 /// The explorations of the complete trials, in order of appearance; one empty name for imported
 /// sets.
 std::vector<std::string> explorations_of(const Dataset& dataset);
-/// The complete trials of one exploration (nothing: of all), in order, as the classifier takes them.
+/// The complete trials of one exploration (nothing: of all), in order, as the classifier takes
+/// them.
 std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
                                                std::optional<std::string_view> exploration = {});
 
