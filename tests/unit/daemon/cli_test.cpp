@@ -161,7 +161,10 @@ TEST_CASE("windows are cut at the data set's own rate") {
 TEST_CASE("features of two explorations stand side by side, for commands that make no model") {
   const auto path = std::filesystem::temp_directory_path() /
                     ("weft-joined-" + std::to_string(::getpid()) + ".h5");
-  REQUIRE(write_hdf5(two_explorations(), path));
+  Dataset dataset = two_explorations();
+  for (TrialRecord& record : dataset.records)
+    for (std::int64_t i = 0; i < 40; ++i) record.t_ns.push_back(i * 100'000'000);
+  REQUIRE(write_hdf5(dataset, path));
   TrialChoice choice;
   choice.exploration = "M1+M2";
   const auto both = load_trials(path, choice, true, true);
