@@ -38,7 +38,7 @@ def strokes(t, source, d):
     t.succeeds("dataset", "import", "--format", "fabricslide", source.resolve(), "-o", "slow.h5",
                "--filter", "*V*10mmps_*", cwd=d)
     windows = evaluate(t, d, "fabricslide, 2.8 s at 10 mm/s", "slow.h5", *split, "--window-s", "2.8",
-                       "--learner", "all,lda,best")
+                       "--learner", "pvalue,pca,all,lda,best")
     t.expect(windows["best"]["accuracy"] >= PUBLISHED, f"windows: {windows['best']['accuracy']} is below {PUBLISHED}")
 
 
