@@ -28,11 +28,11 @@ FoldProblem::FoldProblem(const Matrix& rows, std::span<const int> sign, const Re
       solver_(take(sign, fold.train), options.search != Search::libsvm),
       held_slot_(nothing),
       held_gamma_(nothing) {
-  measure(reducer.project(rows, fold.train, fold.validate));
+  measure(reducer.project(rows, fold.train, fold.validate), take(sign, fold.train));
   scores_.resize(distances_.size() * options.grid.gamma.size() * options.grid.c.size());
 }
 
-void FoldProblem::measure(const Matrix& projected) {
+void FoldProblem::measure(const Matrix& projected, std::span<const int> train_sign) {
   Distances sum{0, Matrix(projected.rows(), projected.rows() - sign_.size())};
   slot_of_.resize(sizes_.size());
   for (const std::size_t size : std::set<std::size_t>(sizes_.begin(), sizes_.end())) {
@@ -41,6 +41,7 @@ void FoldProblem::measure(const Matrix& projected) {
     for (std::size_t m = 0; m < sizes_.size(); ++m)
       if (sizes_[m] == size) slot_of_[m] = distances_.size();
     distances_.push_back(sum);
+    bounds_.emplace_back(sum.squared, train_sign, sign_);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "classifier/fabric/loss_bound.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/fabric/reducer.hpp"
 #include "classifier/features/matrix.hpp"
@@ -33,6 +34,10 @@ class FoldProblem {
   [[nodiscard]] std::size_t size_of(std::size_t member) const { return sizes_[member]; }
   /// Score of grid.c[c] and grid.gamma[gamma] with a member's directions.
   Result<GridScore> score(std::size_t member, std::size_t gamma, std::size_t c);
+  /// A lower bound of that score's loss, without solving anything.
+  [[nodiscard]] double least_loss(std::size_t member, std::size_t gamma, std::size_t c) const {
+    return bounds_[slot_of_[member]].least_loss(options_->grid.c[c], options_->grid.gamma[gamma]);
+  }
   /// SVMs actually solved.
   [[nodiscard]] std::size_t fits() const { return fits_; }
 
@@ -45,7 +50,7 @@ class FoldProblem {
     GridScore score;
     bool known = false;
   };
-  void measure(const Matrix& projected);
+  void measure(const Matrix& projected, std::span<const int> train_sign);
   Status use_kernel(std::size_t slot, std::size_t gamma);
   [[nodiscard]] GridScore validate() const;
   Remembered& remembered(std::size_t slot, std::size_t gamma, std::size_t c);
@@ -54,6 +59,7 @@ class FoldProblem {
   std::vector<std::size_t> sizes_;    // per member
   std::vector<std::size_t> slot_of_;  // per member: where its distances are
   std::vector<Distances> distances_;  // one per distinct size, growing
+  std::vector<LossBound> bounds_;     // per distances
   std::vector<int> sign_;             // of the rows held out
   SvmSolver solver_;
   Matrix kernel_;  // [(train + validate) x train] of the problem that the solver holds

@@ -170,7 +170,7 @@ class FastSearch {
     alive_.clear();
     part_.assign(options_.grid.c.size(), {});
     for (std::size_t c = 0; c < part_.size(); ++c)
-      if (choice_.open({member, gamma, c}, {})) alive_.push_back(c);
+      if (open_after(0, {member, gamma, c})) alive_.push_back(c);
     for (std::size_t place = 0; place < order_.size() && !alive_.empty(); ++place)
       if (auto ok = fold(place, member, gamma); !ok) return ok;
     for (const std::size_t c : alive_) {
@@ -181,12 +181,22 @@ class FastSearch {
     return {};
   }
 
+  // Whether a point can still win when the folds before `place` have been visited. The others lose
+  // what their bound says, at least.
+  bool open_after(std::size_t place, const Point& at) const {
+    GridScore least = part_[at.c];
+    if (!choice_.open(at, least)) return false;
+    for (; place < order_.size(); ++place)
+      least.loss += folds_[order_[place]].least_loss(at.member, at.gamma, at.c);
+    return choice_.open(at, least);
+  }
+
   Status fold(std::size_t place, std::size_t member, std::size_t gamma) {
     FoldProblem& problem = folds_[order_[place]];
     const std::size_t before = alive_.size();
     for (std::size_t& c : alive_) {
       if (auto ok = add(part_[c], problem.score(member, gamma, c)); !ok) return ok;
-      if (!choice_.open({member, gamma, c}, part_[c])) c = dropped;
+      if (!open_after(place + 1, {member, gamma, c})) c = dropped;
     }
     std::erase(alive_, dropped);
     if (alive_.size() < before)

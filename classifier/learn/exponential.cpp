@@ -8,14 +8,13 @@ namespace weft::classifier {
 
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void exp_of_negative(std::span<double> values, double factor) {
-  const std::size_t whole = values.size() / lanes * lanes;
-  const Block minus = all(-factor);
-  for (std::size_t i = 0; i < whole; i += lanes)
-    store(&values[i], exp_block(load(&values[i]) * minus));
+  const std::size_t whole = values.size() / simd::width * simd::width;
+  for (std::size_t i = 0; i < whole; i += simd::width)
+    simd::store(&values[i], exp_block(simd::load(&values[i]) * -factor));
   if (whole == values.size()) return;
-  double rest[lanes] = {};
+  double rest[simd::width] = {};
   std::copy(values.begin() + static_cast<std::ptrdiff_t>(whole), values.end(), rest);
-  store(rest, exp_block(load(rest) * minus));
+  simd::store(rest, exp_block(simd::load(rest) * -factor));
   std::copy_n(rest, values.size() - whole, values.begin() + static_cast<std::ptrdiff_t>(whole));
 }
 
