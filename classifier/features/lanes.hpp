@@ -38,16 +38,24 @@ WEFT_INLINE void store(double* p, Lanes v) {
   reinterpret_cast<Loose*>(p)->value = v;
 }
 WEFT_INLINE Lanes all(double v) {
-  return Lanes{v, v, v, v, v, v, v, v};
+  // By doubling: gcc 12 fills {v, v ... v} lane by lane in a function that has clones.
+  using Two = double __attribute__((vector_size(2 * sizeof(double))));
+  const Two two{v, v};
+  const auto four = __builtin_shufflevector(two, two, 0, 1, 0, 1);
+  return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 }
-WEFT_INLINE Lanes larger(Lanes a, Lanes b) {
+// Of Lanes or of one double.
+template <class V>
+WEFT_INLINE V larger(V a, V b) {
   return a > b ? a : b;
 }
-WEFT_INLINE Lanes smaller(Lanes a, Lanes b) {
+template <class V>
+WEFT_INLINE V smaller(V a, V b) {
   return a < b ? a : b;
 }
-WEFT_INLINE Lanes magnitude(Lanes a) {
-  return larger(a, -a);
+template <class V>
+WEFT_INLINE V magnitude(V a) {
+  return larger<V>(a, -a);
 }
 
 /// Memory on cache line boundaries: a load of eight doubles then touches one line, not two.

@@ -6,147 +6,66 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <tuple>
+#include <utility>
+
+#include "classifier/features/fourier.hpp"
 
 namespace weft::classifier {
 namespace {
 
-using simd::all;
+using fourier::Complex;
+using fourier::get;
+using fourier::put;
+using fourier::step;
+using fourier::times;
 using simd::Lanes;
-using simd::load;
-using simd::store;
-using simd::width;
 
-constexpr std::size_t least_padded = 16;         // so that a quarter of it can be split again
-constexpr std::size_t step = Spectrum::signals;  // doubles per element: eight real, eight imaginary
-constexpr std::size_t twiddles_per_butterfly = 6;  // w^j, w^2j, w^3j
+constexpr std::size_t least_part = 4;  // so that a part can be split again
 
-struct Complex {
-  Lanes re, im;
-};
-
-WEFT_INLINE Complex get(const double* element) {
-  return {load(element), load(element + width)};
-}
-WEFT_INLINE void put(double* element, Complex v) {
-  store(element, v.re);
-  store(element + width, v.im);
-}
-WEFT_INLINE Complex operator+(Complex a, Complex b) {
-  return {a.re + b.re, a.im + b.im};
-}
-WEFT_INLINE Complex operator-(Complex a, Complex b) {
-  return {a.re - b.re, a.im - b.im};
-}
-WEFT_INLINE Complex times_i(Complex a) {
-  return {-a.im, a.re};
-}
-// The same factor for all lanes, from its real and imaginary part.
-WEFT_INLINE Complex times(Complex a, const double* w) {
-  const Lanes re = all(w[0]), im = all(w[1]);
-  return {a.re * re - a.im * im, a.im * re + a.re * im};
-}
-WEFT_INLINE Complex times_conjugate(Complex a, const double* w) {
-  const Lanes re = all(w[0]), im = all(w[1]);
-  return {a.re * re + a.im * im, a.im * re - a.re * im};
-}
-
-// Decimation in frequency by four: natural order in, quarters of the spectrum out.
-WEFT_INLINE void split(double* x, std::size_t size, const double* w) {
-  const std::size_t quarter = size / 4 * step;
-  for (double* const end = x + quarter; x < end; x += step, w += twiddles_per_butterfly) {
-    const Complex a = get(x), b = get(x + quarter), c = get(x + 2 * quarter),
-                  d = get(x + 3 * quarter);
-    const Complex even = a + c, odd = b + d, fall = a - c, turn = times_i(b - d);
-    put(x, even + odd);
-    put(x + quarter, times(fall - turn, w));
-    put(x + 2 * quarter, times(even - odd, w + 2));
-    put(x + 3 * quarter, times(fall + turn, w + 4));
+// Radix and part: their product is the shortest transform of at least `least` elements, a quarter
+// longer at most.
+std::pair<std::size_t, std::size_t> first_cut(std::size_t least) {
+  std::pair<std::size_t, std::size_t> best{4, std::bit_ceil(std::max(4 * least_part, least)) / 4};
+  for (const std::size_t radix : {5U, 6U, 7U}) {
+    const std::size_t part = std::bit_ceil(std::max(least_part, (least + radix - 1) / radix));
+    if (radix * part < best.first * best.second) best = {radix, part};
   }
+  return best;
 }
 
-// Decimation in time by four with conjugate twiddles: takes split() back, times four.
-WEFT_INLINE void join(double* x, std::size_t size, const double* w) {
-  const std::size_t quarter = size / 4 * step;
-  for (double* const end = x + quarter; x < end; x += step, w += twiddles_per_butterfly) {
-    const Complex a = get(x), b = times_conjugate(get(x + quarter), w),
-                  c = times_conjugate(get(x + 2 * quarter), w + 2),
-                  d = times_conjugate(get(x + 3 * quarter), w + 4);
-    const Complex even = a + c, odd = b + d, fall = a - c, turn = times_i(b - d);
-    put(x, even + odd);
-    put(x + quarter, fall + turn);
-    put(x + 2 * quarter, even - odd);
-    put(x + 3 * quarter, fall - turn);
-  }
+// exp(-2 pi i part / whole)
+void append_turn(std::vector<double>& out, std::size_t part, std::size_t whole) {
+  const double angle =
+      -2.0 * std::numbers::pi * static_cast<double>(part) / static_cast<double>(whole);
+  out.push_back(std::cos(angle));
+  out.push_back(std::sin(angle));
 }
 
-WEFT_INLINE void split_pair(double* x) {
-  const Complex a = get(x), b = get(x + step);
-  put(x, a + b);
-  put(x + step, a - b);
-}
-
-// Forward transform of `size` elements, in the order that the splits leave.
-void forward(double* x, std::size_t size, const double* w) {
-  if (size == 2) split_pair(x);
-  if (size < 4) return;
-  split(x, size, w);
-  const double* const next = w + size / 4 * twiddles_per_butterfly;
-  for (std::size_t q = 0; q < 4; ++q) forward(x + q * size / 4 * step, size / 4, next);
-}
-
-WEFT_INLINE void convolve_single(double* x, const double* kernel) {
-  put(x, times(get(x), kernel));
-}
-
-WEFT_INLINE void convolve_pair(double* x, const double* kernel) {
-  const Complex a = get(x), b = get(x + step);
-  const Complex sum = times(a + b, kernel), difference = times(a - b, kernel + 2);
-  put(x, sum + difference);
-  put(x + step, sum - difference);
-}
-
-// Forward transform, product with the kernel, inverse transform of four or eight elements or more.
-// One quarter after the other to the end, so that all but the first levels stay in the nearest
-// cache.
-WEFT_CLONES("arch=x86-64-v4", "avx2")
-void convolve(double* x, std::size_t size, const double* w, const double* kernel) {
-  const std::size_t quarter = size / 4;
-  const double* const next = w + quarter * twiddles_per_butterfly;
-  split(x, size, w);
-  for (std::size_t q = 0; q < 4; ++q) {
-    double* const part = x + q * quarter * step;
-    const double* const factors = kernel + q * quarter * 2;
-    if (quarter == 1) {
-      convolve_single(part, factors);
-    } else if (quarter == 2) {
-      convolve_pair(part, factors);
-    } else {
-      convolve(part, quarter, next, factors);
-    }
-  }
-  join(x, size, w);
-}
-
-std::vector<double> twiddles(std::size_t size) {
+// Of the first level, then of the levels by four, largest first.
+std::vector<double> twiddles(std::size_t radix, std::size_t part) {
   std::vector<double> out;
-  for (; size >= 4; size /= 4) {
-    for (std::size_t j = 0; j < size / 4; ++j) {
-      for (std::size_t power = 1; power <= 3; ++power) {
-        const double angle =
-            -2.0 * std::numbers::pi * static_cast<double>(power * j) / static_cast<double>(size);
-        out.push_back(std::cos(angle));
-        out.push_back(std::sin(angle));
-      }
-    }
-  }
+  for (std::size_t j = 0; j < part; ++j)
+    for (std::size_t power = 1; power < radix; ++power) append_turn(out, power * j, radix * part);
+  for (; part >= 4; part /= 4)
+    for (std::size_t j = 0; j < part / 4; ++j)
+      for (std::size_t power = 1; power <= 3; ++power) append_turn(out, power * j, part);
+  return out;
+}
+
+// cos and sin of 2 pi k / radix, zeros exact.
+std::vector<double> roots_of_unity(std::size_t radix) {
+  std::vector<double> out;
+  for (std::size_t k = 0; k < radix; ++k) append_turn(out, radix - k, radix);
+  for (double& v : out) v = std::abs(v) < 1e-12 ? 0.0 : v;
   return out;
 }
 
 // Two factors whose product is 2^exponent: one alone may overflow where the product with a signal
 // does not.
 struct PowerOfTwo {
-  alignas(64) std::array<double, Spectrum::signals> first{};
-  alignas(64) std::array<double, Spectrum::signals> second{};
+  alignas(64) std::array<double, Spectrum::most_signals> first{};
+  alignas(64) std::array<double, Spectrum::most_signals> second{};
 
   void set(std::size_t k, int exponent) {
     first[k] = std::ldexp(1.0, exponent / 2);
@@ -159,7 +78,7 @@ struct Scaling {
   PowerOfTwo out;  // and back; zero for a silent signal, which would show its partner's rounding
 };
 
-Scaling scaling_of(const std::array<double, Spectrum::signals>& top) {
+Scaling scaling_of(const std::array<double, Spectrum::most_signals>& top) {
   Scaling out;
   for (std::size_t k = 0; k < top.size(); ++k) {
     int exponent = 0;
@@ -171,87 +90,158 @@ Scaling scaling_of(const std::array<double, Spectrum::signals>& top) {
   return out;
 }
 
-WEFT_CLONES("arch=x86-64-v4", "avx2")
-void find_top(const double* rows, std::size_t length, const double* offset, double* top) {
-  for (std::size_t half = 0; half < step; half += width) {
-    const Lanes zero = load(offset + half);
-    Lanes most = all(0.0);
-    for (std::size_t j = 0; j < length; ++j)
-      most = simd::larger(most, simd::magnitude(load(rows + j * step + half) - zero));
-    store(top + half, most);
+// Sixteen signals (V = Lanes) or two (double) and the tables of their length.
+struct Job {
+  const double* rows;
+  const double* offset;
+  std::size_t length, radix, part;
+  const double* root;
+  const double* first;   // twiddles of the first level
+  const double* levels;  // of the others
+  const double* chirp;
+  const double* kernel;
+};
+
+template <class V>
+WEFT_INLINE void find_top(const Job& job, double* top) {
+  for (std::size_t half = 0; half < step<V>; half += fourier::width<V>) {
+    const V zero = fourier::load<V>(job.offset + half);
+    V most = fourier::spread<V>(0.0);
+    for (std::size_t j = 0; j < job.length; ++j)
+      most = simd::larger(most,
+                          simd::magnitude(fourier::load<V>(job.rows + j * step<V> + half) - zero));
+    fourier::store(top + half, most);
   }
 }
 
 // The first level of the forward transform on signals less offset, scaled, times the chirp. At most
-// half of the padded length is signal: the last two quarters are zeros that need not be written.
-WEFT_CLONES("arch=x86-64-v4", "avx2")
-void split_signals(const double* rows, std::size_t length, const double* offset,
-                   const PowerOfTwo& scale, const double* chirp, std::size_t padded,
-                   const double* w, double* x) {
-  const Complex zero = get(offset), first = get(scale.first.data()),
-                second = get(scale.second.data());
-  const auto chirped = [&](std::size_t j) {
-    const Complex v = get(rows + j * step) - zero;
-    return times({v.re * first.re * second.re, v.im * first.im * second.im}, chirp + 2 * j);
-  };
-  const std::size_t quarter = padded / 4;
-  const Complex nothing{all(0.0), all(0.0)};
-  for (std::size_t j = 0; j < quarter; ++j, w += twiddles_per_butterfly) {
-    const Complex a = j < length ? chirped(j) : nothing;
-    const Complex b = j + quarter < length ? chirped(j + quarter) : nothing;
-    const Complex turn = times_i(b);
-    put(x + j * step, a + b);
-    put(x + (j + quarter) * step, times(a - turn, w));
-    put(x + (j + 2 * quarter) * step, times(a - b, w + 2));
-    put(x + (j + 3 * quarter) * step, times(a + turn, w + 4));
+// half of the elements, rounded up to whole parts, is signal: zeros need not be written.
+template <class V, std::size_t R>
+WEFT_INLINE void split_signals(const Job& job, const PowerOfTwo& scale, double* x) {
+  const auto zero = get<V>(job.offset), one = get<V>(scale.first.data()),
+             two = get<V>(scale.second.data());
+  const std::size_t part = job.part, length = job.length;
+  const double* w = job.first;
+  for (std::size_t j = 0; j < part; ++j, w += 2 * (R - 1)) {
+    std::array<Complex<V>, (R + 1) / 2> in{};
+    for (std::size_t m = 0, at = j; m < in.size(); ++m, at += part) {
+      if (at >= length) continue;
+      const auto v = get<V>(job.rows + at * step<V>) - zero;
+      in[m] = times(Complex<V>{v.re * one.re * two.re, v.im * one.im * two.im}, job.chirp + 2 * at);
+    }
+    fourier::split_first<R>(in, job.root, w, x + j * step<V>, part * step<V>);
   }
 }
 
 // The last level of the inverse transform times the chirp, of the half that is asked for.
-WEFT_CLONES("arch=x86-64-v4", "avx2")
-void join_signals(double* x, std::size_t padded, const double* chirp, std::size_t length,
-                  const double* w) {
-  const std::size_t quarter = padded / 4;
-  for (std::size_t j = 0; j < quarter && j < length; ++j, w += twiddles_per_butterfly) {
-    double* const at = x + j * step;
-    const Complex a = get(at), b = times_conjugate(get(at + quarter * step), w),
-                  c = times_conjugate(get(at + 2 * quarter * step), w + 2),
-                  d = times_conjugate(get(at + 3 * quarter * step), w + 4);
-    put(at, times((a + c) + (b + d), chirp + 2 * j));
-    if (j + quarter < length)
-      put(at + quarter * step, times((a - c) + times_i(b - d), chirp + 2 * (j + quarter)));
+template <class V, std::size_t R>
+WEFT_INLINE void join_signals(const Job& job, double* x) {
+  const std::size_t part = job.part, length = job.length;
+  const double* w = job.first;
+  for (std::size_t j = 0; j < part && j < length; ++j, w += 2 * (R - 1)) {
+    const auto out =
+        fourier::join_first<R, (R + 1) / 2, V>(x + j * step<V>, part * step<V>, job.root, w);
+    for (std::size_t m = 0, at = j; m < out.size() && at < length; ++m, at += part)
+      put(x + at * step<V>, times(out[m], job.chirp + 2 * at));
   }
 }
 
-// Z = A + iB with A, B Hermitian: A = (Z_k + conj Z_-k) / 2, B = (Z_k - conj Z_-k) / 2i.
-WEFT_CLONES("arch=x86-64-v4", "avx2")
-void store_squares(const double* x, std::size_t length, double* out) {
+// Z = A + iB with A, B Hermitian: A = (Z_k + conj Z_-k) / 2, B = (Z_k - conj Z_-k) / 2i. Squares of
+// 2A and 2B take the place of Z_k, which no later k needs.
+template <class V>
+WEFT_INLINE void take_squares(double* x, std::size_t length) {
   for (std::size_t k = 0; k <= length / 2; ++k) {
-    const Complex z = get(x + k * step), m = get(x + (k == 0 ? 0 : length - k) * step);
-    const Complex a{z.re + m.re, z.im - m.im}, b{z.re - m.re, z.im + m.im};
-    put(out + k * step, {a.re * a.re + a.im * a.im, b.re * b.re + b.im * b.im});
+    const auto z = get<V>(x + k * step<V>), m = get<V>(x + (k == 0 ? 0 : length - k) * step<V>);
+    const Complex<V> a{z.re + m.re, z.im - m.im}, b{z.re - m.re, z.im + m.im};
+    put(x + k * step<V>, Complex<V>{a.re * a.re + a.im * a.im, b.re * b.re + b.im * b.im});
   }
 }
 
 // A loop of its own over plain numbers: only so do compilers take roots of all lanes at once.
-WEFT_CLONES("arch=x86-64-v4", "avx2")
-void take_roots(double* rows, std::size_t count, const PowerOfTwo& scale) {
+template <class V>
+WEFT_INLINE void take_roots(double* rows, std::size_t count, const PowerOfTwo& scale) {
   const PowerOfTwo by = scale;
-  for (std::size_t r = 0; r < count; ++r, rows += step) {
-    for (std::size_t k = 0; k < step; ++k)
+  for (std::size_t r = 0; r < count; ++r, rows += step<V>) {
+    for (std::size_t k = 0; k < step<V>; ++k)
       rows[k] = 0.5 * std::sqrt(rows[k]) * by.first[k] * by.second[k];
   }
 }
 
+template <class V, std::size_t R, class Convolve>
+WEFT_INLINE void transform_by(const Job& job, const PowerOfTwo& scale, double* x,
+                              Convolve convolve) {
+  split_signals<V, R>(job, scale, x);
+  for (std::size_t q = 0; q < R; ++q)
+    convolve(x + q * job.part * step<V>, job.part, job.levels, job.kernel + q * job.part * 2);
+  join_signals<V, R>(job, x);
+}
+
+template <class V, class Convolve>
+WEFT_INLINE void magnitudes_of(const Job& job, double* x, Convolve convolve) {
+  alignas(64) std::array<double, Spectrum::most_signals> top{};
+  find_top<V>(job, top.data());
+  const Scaling scaling = scaling_of(top);
+  switch (job.radix) {
+    case 4:
+      transform_by<V, 4>(job, scaling.in, x, convolve);
+      break;
+    case 5:
+      transform_by<V, 5>(job, scaling.in, x, convolve);
+      break;
+    case 6:
+      transform_by<V, 6>(job, scaling.in, x, convolve);
+      break;
+    default:
+      transform_by<V, 7>(job, scaling.in, x, convolve);
+  }
+  take_squares<V>(x, job.length);
+  take_roots<V>(x, job.length / 2 + 1, scaling.out);
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void convolve_lanes(double* x, std::size_t size, const double* w, const double* kernel) {
+  fourier::convolve<Lanes>(x, size, w, kernel, convolve_lanes);
+}
+void convolve_one(double* x, std::size_t size, const double* w, const double* kernel) {
+  fourier::convolve<double>(x, size, w, kernel, convolve_one);
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void magnitudes_of_lanes(const Job& job, double* x) {
+  magnitudes_of<Lanes>(job, x, convolve_lanes);
+}
+void magnitudes_of_one(const Job& job, double* x) {
+  magnitudes_of<double>(job, x, convolve_one);
+}
+
+// Transform of one complex signal, in the order that the levels leave.
+template <std::size_t R>
+void forward_first(double* x, std::size_t part, const double* root, const double* w) {
+  for (std::size_t j = 0; j < part; ++j, w += 2 * (R - 1)) {
+    std::array<Complex<double>, R> in;
+    for (std::size_t m = 0; m < R; ++m) in[m] = get<double>(x + (j + m * part) * step<double>);
+    fourier::split_first<R>(in, root, w, x + j * step<double>, part * step<double>);
+  }
+}
+
+void forward(double* x, std::size_t size, const double* w) {
+  if (size == 2) fourier::split_pair<double>(x);
+  if (size < 4) return;
+  fourier::split<double>(x, size, w);
+  const double* const next = w + size / 4 * fourier::twiddles_per_butterfly;
+  for (std::size_t q = 0; q < 4; ++q) forward(x + q * size / 4 * step<double>, size / 4, next);
+}
+
 }  // namespace
 
-Spectrum::Spectrum(std::size_t length)
-    : length_(length),
-      padded_(std::bit_ceil(std::max(least_padded, 2 * length - 1))),
-      twiddle_(twiddles(padded_)),
-      kernel_(2 * padded_) {
-  simd::AlignedDoubles x(padded_ * step, 0.0);  // the first lane carries the conjugate chirp
-  const double scale = 1.0 / static_cast<double>(padded_);
+Spectrum::Spectrum(std::size_t length) : length_(length) {
+  std::tie(radix_, part_) = first_cut(2 * length - 1);
+  twiddle_ = twiddles(radix_, part_);
+  root_ = roots_of_unity(radix_);
+  const std::size_t padded = radix_ * part_;
+  const double scale = 1.0 / static_cast<double>(padded);
+  kernel_.resize(2 * padded);
+  chirp_.reserve(2 * length);
   for (std::size_t j = 0; j < length_; ++j) {
     // j^2 modulo 2 n in integers: the angle stays small and exact for any length.
     const auto square = static_cast<std::uint64_t>(j) * j % (2 * length_);
@@ -259,35 +249,50 @@ Spectrum::Spectrum(std::size_t length)
         std::numbers::pi * static_cast<double>(square) / static_cast<double>(length_);
     chirp_.push_back(std::cos(angle));
     chirp_.push_back(-std::sin(angle));
-    for (const std::size_t at : {j, (padded_ - j) % padded_}) {
-      x[at * step] = std::cos(angle) * scale;
-      x[at * step + width] = std::sin(angle) * scale;
+    for (const std::size_t at : {j, (padded - j) % padded}) {
+      kernel_[2 * at] = std::cos(angle) * scale;
+      kernel_[2 * at + 1] = std::sin(angle) * scale;
     }
   }
-  forward(x.data(), padded_, twiddle_.data());
-  for (std::size_t k = 0; k < padded_; ++k) {
-    kernel_[2 * k] = x[k * step];
-    kernel_[2 * k + 1] = x[k * step + width];
-  }
+  transform_kernel();
 }
 
-void Spectrum::magnitudes(const double* rows, const double* offset, simd::AlignedDoubles& scratch,
-                          double* out) const {
-  if (scratch.size() < padded_ * step) scratch.resize(padded_ * step);
-  alignas(64) std::array<double, signals> top{};
-  find_top(rows, length_, offset, top.data());
-  const Scaling scaling = scaling_of(top);
-  double* const x = scratch.data();
-  const double* const w = twiddle_.data();
-  split_signals(rows, length_, offset, scaling.in, chirp_.data(), padded_, w, x);
-  const std::size_t quarter = padded_ / 4;
-  for (std::size_t q = 0; q < 4; ++q)
-    convolve(x + q * quarter * step, quarter, w + quarter * twiddles_per_butterfly,
-             kernel_.data() + q * quarter * 2);
-  join_signals(x, padded_, chirp_.data(), length_, w);
-  store_squares(x, length_, out);
-  take_roots(out, bins(), scaling.out);
+void Spectrum::transform_kernel() {
+  switch (radix_) {
+    case 4:
+      forward_first<4>(kernel_.data(), part_, root_.data(), twiddle_.data());
+      break;
+    case 5:
+      forward_first<5>(kernel_.data(), part_, root_.data(), twiddle_.data());
+      break;
+    case 6:
+      forward_first<6>(kernel_.data(), part_, root_.data(), twiddle_.data());
+      break;
+    default:
+      forward_first<7>(kernel_.data(), part_, root_.data(), twiddle_.data());
+  }
+  for (std::size_t q = 0; q < radix_; ++q) forward(kernel_.data() + 2 * q * part_, part_, levels());
 }
+
+template <class V>
+const double* Spectrum::magnitudes(const double* rows, const double* offset,
+                                   simd::AlignedDoubles& scratch) const {
+  const std::size_t needed = radix_ * part_ * step<V>;
+  if (scratch.size() < needed) scratch.resize(needed);
+  const Job job{rows,         offset,          length_,  radix_,        part_,
+                root_.data(), twiddle_.data(), levels(), chirp_.data(), kernel_.data()};
+  if constexpr (fourier::width<V> == 1) {
+    magnitudes_of_one(job, scratch.data());
+  } else {
+    magnitudes_of_lanes(job, scratch.data());
+  }
+  return scratch.data();
+}
+
+template const double* Spectrum::magnitudes<Lanes>(const double*, const double*,
+                                                   simd::AlignedDoubles&) const;
+template const double* Spectrum::magnitudes<double>(const double*, const double*,
+                                                    simd::AlignedDoubles&) const;
 
 const Spectrum& SpectrumCache::of(std::size_t length) {
   auto found = std::find_if(recent_.begin(), recent_.end(),

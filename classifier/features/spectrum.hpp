@@ -1,9 +1,10 @@
 #pragma once
-// Magnitudes of the discrete Fourier transform of real signals of any length, sixteen at a time.
+// Magnitudes of the discrete Fourier transform of real signals of any length, sixteen at a time or
+// two.
 //
-// Bluestein's algorithm: the transform of length n becomes a convolution of a power-of-two length,
+// Bluestein's algorithm: the transform of length n becomes a convolution of a length that is easy,
 // so that a prime n costs the same as its neighbours (a mixed-radix library is O(n p) in the
-// largest prime factor p). Sixteen real signals are eight complex ones, which fill the lanes of a
+// largest prime factor p). Two real signals are one complex one; eight of those fill the lanes of a
 // processor.
 
 #include <cstddef>
@@ -17,7 +18,7 @@ namespace weft::classifier {
 /// Tables for one signal length.
 class Spectrum {
  public:
-  static constexpr std::size_t signals = simd::block_taxels;
+  static constexpr std::size_t most_signals = simd::block_taxels;
 
   /// length >= 1
   explicit Spectrum(std::size_t length);
@@ -26,20 +27,27 @@ class Spectrum {
   /// Magnitudes per signal: bins 0 .. floor(length / 2).
   [[nodiscard]] std::size_t bins() const { return length_ / 2 + 1; }
 
-  /// |DFT| of sixteen real signals, each less its `offset` [16]. `rows` [length x 16], a sample of
-  /// every signal per row; `out` [bins x 16]. Signals share transforms in pairs; each is scaled by
-  /// a power of two first, so a weak signal does not drown in the rounding of a strong one, and a
-  /// silent one has exact zeros. `scratch` grows to what is needed and may be shared between
-  /// lengths.
-  void magnitudes(const double* rows, const double* offset, simd::AlignedDoubles& scratch,
-                  double* out) const;
+  /// |DFT| of s real signals, each less its `offset` [s]: sixteen for V = simd::Lanes, two for V =
+  /// double. `rows` [length x s], a sample of every signal per row; returns [bins x s] in
+  /// `scratch`, which grows to what is needed and may be shared between lengths. Signals share
+  /// transforms in pairs; each is scaled by a power of two first, so a weak signal does not drown
+  /// in the rounding of a strong one, and a silent one has exact zeros.
+  template <class V>
+  const double* magnitudes(const double* rows, const double* offset,
+                           simd::AlignedDoubles& scratch) const;
 
  private:
+  void transform_kernel();
+  // Twiddles behind those of the first level.
+  [[nodiscard]] const double* levels() const { return twiddle_.data() + 2 * (radix_ - 1) * part_; }
+
   std::size_t length_;
-  std::size_t padded_;           // power of two >= 2 length - 1
-  std::vector<double> twiddle_;  // w^j, w^2j, w^3j of every level, largest first
+  // The transform has radix x part >= 2 length - 1 elements; a part is a power of two.
+  std::size_t radix_ = 0, part_ = 0;
+  std::vector<double> twiddle_;
+  std::vector<double> root_;     // cos and sin of 2 pi k / radix
   std::vector<double> chirp_;    // exp(-i pi j^2 / length)
-  simd::AlignedDoubles kernel_;  // transform of the conjugate chirp / padded, in its own order
+  simd::AlignedDoubles kernel_;  // transform of the conjugate chirp / elements, in its own order
 };
 
 /// The tables of the lengths used last: motions of a campaign differ by a sample or two.

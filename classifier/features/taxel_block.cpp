@@ -161,10 +161,10 @@ TaxelBlock::Features TaxelBlock::features(const FeatureOptions& options, BlockTo
   at(out, Block::mode) = tools.modes.find(rows_.data(), samples_, running_.low, running_.high,
                                           options.mode_bin_counts);
   const Spectrum& spectrum = tools.spectra.of(samples_);
-  tools.magnitudes.resize(std::max(tools.magnitudes.size(), spectrum.bins() * taxels));
-  spectrum.magnitudes(rows_.data(), p.mean.data(), tools.transform, tools.magnitudes.data());
+  const double* const bins =
+      spectrum.magnitudes<Lanes>(rows_.data(), p.mean.data(), tools.transform);
   const double scale = options.spectrum == SpectrumScale::amplitude ? 2.0 / n : 1.0;
-  summarise(tools.magnitudes.data(), samples_ / 2, scale, at(out, Block::hfrq), at(out, Block::sh));
+  summarise(bins, samples_ / 2, scale, at(out, Block::hfrq), at(out, Block::sh));
   for (std::size_t k = 0; k < taxels; ++k) {
     const double m2 = p.second[k] / n;
     const bool moves = varies(m2, p.mean[k]);

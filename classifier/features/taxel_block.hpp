@@ -18,7 +18,6 @@ struct BlockTools {
   SpectrumCache spectra;
   ModeFinder modes;
   simd::AlignedDoubles transform;
-  simd::AlignedDoubles magnitudes;
 };
 
 class TaxelBlock {

@@ -4,52 +4,17 @@
 
 #include "classifier/features/extract.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/features/feature_stream.hpp"
-#include "classifier/features/spectrum.hpp"
-#include "classifier/features/windows.hpp"
+#include "tests/unit/classifier/features_support.hpp"
 #include "tests/unit/classifier/slow_features.hpp"
-#include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier {
 namespace {
 
+using testing::feature;
 using testing::motion_trial;
+using testing::noise;
 using testing::relative_difference;
-using testing::slow_magnitudes;
-
-// The feature called `name` of a trial.
-double feature(const Trial& trial, const std::string& name, const FeatureOptions& options = {}) {
-  const auto values = extract(trial, options);
-  REQUIRE(values);
-  const auto names = FeatureLayout(trial.taxels, phases_of(trial)).names();
-  const auto at = std::find(names.begin(), names.end(), name);
-  REQUIRE(at != names.end());
-  return (*values)[static_cast<std::size_t>(at - names.begin())];
-}
-
-// Magnitudes of up to sixteen signals of one length; a row per signal.
-std::vector<std::vector<double>> fast_magnitudes(const std::vector<std::vector<double>>& signals) {
-  const std::size_t n = signals.front().size();
-  const Spectrum spectrum(n);
-  simd::AlignedDoubles rows(n * Spectrum::signals, 0.0), scratch;
-  simd::AlignedDoubles bins(spectrum.bins() * Spectrum::signals);
-  for (std::size_t s = 0; s < signals.size(); ++s)
-    for (std::size_t i = 0; i < n; ++i) rows[i * Spectrum::signals + s] = signals[s][i];
-  const simd::AlignedDoubles offset(Spectrum::signals, 0.0);
-  spectrum.magnitudes(rows.data(), offset.data(), scratch, bins.data());
-  std::vector<std::vector<double>> out(signals.size());
-  for (std::size_t s = 0; s < signals.size(); ++s)
-    for (std::size_t k = 0; k < spectrum.bins(); ++k)
-      out[s].push_back(bins[k * Spectrum::signals + s]);
-  return out;
-}
-
-std::vector<double> noise(std::size_t n, std::uint64_t seed) {
-  RandomEngine engine(seed);
-  std::vector<double> out;
-  for (std::size_t i = 0; i < n; ++i) out.push_back(testing::normal(engine));
-  return out;
-}
+using testing::slide;
 
 TEST_CASE("Sixteen taxels and all phases give the 195 features of Table I, in its order") {
   const FeatureLayout layout(16, {true, true, true});
@@ -213,61 +178,6 @@ TEST_CASE("Empty motion, no taxels, sizes that disagree and overflow are refused
   CHECK_FALSE(extract(motion_trial(std::vector<double>{1, 2}), {.mode_bin_counts = 0.0}));
 }
 
-TEST_CASE("The spectrum equals the definition at every length up to 40 and at primes") {
-  std::vector<std::size_t> lengths = {97, 101, 128, 129, 251};
-  for (std::size_t n = 1; n <= 40; ++n) lengths.push_back(n);
-  for (const std::size_t n : lengths) {
-    INFO("length " << n);
-    std::vector<std::vector<double>> signals;
-    for (std::uint64_t s = 0; s < Spectrum::signals; ++s) signals.push_back(noise(n, 1000 * s + n));
-    const auto got = fast_magnitudes(signals);
-    double worst = 0.0;
-    for (std::size_t s = 0; s < signals.size(); ++s) {
-      const auto want = slow_magnitudes(signals[s]);
-      for (std::size_t k = 0; k <= n / 2; ++k)
-        worst = std::max(worst, std::abs(got[s][k] - want[k]));
-    }
-    CHECK(worst < 1e-13 * static_cast<double>(n));
-  }
-}
-
-TEST_CASE("Parseval: the spectrum of a prime length keeps the signal's energy") {
-  const std::size_t n = 911;
-  const auto a = noise(n, 1);
-  const auto bins = fast_magnitudes({a}).front();
-  double time = 0.0, frequency = bins[0] * bins[0];
-  for (const double v : a) time += v * v;
-  for (std::size_t k = 1; k < bins.size(); ++k) frequency += 2.0 * bins[k] * bins[k];
-  CHECK(frequency / static_cast<double>(n) == Approx(time).epsilon(1e-13));
-}
-
-TEST_CASE(
-    "A weak signal transformed beside strong ones keeps its digits, a silent one its silence") {
-  const auto weak = noise(100, 2);
-  std::vector<std::vector<double>> signals(Spectrum::signals, noise(100, 3));
-  for (std::size_t s = 0; s < signals.size(); ++s)
-    for (double& v : signals[s]) v *= s == 7 ? 1e-300 : 1e300;
-  signals[0] = weak;  // its partner, eight further on, is at 1e300
-  signals[10].assign(100, 0.0);
-  const auto got = fast_magnitudes(signals);
-  const auto want = slow_magnitudes(weak), tiny = slow_magnitudes(noise(100, 3));
-  for (std::size_t k = 0; k < want.size(); ++k) {
-    CHECK(std::abs(got[0][k] - want[k]) < 1e-12);
-    CHECK(std::abs(got[7][k] * 1e300 - tiny[k]) < 1e-12);
-    CHECK(std::abs(got[15][k] * 1e-300 - tiny[k]) < 1e-12);
-  }
-  CHECK(got[10] == std::vector<double>(51, 0.0));
-}
-
-TEST_CASE("Tables of recent lengths are kept, older ones made again with the same result") {
-  SpectrumCache cache;
-  const Spectrum* const first = &cache.of(50);
-  for (std::size_t n = 1; n < 8; ++n) CHECK(cache.of(n).length() == n);
-  CHECK(&cache.of(50) == first);
-  for (std::size_t n = 1; n < 20; ++n) CHECK(cache.of(n).length() == n);
-  CHECK(cache.of(50).length() == 50);
-}
-
 TEST_CASE("A sinusoid reads its amplitude in Hfrq, and in Sh only when it is fast") {
   const std::size_t n = 120;
   const auto wave = [&](double cycles) {
@@ -284,28 +194,6 @@ TEST_CASE("A sinusoid reads its amplitude in Hfrq, and in Sh only when it is fas
   CHECK(feature(wave(31), "Sh.M.1") == Approx(13.0).epsilon(1e-9));
   const double raw = feature(wave(7), "Hfrq.M.1", {.spectrum = SpectrumScale::magnitude});
   CHECK(raw == Approx(13.0 * n / 2.0).epsilon(1e-12));
-}
-
-// Counts like those of a slide: levels, ripple and noise that differ between taxels, flat tops.
-Trial slide(std::size_t taxels, std::size_t motion, std::uint64_t seed) {
-  RandomEngine engine(seed);
-  Trial out;
-  out.file = "slide";
-  out.taxels = taxels;
-  for (const auto& [phase, samples] :
-       {std::pair(Phase::none, std::size_t{3}), std::pair(Phase::rest, std::size_t{9}),
-        std::pair(Phase::press, std::size_t{7}), std::pair(Phase::motion, motion),
-        std::pair(Phase::end, std::size_t{5})}) {
-    for (std::size_t i = 0; i < samples; ++i) {
-      out.phase.push_back(phase);
-      for (std::size_t k = 0; k < taxels; ++k) {
-        const double ripple = 60.0 * std::sin(static_cast<double>(i * (k + 3)) * 0.11);
-        out.counts.push_back(std::nearbyint(1000.0 + 37.0 * static_cast<double>(k) + ripple +
-                                            static_cast<double>(random_below(engine, 12))));
-      }
-    }
-  }
-  return out;
 }
 
 std::vector<double> motion_of(const Trial& trial, std::size_t taxel) {
@@ -338,68 +226,6 @@ TEST_CASE("Every feature of every taxel equals its definition, with one taxel to
   }
 }
 
-TEST_CASE("A stream gives at every moment what the trial so far gives") {
-  const Trial whole = slide(17, 60, 5);
-  FeatureStream stream(17);
-  CHECK_FALSE(stream.features());
-  for (int round = 0; round < 2; ++round) {
-    Trial so_far;
-    so_far.file = "so far";
-    so_far.taxels = 17;
-    for (std::size_t i = 0; i < whole.samples(); ++i) {
-      REQUIRE(stream.add(whole.phase[i], whole.row(i)));
-      so_far.phase.push_back(whole.phase[i]);
-      so_far.counts.insert(so_far.counts.end(), whole.row(i).begin(), whole.row(i).end());
-      const auto batch = extract(so_far);
-      const auto now = stream.features();
-      REQUIRE(now.has_value() == batch.has_value());
-      if (!now) continue;
-      CHECK(stream.phases() == phases_of(so_far));
-      CHECK(std::equal(now->begin(), now->end(), batch->begin(), batch->end()));
-    }
-    CHECK(stream.motion_frames() == 60);
-    stream.restart();
-    CHECK(stream.motion_frames() == 0);
-    CHECK_FALSE(stream.features());
-  }
-}
-
-TEST_CASE("A stream refuses incomplete and infinite frames and goes on as if they had not come") {
-  FeatureStream stream(2);
-  REQUIRE(stream.add(Phase::motion, std::vector<double>{1, 2, 3, 4}));
-  CHECK_FALSE(stream.add(Phase::motion, std::vector<double>{1, 2, 3}));
-  const auto bad = stream.add(Phase::motion, std::vector<double>{1, 2, 3, std::nan("")});
-  REQUIRE_FALSE(bad);
-  CHECK(bad.error().where == "frame 1, taxel 2");
-  CHECK(stream.motion_frames() == 2);
-  CHECK_FALSE(FeatureStream(1, {.mode_bin_counts = -1.0}).features());
-}
-
-TEST_CASE("Trials of lengths that it knows cost an extractor no allocation") {
-  FeatureExtractor extractor;
-  const std::vector<Trial> trials = {slide(19, 90, 1), slide(19, 131, 2), slide(19, 89, 3)};
-  for (const Trial& trial : trials) REQUIRE(extractor.extract(trial));
-  const std::size_t before = testing::allocations();
-  bool fine = true;
-  for (const Trial& trial : trials) fine = fine && extractor.extract(trial).has_value();
-  const std::size_t after = testing::allocations();
-  CHECK(fine);
-  CHECK(after == before);
-}
-
-TEST_CASE("An extractor gives the same for a trial whatever it has seen before") {
-  FeatureExtractor extractor;
-  const Trial one = slide(16, 90, 1), other = slide(16, 131, 2), narrow = slide(3, 20, 3);
-  const auto want = extract(one);
-  REQUIRE(want);
-  for (const Trial* before : {&other, &narrow, &one}) {
-    REQUIRE(extractor.extract(*before));
-    const auto got = extractor.extract(one);
-    REQUIRE(got);
-    CHECK(std::equal(got->begin(), got->end(), want->begin(), want->end()));
-  }
-}
-
 TEST_CASE("A matrix of trials does not depend on the number of threads and refuses odd ones out") {
   std::vector<Trial> trials;
   for (std::uint64_t i = 0; i < 7; ++i) {
@@ -415,31 +241,6 @@ TEST_CASE("A matrix of trials does not depend on the number of threads and refus
   REQUIRE_FALSE(odd);
   CHECK(odd.error().where == "t5");
   CHECK_FALSE(build_feature_matrix({}));
-}
-
-TEST_CASE("Windows cut the motion into equal parts that inherit label and group") {
-  Trial trial = motion_trial(std::vector<double>{0, 1, 2, 3, 4, 5, 6, 7});
-  trial.label = "Denim";
-  trial.group = "rep0";
-  trial.phase[0] = Phase::press;
-  const auto windows = cut_windows(trial, {.window_s = 0.084, .sample_period_s = 0.028});
-  REQUIRE(windows);
-  REQUIRE(windows->size() == 2);
-  CHECK((*windows)[1].counts == std::vector<double>{4, 5, 6});
-  CHECK((*windows)[1].group == "rep0");
-  CHECK((*windows)[1].label == "Denim");
-  CHECK((*windows)[1].file == "trial.csv#1");
-  const auto dense =
-      cut_windows(trial, {.window_s = 0.084, .step_s = 0.028, .sample_period_s = 0.028});
-  CHECK(dense->size() == 5);
-}
-
-TEST_CASE("Windows of no duration, or longer than the motion, are refused") {
-  const Trial trial = motion_trial(std::vector<double>{0, 1, 2});
-  CHECK_FALSE(cut_windows(trial, {.window_s = 1.0, .sample_period_s = 0.0}));
-  CHECK_FALSE(cut_windows(trial, {.window_s = -1.0, .sample_period_s = 0.1}));
-  CHECK_FALSE(cut_windows(trial, {.window_s = std::nan(""), .sample_period_s = 0.1}));
-  CHECK_FALSE(cut_windows(trial, {.window_s = 0.4, .sample_period_s = 0.1}));
 }
 
 }  // namespace

@@ -1,0 +1,205 @@
+#pragma once
+// Levels of a complex Fourier transform whose elements hold one signal or eight side by side.
+//
+// V is double (one complex signal) or simd::Lanes (eight). An element is the real parts, then the
+// imaginary ones. Both kinds do the same operations in the same order: the same bits.
+
+#include <array>
+#include <cstddef>
+
+#include "classifier/features/lanes.hpp"
+
+namespace weft::classifier::fourier {
+
+template <class V>
+inline constexpr std::size_t width = sizeof(V) / sizeof(double);
+/// Doubles per element.
+template <class V>
+inline constexpr std::size_t step = 2 * width<V>;
+/// Doubles per j of a level by four: w^j, w^2j, w^3j.
+inline constexpr std::size_t twiddles_per_butterfly = 6;
+
+template <class V>
+struct Complex {
+  V re, im;
+};
+
+template <class V>
+WEFT_INLINE V spread(double v) {
+  if constexpr (width<V> == 1) {
+    return v;
+  } else {
+    return simd::all(v);
+  }
+}
+template <class V>
+WEFT_INLINE V load(const double* p) {
+  if constexpr (width<V> == 1) {
+    return *p;
+  } else {
+    return simd::load(p);
+  }
+}
+template <class V>
+WEFT_INLINE void store(double* p, V v) {
+  if constexpr (width<V> == 1) {
+    *p = v;
+  } else {
+    simd::store(p, v);
+  }
+}
+template <class V>
+WEFT_INLINE Complex<V> get(const double* element) {
+  return {load<V>(element), load<V>(element + width<V>)};
+}
+template <class V>
+WEFT_INLINE void put(double* element, Complex<V> v) {
+  store<V>(element, v.re);
+  store<V>(element + width<V>, v.im);
+}
+
+template <class V>
+WEFT_INLINE Complex<V> operator+(Complex<V> a, Complex<V> b) {
+  return {a.re + b.re, a.im + b.im};
+}
+template <class V>
+WEFT_INLINE Complex<V> operator-(Complex<V> a, Complex<V> b) {
+  return {a.re - b.re, a.im - b.im};
+}
+template <class V>
+WEFT_INLINE Complex<V> operator*(Complex<V> a, double factor) {
+  return {a.re * factor, a.im * factor};
+}
+template <class V>
+WEFT_INLINE Complex<V> times_i(Complex<V> a) {
+  return {-a.im, a.re};
+}
+// The same factor for all lanes, from its real and imaginary part.
+template <class V>
+WEFT_INLINE Complex<V> times(Complex<V> a, const double* w) {
+  const V re = spread<V>(w[0]), im = spread<V>(w[1]);
+  return {a.re * re - a.im * im, a.im * re + a.re * im};
+}
+template <class V>
+WEFT_INLINE Complex<V> times_conjugate(Complex<V> a, const double* w) {
+  const V re = spread<V>(w[0]), im = spread<V>(w[1]);
+  return {a.re * re + a.im * im, a.im * re - a.re * im};
+}
+
+/// Decimation in frequency by four: natural order in, quarters of the spectrum out.
+template <class V>
+WEFT_INLINE void split(double* x, std::size_t size, const double* w) {
+  const std::size_t quarter = size / 4 * step<V>;
+  for (double* const end = x + quarter; x < end; x += step<V>, w += twiddles_per_butterfly) {
+    const auto a = get<V>(x), b = get<V>(x + quarter), c = get<V>(x + 2 * quarter),
+               d = get<V>(x + 3 * quarter);
+    const auto even = a + c, odd = b + d, fall = a - c, turn = times_i(b - d);
+    put(x, even + odd);
+    put(x + quarter, times(fall - turn, w));
+    put(x + 2 * quarter, times(even - odd, w + 2));
+    put(x + 3 * quarter, times(fall + turn, w + 4));
+  }
+}
+
+/// Decimation in time by four with conjugate twiddles: takes split() back, times four.
+template <class V>
+WEFT_INLINE void join(double* x, std::size_t size, const double* w) {
+  const std::size_t quarter = size / 4 * step<V>;
+  for (double* const end = x + quarter; x < end; x += step<V>, w += twiddles_per_butterfly) {
+    const auto a = get<V>(x), b = times_conjugate(get<V>(x + quarter), w),
+               c = times_conjugate(get<V>(x + 2 * quarter), w + 2),
+               d = times_conjugate(get<V>(x + 3 * quarter), w + 4);
+    const auto even = a + c, odd = b + d, fall = a - c, turn = times_i(b - d);
+    put(x, even + odd);
+    put(x + quarter, fall + turn);
+    put(x + 2 * quarter, even - odd);
+    put(x + 3 * quarter, fall - turn);
+  }
+}
+
+template <class V>
+WEFT_INLINE void split_pair(double* x) {
+  const auto a = get<V>(x), b = get<V>(x + step<V>);
+  put(x, a + b);
+  put(x + step<V>, a - b);
+}
+
+template <class V>
+WEFT_INLINE void convolve_pair(double* x, const double* kernel) {
+  const auto a = get<V>(x), b = get<V>(x + step<V>);
+  const auto sum = times(a + b, kernel), difference = times(a - b, kernel + 2);
+  put(x, sum + difference);
+  put(x + step<V>, sum - difference);
+}
+
+/// Forward transform, product with the kernel, inverse transform of `size` elements, a power of two
+/// from four on. One quarter after the other to the end by `deeper`, which is this function for
+/// size / 4, so that all but the first levels stay in the nearest cache.
+template <class V, class Deeper>
+WEFT_INLINE void convolve(double* x, std::size_t size, const double* w, const double* kernel,
+                          Deeper deeper) {
+  const std::size_t quarter = size / 4;
+  split<V>(x, size, w);
+  for (std::size_t q = 0; q < 4; ++q) {
+    double* const part = x + q * quarter * step<V>;
+    const double* const factors = kernel + q * quarter * 2;
+    if (quarter == 1) {
+      put(part, times(get<V>(part), factors));
+    } else if (quarter == 2) {
+      convolve_pair<V>(part, factors);
+    } else {
+      deeper(part, quarter, w + quarter * twiddles_per_butterfly, factors);
+    }
+  }
+  join<V>(x, size, w);
+}
+
+/// One butterfly of the first level by R, decimation in frequency, of inputs of which all but the
+/// first M are zero; output k goes to x + k `stride`. `root` [R x 2]: cos and sin of 2 pi k / R;
+/// `w`: w^j, w^2j ... w^(R-1)j.
+template <std::size_t R, class V, std::size_t M>
+WEFT_INLINE void split_first(const std::array<Complex<V>, M>& in, const double* root,
+                             const double* w, double* x, std::size_t stride) {
+  Complex<V> sum = in[0], alternating = in[0];
+  for (std::size_t m = 1; m < M; ++m) {
+    sum = sum + in[m];
+    alternating = m % 2 == 0 ? alternating + in[m] : alternating - in[m];
+  }
+  put(x, sum);
+  for (std::size_t k = 1; 2 * k < R; ++k) {
+    Complex<V> even = in[0], odd{};
+    for (std::size_t m = 1; m < M; ++m) {
+      const double* const r = root + k * m % R * 2;
+      even = even + in[m] * r[0];
+      odd = odd + in[m] * r[1];
+    }
+    put(x + k * stride, times(even - times_i(odd), w + 2 * (k - 1)));
+    put(x + (R - k) * stride, times(even + times_i(odd), w + 2 * (R - k - 1)));
+  }
+  if (R % 2 == 0) put(x + R / 2 * stride, times(alternating, w + 2 * (R / 2 - 1)));
+}
+
+/// The first M outputs of the inverse of split_first(), times R.
+template <std::size_t R, std::size_t M, class V>
+WEFT_INLINE std::array<Complex<V>, M> join_first(const double* x, std::size_t stride,
+                                                 const double* root, const double* w) {
+  std::array<Complex<V>, R> in;
+  in[0] = get<V>(x);
+  for (std::size_t k = 1; k < R; ++k)
+    in[k] = times_conjugate(get<V>(x + k * stride), w + 2 * (k - 1));
+  std::array<Complex<V>, M> out;
+  for (std::size_t m = 0; m < M; ++m) {
+    out[m] = in[0];
+    if (R % 2 == 0) out[m] = m % 2 == 0 ? in[0] + in[R / 2] : in[0] - in[R / 2];
+    Complex<V> odd{};
+    for (std::size_t k = 1; 2 * k < R; ++k) {
+      const double* const r = root + k * m % R * 2;
+      out[m] = out[m] + (in[k] + in[R - k]) * r[0];
+      odd = odd + (in[k] - in[R - k]) * r[1];
+    }
+    out[m] = out[m] + times_i(odd);
+  }
+  return out;
+}
+
+}  // namespace weft::classifier::fourier

@@ -1,0 +1,107 @@
+#include <catch2/catch.hpp>
+
+#include "classifier/features/spectrum.hpp"
+#include "tests/unit/classifier/features_support.hpp"
+#include "tests/unit/classifier/slow_features.hpp"
+
+namespace weft::classifier {
+namespace {
+
+using testing::noise;
+using testing::slow_magnitudes;
+
+constexpr std::size_t most = Spectrum::most_signals;
+
+// Magnitudes of up to sixteen signals of one length; a row per signal.
+std::vector<std::vector<double>> fast_magnitudes(const std::vector<std::vector<double>>& signals) {
+  const std::size_t n = signals.front().size();
+  const Spectrum spectrum(n);
+  simd::AlignedDoubles rows(n * most, 0.0), scratch;
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    for (std::size_t i = 0; i < n; ++i) rows[i * most + s] = signals[s][i];
+  const simd::AlignedDoubles offset(most, 0.0);
+  const double* const bins = spectrum.magnitudes<simd::Lanes>(rows.data(), offset.data(), scratch);
+  std::vector<std::vector<double>> out(signals.size());
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    for (std::size_t k = 0; k < spectrum.bins(); ++k) out[s].push_back(bins[k * most + s]);
+  return out;
+}
+
+TEST_CASE("The spectrum equals the definition at every length up to 40 and at primes") {
+  std::vector<std::size_t> lengths = {97, 101, 128, 129, 251};
+  for (std::size_t n = 1; n <= 40; ++n) lengths.push_back(n);
+  for (const std::size_t n : lengths) {
+    INFO("length " << n);
+    std::vector<std::vector<double>> signals;
+    for (std::uint64_t s = 0; s < most; ++s) signals.push_back(noise(n, 1000 * s + n));
+    const auto got = fast_magnitudes(signals);
+    double worst = 0.0;
+    for (std::size_t s = 0; s < signals.size(); ++s) {
+      const auto want = slow_magnitudes(signals[s]);
+      for (std::size_t k = 0; k <= n / 2; ++k)
+        worst = std::max(worst, std::abs(got[s][k] - want[k]));
+    }
+    CHECK(worst < 1e-13 * static_cast<double>(n));
+  }
+}
+
+TEST_CASE("Two signals by themselves have the bits that they have among sixteen") {
+  for (const std::size_t n : {1U, 5U, 9U, 11U, 13U, 101U, 640U}) {
+    INFO("length " << n);
+    std::vector<std::vector<double>> signals;
+    for (std::uint64_t s = 0; s < most; ++s) signals.push_back(noise(n, 1000 * s + n));
+    const auto among = fast_magnitudes(signals);
+    std::vector<double> rows;
+    for (std::size_t i = 0; i < n; ++i)
+      rows.insert(rows.end(),
+                  {signals[3][i], signals[3 + most / 2][i]});  // partners of a transform
+    const std::vector<double> offset(2, 0.0);
+    simd::AlignedDoubles scratch;
+    const Spectrum spectrum(n);
+    const double* const bins = spectrum.magnitudes<double>(rows.data(), offset.data(), scratch);
+    bool same = true;
+    for (std::size_t k = 0; k < spectrum.bins(); ++k)
+      same = same && bins[2 * k] == among[3][k] && bins[2 * k + 1] == among[3 + most / 2][k];
+    CHECK(same);
+  }
+}
+
+TEST_CASE("Parseval: the spectrum of a prime length keeps the signal's energy") {
+  const std::size_t n = 911;
+  const auto a = noise(n, 1);
+  const auto bins = fast_magnitudes({a}).front();
+  double time = 0.0, frequency = bins[0] * bins[0];
+  for (const double v : a) time += v * v;
+  for (std::size_t k = 1; k < bins.size(); ++k) frequency += 2.0 * bins[k] * bins[k];
+  CHECK(frequency / static_cast<double>(n) == Approx(time).epsilon(1e-13));
+}
+
+TEST_CASE(
+    "A weak signal transformed beside strong ones keeps its digits, a silent one its silence") {
+  const auto weak = noise(100, 2);
+  std::vector<std::vector<double>> signals(most, noise(100, 3));
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    for (double& v : signals[s]) v *= s == 7 ? 1e-300 : 1e300;
+  signals[0] = weak;  // its partner, eight further on, is at 1e300
+  signals[10].assign(100, 0.0);
+  const auto got = fast_magnitudes(signals);
+  const auto want = slow_magnitudes(weak), tiny = slow_magnitudes(noise(100, 3));
+  for (std::size_t k = 0; k < want.size(); ++k) {
+    CHECK(std::abs(got[0][k] - want[k]) < 1e-12);
+    CHECK(std::abs(got[7][k] * 1e300 - tiny[k]) < 1e-12);
+    CHECK(std::abs(got[15][k] * 1e-300 - tiny[k]) < 1e-12);
+  }
+  CHECK(got[10] == std::vector<double>(51, 0.0));
+}
+
+TEST_CASE("Tables of recent lengths are kept, older ones made again with the same result") {
+  SpectrumCache cache;
+  const Spectrum* const first = &cache.of(50);
+  for (std::size_t n = 1; n < 8; ++n) CHECK(cache.of(n).length() == n);
+  CHECK(&cache.of(50) == first);
+  for (std::size_t n = 1; n < 20; ++n) CHECK(cache.of(n).length() == n);
+  CHECK(cache.of(50).length() == 50);
+}
+
+}  // namespace
+}  // namespace weft::classifier

@@ -1,0 +1,37 @@
+#include <catch2/catch.hpp>
+
+#include "classifier/features/windows.hpp"
+#include "tests/unit/classifier/support.hpp"
+
+namespace weft::classifier {
+namespace {
+
+using testing::motion_trial;
+
+TEST_CASE("Windows cut the motion into equal parts that inherit label and group") {
+  Trial trial = motion_trial(std::vector<double>{0, 1, 2, 3, 4, 5, 6, 7});
+  trial.label = "Denim";
+  trial.group = "rep0";
+  trial.phase[0] = Phase::press;
+  const auto windows = cut_windows(trial, {.window_s = 0.084, .sample_period_s = 0.028});
+  REQUIRE(windows);
+  REQUIRE(windows->size() == 2);
+  CHECK((*windows)[1].counts == std::vector<double>{4, 5, 6});
+  CHECK((*windows)[1].group == "rep0");
+  CHECK((*windows)[1].label == "Denim");
+  CHECK((*windows)[1].file == "trial.csv#1");
+  const auto dense =
+      cut_windows(trial, {.window_s = 0.084, .step_s = 0.028, .sample_period_s = 0.028});
+  CHECK(dense->size() == 5);
+}
+
+TEST_CASE("Windows of no duration, or longer than the motion, are refused") {
+  const Trial trial = motion_trial(std::vector<double>{0, 1, 2});
+  CHECK_FALSE(cut_windows(trial, {.window_s = 1.0, .sample_period_s = 0.0}));
+  CHECK_FALSE(cut_windows(trial, {.window_s = -1.0, .sample_period_s = 0.1}));
+  CHECK_FALSE(cut_windows(trial, {.window_s = std::nan(""), .sample_period_s = 0.1}));
+  CHECK_FALSE(cut_windows(trial, {.window_s = 0.4, .sample_period_s = 0.1}));
+}
+
+}  // namespace
+}  // namespace weft::classifier
