@@ -12,6 +12,7 @@
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/features_command.hpp"
 #include "daemon/cli/run_command.hpp"
+#include "daemon/cli/trade_command.hpp"
 #include "daemon/cli/train_command.hpp"
 
 namespace weft::daemon::cli {
@@ -28,6 +29,7 @@ struct Commands {
   TrainArgs train;
   EvaluateArgs evaluate;
   ClassifyArgs classify;
+  TradeClassifierArgs trade_classifier;
   std::function<Result<int>(Console&)> chosen;
 };
 
@@ -54,6 +56,10 @@ void add_commands(CLI::App& root, Commands& all) {
   add(root, all, "train", "train a model", all.train, run_train);
   add(root, all, "evaluate", "train and test on splits of a data set", all.evaluate, run_evaluate);
   add(root, all, "classify", "what a model says of a trial", all.classify, run_classify);
+  CLI::App* trade = root.add_subcommand("trade", "what accuracy costs in time, on one picture");
+  trade->fallthrough()->require_subcommand(1);
+  add(*trade, all, "classifier", "feature count, learner, slide length, speed, exploration, vote",
+      all.trade_classifier, run_trade_classifier);
 }
 
 bool asks_for_json(std::span<const char* const> arguments) {

@@ -14,15 +14,6 @@
 namespace weft::daemon::cli {
 namespace {
 
-// "2 threads, Linux 6.1 x86_64, g++ 12.2.0"
-std::string machine_text() {
-  utsname system{};
-  std::string text = std::to_string(std::thread::hardware_concurrency()) + " threads";
-  if (uname(&system) == 0)
-    text += std::string(", ") + system.sysname + " " + system.release + " " + system.machine;
-  return text + ", compiler " + __VERSION__;
-}
-
 EvaluationSink progress_to(Console& console) {
   return [&console](const EvaluationProgress& p) {
     console.err << "classify " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
@@ -30,6 +21,14 @@ EvaluationSink progress_to(Console& console) {
 }
 
 }  // namespace
+
+std::string machine_text() {
+  utsname system{};
+  std::string text = std::to_string(std::thread::hardware_concurrency()) + " threads";
+  if (uname(&system) == 0)
+    text += std::string(", ") + system.sysname + " " + system.release + " " + system.machine;
+  return text + ", compiler " + __VERSION__;
+}
 
 Result<CampaignReport> write_report(const CampaignSummary& summary,
                                     const std::filesystem::path& folder, std::size_t repeats,

@@ -107,7 +107,19 @@ Range range_of(std::span<const double> values, double margin) {
   return {out.low - pad, out.high + pad};
 }
 
+Range log_range_of(std::span<const double> values, double margin) {
+  std::vector<double> decades;
+  for (const double v : values)
+    if (v > 0 && std::isfinite(v)) decades.push_back(std::log10(v));
+  if (decades.empty()) return {0.5, 2};
+  const auto [least, most] = std::minmax_element(decades.begin(), decades.end());
+  const double pad = std::max((*most - *least) * margin, 0.5 * std::log10(2.0));
+  return {std::pow(10.0, *least - pad), std::pow(10.0, *most + pad)};
+}
+
 double Scale::operator()(double value) const {
+  if (logarithmic)
+    return from + (to - from) * std::log(value / data.low) / std::log(data.high / data.low);
   return from + (to - from) * (value - data.low) / (data.high - data.low);
 }
 
@@ -130,29 +142,61 @@ Ticks ticks(const Range& range, int count) {
   return out;
 }
 
+std::vector<double> log_ticks(const Range& range, std::size_t most) {
+  std::vector<double> fine, coarse;
+  if (!(range.low > 0) || !(range.high > range.low) || !std::isfinite(range.high)) return fine;
+  const double slack = 1 + 1e-9;
+  for (double k = std::floor(std::log10(range.low)); k <= std::log10(range.high); ++k)
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double at = factor * std::pow(10.0, k);
+      if (at * slack < range.low || at > range.high * slack) continue;
+      fine.push_back(at);
+      if (factor == 1.0) coarse.push_back(at);
+    }
+  return fine.size() > most ? coarse : fine;
+}
+
 Axes::Axes(const Box& box, const Range& x_range, const Range& y_range)
     : area(box), x{x_range, box.x, box.x + box.width}, y{y_range, box.y + box.height, box.y} {}
 
 void Axes::draw_x(Canvas& canvas, std::string_view title, int tick_count) const {
-  const double bottom = area.y + area.height;
   const Ticks marks = ticks(x.data, tick_count);
-  for (const double value : marks.at) {
-    canvas.line({x(value), area.y}, {x(value), bottom}, "grid");
-    canvas.text({x(value), bottom + 16}, fixed(value, marks.decimals), "tick", Anchor::middle);
-  }
+  for (const double value : marks.at) draw_tick(canvas, value, fixed(value, marks.decimals));
+  draw_bottom(canvas, title);
+}
+
+void Axes::draw_log_x(Canvas& canvas, std::string_view title,
+                      const std::function<std::string(double)>& label) const {
+  for (const double value : log_ticks(x.data)) draw_tick(canvas, value, label(value));
+  draw_bottom(canvas, title);
+}
+
+void Axes::draw_tick(Canvas& canvas, double value, std::string_view label) const {
+  const double bottom = area.y + area.height;
+  canvas.line({x(value), area.y}, {x(value), bottom}, "grid");
+  canvas.text({x(value), bottom + 16}, label, "tick", Anchor::middle);
+}
+
+void Axes::draw_bottom(Canvas& canvas, std::string_view title) const {
+  const double bottom = area.y + area.height;
   canvas.line({area.x, bottom}, {area.x + area.width, bottom}, "axis");
   if (!title.empty())
     canvas.text({area.x + area.width / 2, bottom + 34}, title, "axis-title", Anchor::middle);
 }
 
 void Axes::draw_y(Canvas& canvas, std::string_view title, int tick_count) const {
+  draw_y_grid(canvas, tick_count);
   const Ticks marks = ticks(y.data, tick_count);
   for (const double value : marks.at) {
-    canvas.line({area.x, y(value)}, {area.x + area.width, y(value)}, "grid");
     canvas.text({area.x - 6, y(value) + 4}, fixed(value, marks.decimals), "tick", Anchor::end);
   }
   if (!title.empty())
     canvas.text({area.x - 42, area.y + area.height / 2}, title, "axis-title", Anchor::middle, true);
+}
+
+void Axes::draw_y_grid(Canvas& canvas, int tick_count) const {
+  for (const double value : ticks(y.data, tick_count).at)
+    canvas.line({area.x, y(value)}, {area.x + area.width, y(value)}, "grid");
 }
 
 }  // namespace weft::daemon::svg

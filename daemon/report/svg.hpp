@@ -2,6 +2,7 @@
 // Scalable vector graphics, as much as the report's figures need. Colours are CSS classes, so that
 // light and dark pages share one drawing; see style.cpp.
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -56,11 +57,16 @@ struct Range {
 /// The finite values' range, widened by `margin` of itself; never empty.
 Range range_of(std::span<const double> values, double margin = 0.05);
 
+/// The positive finite values' range for a logarithmic scale, widened by `margin` of its decades
+/// (by half an octave at least); {0.5, 2} without such values.
+Range log_range_of(std::span<const double> values, double margin = 0.05);
+
 /// From data to the pixels of one direction.
 struct Scale {
   Range data;
   double from = 0;  ///< where data.low is drawn
   double to = 1;
+  bool logarithmic = false;  ///< data.low must be positive; values that are not have no place (NaN)
   [[nodiscard]] double operator()(double value) const;
 };
 
@@ -72,6 +78,10 @@ struct Ticks {
 /// About `count` round numbers (1, 2 or 5 times a power of ten apart) within `range`.
 Ticks ticks(const Range& range, int count);
 
+/// 1, 2 and 5 times powers of ten within `range` (low positive); powers of ten alone where those
+/// would be more than `most`.
+std::vector<double> log_ticks(const Range& range, std::size_t most = 10);
+
 /// A plotting area with grid lines, tick labels and axis titles with units.
 struct Axes {
   Box area;
@@ -81,7 +91,16 @@ struct Axes {
   Axes(const Box& box, const Range& x_range, const Range& y_range);
   [[nodiscard]] Point at(double x_value, double y_value) const { return {x(x_value), y(y_value)}; }
   void draw_x(Canvas& canvas, std::string_view title, int tick_count) const;
+  /// For a logarithmic x; `label` writes a tick's value.
+  void draw_log_x(Canvas& canvas, std::string_view title,
+                  const std::function<std::string(double)>& label) const;
   void draw_y(Canvas& canvas, std::string_view title, int tick_count) const;
+  /// The lines of draw_y() alone, for a panel beside one that has the labels.
+  void draw_y_grid(Canvas& canvas, int tick_count) const;
+
+ private:
+  void draw_tick(Canvas& canvas, double value, std::string_view label) const;
+  void draw_bottom(Canvas& canvas, std::string_view title) const;
 };
 
 }  // namespace weft::daemon::svg

@@ -1,0 +1,216 @@
+#include "daemon/trade/scatter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "daemon/report/svg.hpp"
+#include "daemon/trade/trade_point.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using svg::Anchor;
+using svg::Axes;
+using svg::Box;
+using svg::Canvas;
+using svg::Point;
+
+constexpr double panel_width = 520, panel_height = 330, left = 62, gap = 28, top = 64;
+constexpr double mark_radius = 4.5, front_radius = 10;
+
+// Okabe and Ito 2008 without yellow; shapes tell the families apart as well.
+constexpr std::string_view sheet = R"css(
+:root{--family-0:#1d2327;--family-1:#0072b2;--family-2:#d55e00;--family-3:#00795c;--family-4:#a3487f;--family-5:#7a5c00;--family-6:#5a646b}
+@media (prefers-color-scheme:dark){:root{--family-0:#e7e9ea;--family-1:#62b4ec;--family-2:#f5924a;--family-3:#3fc79c;--family-4:#e08fc0;--family-5:#e3c15a;--family-6:#a3adb3}}
+.family-0{fill:var(--family-0);stroke:var(--family-0)}.family-1{fill:var(--family-1);stroke:var(--family-1)}
+.family-2{fill:var(--family-2);stroke:var(--family-2)}.family-3{fill:var(--family-3);stroke:var(--family-3)}
+.family-4{fill:var(--family-4);stroke:var(--family-4)}.family-5{fill:none;stroke:var(--family-5);stroke-width:2.2}
+.family-6{fill:none;stroke:var(--family-6);stroke-width:2.2}
+.whisker{stroke-width:1;stroke-opacity:.45}.front-mark{fill:none;stroke:var(--ink);stroke-width:1.6}
+.front-line{fill:none;stroke:var(--ink);stroke-width:1.4;stroke-dasharray:5 4}
+svg .front-name{font-size:11.5px;font-weight:600}svg .panel-name{font-size:13px;font-weight:600}
+svg .stamp{font-size:15px;font-weight:700;letter-spacing:.1em;fill:var(--badge-ink)}
+.on-front th,.on-front td{font-weight:650}
+)css";
+constexpr std::size_t family_classes = 7;
+
+std::string class_of(std::size_t family) {
+  return "family-" + std::to_string(family % family_classes);
+}
+
+void polygon(Canvas& canvas, Point at, double radius, int corners, double turn_rad,
+             const std::string& css_class) {
+  std::vector<Point> points;
+  for (int k = 0; k <= corners; ++k) {
+    const double angle = turn_rad + 6.283185307179586 * k / corners;
+    points.push_back({at.x + radius * std::cos(angle), at.y + radius * std::sin(angle)});
+  }
+  canvas.polyline(points, css_class);
+}
+
+void cross(Canvas& canvas, Point at, double x, double y, const std::string& css_class) {
+  canvas.line({at.x - x, at.y - y}, {at.x + x, at.y + y}, css_class);
+  canvas.line({at.x - y, at.y + x}, {at.x + y, at.y - x}, css_class);
+}
+
+void mark(Canvas& canvas, Point at, std::size_t family) {
+  constexpr double quarter = 1.5707963267948966;
+  const std::string css_class = class_of(family);
+  switch (family % family_classes) {
+    case 0:
+      return canvas.circle(at, mark_radius + 1.5, css_class);
+    case 1:
+      return canvas.circle(at, mark_radius - 1, css_class);
+    case 2:
+      return polygon(canvas, at, mark_radius, 4, quarter / 2, css_class);
+    case 3:
+      return polygon(canvas, at, mark_radius, 3, -quarter, css_class);
+    case 4:
+      return polygon(canvas, at, mark_radius, 3, quarter, css_class);
+    case 5:
+      return cross(canvas, at, mark_radius - 1, mark_radius - 1, css_class);
+    default:
+      return cross(canvas, at, mark_radius, 0, css_class);
+  }
+}
+
+svg::Range share_range(const Scatter& scatter) {
+  double low = 1, high = 0;
+  for (const ScatterPanel& panel : scatter.panels)
+    for (const ScatterPoint& p : panel.points) {
+      low = std::min({low, p.low, p.share});
+      high = std::max({high, p.high, p.share});
+    }
+  low = std::max(0.0, std::floor(low * 20 - 0.1) / 20);
+  high = std::min(1.0, std::ceil(high * 20 + 0.1) / 20);
+  return {low * 100, std::max(high, low + 0.05) * 100 + 0.5};
+}
+
+svg::Range time_range(const ScatterPanel& panel) {
+  std::vector<double> times;
+  for (const ScatterPoint& p : panel.points) times.push_back(p.time_s);
+  return svg::log_range_of(times, 0.08);
+}
+
+bool has_place(const ScatterPoint& p) {
+  return p.time_s > 0 && std::isfinite(p.time_s) && std::isfinite(p.share);
+}
+
+double width_of(const std::string& text) {
+  return 6.4 * static_cast<double>(text.size());
+}
+
+bool overlap(const Box& a, const Box& b) {
+  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
+/// Writes names beside their points where nothing has been written yet.
+class Names {
+ public:
+  explicit Names(const Box& area) : area_(area) {}
+
+  void write(Canvas& canvas, Point at, const std::string& text) {
+    const double width = width_of(text), away = front_radius + 3;
+    const std::array<Box, 6> places = {Box{at.x - width - away, at.y - 16, width, 14},
+                                       Box{at.x + away, at.y + 4, width, 14},
+                                       Box{at.x + away, at.y - 16, width, 14},
+                                       Box{at.x - width - away, at.y + 4, width, 14},
+                                       Box{at.x - width / 2, at.y - away - 16, width, 14},
+                                       Box{at.x - width / 2, at.y + away + 2, width, 14}};
+    const auto place = std::ranges::find_if(places, [&](const Box& b) { return is_free(b); });
+    const Box& box = place == places.end() ? places.front() : *place;
+    taken_.push_back(box);
+    canvas.text({box.x, box.y + 11}, text, "front-name");
+  }
+
+  /// Keeps names away from a mark.
+  void keep_clear(Point at) { taken_.push_back({at.x - 6, at.y - 6, 12, 12}); }
+
+ private:
+  [[nodiscard]] bool is_free(const Box& box) const {
+    return box.x >= area_.x && box.x + box.width <= area_.x + area_.width && box.y >= area_.y &&
+           box.y + box.height <= area_.y + area_.height &&
+           std::ranges::none_of(taken_, [&](const Box& other) { return overlap(box, other); });
+  }
+
+  Box area_;
+  std::vector<Box> taken_;
+};
+
+// Up to each time, what the best choice reaches.
+void draw_front(Canvas& canvas, const Axes& axes, std::vector<const ScatterPoint*> front) {
+  std::ranges::stable_sort(front, {}, [](const ScatterPoint* p) { return p->time_s; });
+  std::vector<Point> stairs;
+  for (const ScatterPoint* p : front) {
+    const Point at = axes.at(p->time_s, p->share * 100);
+    if (!stairs.empty()) stairs.push_back({at.x, stairs.back().y});
+    stairs.push_back(at);
+  }
+  canvas.polyline(stairs, "front-line");
+}
+
+void draw_point(Canvas& canvas, const Axes& axes, const ScatterPoint& p) {
+  const Point low = axes.at(p.time_s, p.low * 100), high = axes.at(p.time_s, p.high * 100);
+  const std::string whisker = "whisker " + class_of(p.family);
+  canvas.line(low, high, whisker);
+  canvas.line({low.x - 3, low.y}, {low.x + 3, low.y}, whisker);
+  canvas.line({high.x - 3, high.y}, {high.x + 3, high.y}, whisker);
+  mark(canvas, axes.at(p.time_s, p.share * 100), p.family);
+}
+
+void draw_panel(Canvas& canvas, const Axes& axes, const ScatterPanel& panel) {
+  axes.draw_log_x(canvas, panel.x_title, tick_text);
+  canvas.text({axes.area.x, axes.area.y - 8}, panel.title, "panel-name");
+  std::vector<const ScatterPoint*> front;
+  Names names(axes.area);
+  for (const ScatterPoint& p : panel.points) {
+    if (!has_place(p)) continue;
+    draw_point(canvas, axes, p);
+    names.keep_clear(axes.at(p.time_s, p.share * 100));
+    if (p.front) front.push_back(&p);
+  }
+  draw_front(canvas, axes, front);
+  for (const ScatterPoint* p : front) {
+    const Point at = axes.at(p->time_s, p->share * 100);
+    canvas.diamond(at, front_radius, "front-mark");
+    names.write(canvas, at, p->label);
+  }
+}
+
+void draw_legend(Canvas& canvas, const Scatter& scatter) {
+  double x = left;
+  for (std::size_t f = 0; f < scatter.families.size(); ++f) {
+    mark(canvas, {x + 5, 14}, f);
+    canvas.text({x + 15, 18}, scatter.families[f], "key");
+    x += 32 + width_of(scatter.families[f]);
+  }
+  canvas.diamond({x + 10, 14}, front_radius, "front-mark");
+  canvas.text({x + 25, 18}, "on the front: none is as accurate in less time", "key");
+}
+
+}  // namespace
+
+std::string scatter_figure(const Scatter& scatter) {
+  const auto panels = static_cast<double>(scatter.panels.size());
+  const double width = left + panels * panel_width + (panels - 1) * gap + 12;
+  Canvas canvas(width, top + panel_height + 44, scatter.words, "plot");
+  draw_legend(canvas, scatter);
+  canvas.text({width - 12, top - 8}, scatter.stamp, "stamp", Anchor::end);
+  const svg::Range shares = share_range(scatter);
+  for (std::size_t k = 0; k < scatter.panels.size(); ++k) {
+    const double x = left + static_cast<double>(k) * (panel_width + gap);
+    Axes axes({x, top, panel_width, panel_height}, time_range(scatter.panels[k]), shares);
+    axes.x.logarithmic = true;
+    if (k == 0) axes.draw_y(canvas, scatter.y_title, 8);
+    if (k > 0) axes.draw_y_grid(canvas, 8);
+    draw_panel(canvas, axes, scatter.panels[k]);
+  }
+  return canvas.finish();
+}
+
+std::string_view scatter_style() {
+  return sheet;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,44 @@
+#pragma once
+// A picture of shares against times on a logarithmic axis: one panel per kind of time.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace weft::daemon {
+
+/// A mark with its interval. `family` chooses shape and colour.
+struct ScatterPoint {
+  double time_s = 0;  ///< positive
+  double share = 0;   ///< 0 to 1, with the interval low to high
+  double low = 0;
+  double high = 1;
+  std::size_t family = 0;
+  bool front = false;
+  std::string label;  ///< written beside points on the front
+};
+
+struct ScatterPanel {
+  std::string title;  ///< "(a) ..."
+  std::string x_title;
+  std::vector<ScatterPoint> points;
+};
+
+struct Scatter {
+  std::string words;  ///< what the picture shows, read out in its place
+  std::string y_title;
+  std::string stamp;                  ///< written into the picture: "SIMULATED"
+  std::vector<std::string> families;  ///< legend, in the order of ScatterPoint::family
+  std::vector<ScatterPanel> panels;
+};
+
+/// <svg>: panels side by side on one share axis, a mark per family, 95 % intervals as bars, points
+/// on the front in a diamond and joined by a staircase (what the best choice up to a time reaches),
+/// a legend. Points whose time is not positive and finite are left out.
+std::string scatter_figure(const Scatter& scatter);
+
+/// Colours of the families by CSS class, for light and dark pages, beside style_sheet().
+std::string_view scatter_style();
+
+}  // namespace weft::daemon

@@ -1,0 +1,43 @@
+#pragma once
+// Which choices `weft trade classifier` tries: the default and what differs from it in one setting.
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "classifier/vote/vote.hpp"
+#include "daemon/trade/material.hpp"
+#include "daemon/trade/measure_classifier.hpp"
+
+namespace weft::daemon {
+
+/// One choice, not yet measured.
+struct TradeArm {
+  std::string name;
+  std::string family;
+  std::string exploration;
+  double slide_s = 0;  ///< 0: whole
+  classifier::Learner learner = classifier::Learner::pvalue;
+  std::size_t cap = 20;
+  classifier::VoteOptions vote;
+  std::optional<double> speed_mm_s;  ///< test trials of this speed alone
+
+  /// Trials are prepared and split as for `other`.
+  [[nodiscard]] bool same_material(const TradeArm& other) const;
+  /// The same machines answer.
+  [[nodiscard]] bool same_training(const TradeArm& other) const;
+};
+
+struct TradePlan {
+  std::vector<TradeArm> arms;                                 ///< the default first
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< family, why
+};
+
+/// `base` is what the default is prepared to; of `labels` classes.
+TradePlan plan_trade(const Dataset& dataset, const Material& base, std::size_t labels,
+                     const std::string& exploration, const ClassifierTradeOptions& options);
+
+std::vector<Setting> settings_of(const TradeArm& arm, const ClassifierTradeOptions& options);
+
+}  // namespace weft::daemon
