@@ -4,9 +4,11 @@
 //   oracle_agreement features INDEX.csv            feature CSV, 17 digits: label, then Table I
 //   oracle_agreement pairs INDEX.csv               per pair and feature t and p, per delta the
 //                                              subset
+//   oracle_agreement cores INDEX.csv TRAIN TEST REDUCTION      per core its folds, parameters and
+//                                              decisions on the test rows; the votes' winners
 //   oracle_agreement evaluate INDEX.csv TRAIN TEST REDUCTION [WINDOW_S PERIOD_S]
 //
-// REDUCTION: pvalue, pca, all, best, each with -groups for folds by group; pvalue-paper selects
+// REDUCTION: pvalue, pca, all, best, each with -groups for folds by group, or with -paper to select
 // once outside the folds.
 //
 // INDEX.csv: header file,label,group; trial CSV: header phase,c1..cn. TRAIN and TEST are lists of
@@ -20,6 +22,7 @@
 #include <sstream>
 
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/fabric/pair_problem.hpp"
 #include "classifier/features/windows.hpp"
 #include "classifier/selection/student_t.hpp"
 #include "classifier/selection/t_test.hpp"
@@ -130,16 +133,54 @@ std::vector<Trial> windows_of(const std::vector<Trial>& trials, double window_s,
   return out;
 }
 
-void print_evaluation(const FeatureMatrix& matrix, char** argument) {
+TrainOptions options_of(std::string reduction) {
   TrainOptions options;
-  std::string reduction = argument[2];
-  options.nested = reduction != "pvalue-paper";
-  if (!options.nested) reduction = "pvalue";
-  if (reduction.ends_with("-groups")) {
-    options.fold_unit = FoldUnit::group;
-    reduction.resize(reduction.size() - 7);
-  }
+  const auto take_suffix = [&](const std::string& suffix) {
+    if (!reduction.ends_with(suffix)) return false;
+    reduction.resize(reduction.size() - suffix.size());
+    return true;
+  };
+  options.nested = !take_suffix("-paper");
+  if (take_suffix("-groups")) options.fold_unit = FoldUnit::group;
   options.reduction = or_exit(reduction_from(reduction));
+  return options;
+}
+
+// Fold in which every row of the core validates, rows of class a first.
+void print_folds(const PairProblem& problem) {
+  std::vector<std::size_t> fold_of(problem.rows.size());
+  for (std::size_t f = 0; f < problem.folds.size(); ++f)
+    for (const std::size_t row : problem.folds[f].validate) fold_of[row] = f;
+  for (const std::size_t f : fold_of) std::printf(",%zu", f);
+}
+
+// core,a,b,C,gamma,threshold,errors,loss,inputs; folds,a,b,...; decisions,a,b,...; and the winners.
+void print_cores(const FeatureMatrix& matrix, char** argument) {
+  const TrainOptions options = options_of(argument[2]);
+  const Split split = or_exit(grouped_split(matrix.groups, cells(argument[0]), cells(argument[1])));
+  const FeatureMatrix rows = take_rows(matrix, split.train);
+  const FabricModel model = or_exit(train(rows, options));
+  const std::vector<Vote> votes = or_exit(model.classify(take_rows(matrix, split.test)));
+  const RowsOfLabel of_label = rows_by_label(rows);
+  for (std::size_t i = 0; i < model.pairs().size(); ++i) {
+    const std::string &a = model.labels()[model.pairs()[i].a],
+                      &b = model.labels()[model.pairs()[i].b];
+    const CoreInfo& info = model.cores()[i].info();
+    std::printf("core,%s,%s,%.17g,%.17g,%.17g,%zu,%.17g,%zu\nfolds,%s,%s", a.c_str(), b.c_str(),
+                info.c, info.gamma, info.threshold, info.cv_errors, info.cv_loss, info.inputs,
+                a.c_str(), b.c_str());
+    print_folds(pair_problem(rows, of_label.at(a), of_label.at(b), options));
+    std::printf("\ndecisions,%s,%s", a.c_str(), b.c_str());
+    for (const Vote& vote : votes) std::printf(",%.17g", vote.decision[i]);
+    std::printf("\n");
+  }
+  std::printf("winners,,");
+  for (const Vote& vote : votes) std::printf(",%s", model.labels()[vote.winner].c_str());
+  std::printf("\n");
+}
+
+void print_evaluation(const FeatureMatrix& matrix, char** argument) {
+  const TrainOptions options = options_of(argument[2]);
   const Split split = or_exit(grouped_split(matrix.groups, cells(argument[0]), cells(argument[1])));
   const Evaluation e = or_exit(evaluate(matrix, std::vector{split}, options));
 
@@ -160,10 +201,11 @@ void print_evaluation(const FeatureMatrix& matrix, char** argument) {
 int main(int argc, char** argv) {
   const std::string command = argc > 2 ? argv[1] : "";
   const bool windows = command == "evaluate" && argc == 8;
-  if (command != "features" && command != "pairs" && !(command == "evaluate" && argc >= 6)) {
+  const bool splits = (command == "evaluate" || command == "cores") && argc >= 6;
+  if (command != "features" && command != "pairs" && !splits) {
     std::fprintf(stderr,
-                 "usage: features INDEX | pairs INDEX | evaluate INDEX TRAIN TEST "
-                 "REDUCTION [WINDOW_S PERIOD_S]\n");
+                 "usage: features INDEX | pairs INDEX | cores INDEX TRAIN TEST REDUCTION | "
+                 "evaluate INDEX TRAIN TEST REDUCTION [WINDOW_S PERIOD_S]\n");
     return 2;
   }
   std::vector<Trial> trials = read_index(argv[2]);
@@ -171,6 +213,7 @@ int main(int argc, char** argv) {
   const FeatureMatrix matrix = or_exit(build_feature_matrix(trials));
   if (command == "features") print_features(matrix);
   if (command == "pairs") print_pairs(matrix);
+  if (command == "cores") print_cores(matrix, argv + 3);
   if (command == "evaluate") print_evaluation(matrix, argv + 3);
   return 0;
 }

@@ -5,7 +5,11 @@ target_link_libraries(oracle_agreement PRIVATE weft_classifier)
 add_test(NAME scenario_oracle_agreement
          COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement.py
                  $<TARGET_FILE:oracle_agreement> ${PROJECT_SOURCE_DIR}/../shared $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_oracle_agreement PROPERTIES SKIP_RETURN_CODE 77 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+add_test(NAME scenario_oracle_agreement_cores
+         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement_cores.py
+                 $<TARGET_FILE:oracle_agreement> ${PROJECT_SOURCE_DIR}/../shared $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_oracle_agreement scenario_oracle_agreement_cores
+                     PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The command line as a person meets it.
 set(cli_tests ${CMAKE_CURRENT_SOURCE_DIR}/scenario)
