@@ -86,12 +86,19 @@ FabricCore::FabricCore(CoreInfo info, Reducer reducer, Matrix support,
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options,
                               const RareT& rare) {
+  GridSearch search;
+  return train_core(rows, sign, folds, options, rare, search);
+}
+
+Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
+                              std::span<const Fold> folds, const TrainOptions& options,
+                              const RareT& rare, GridSearch& search) {
   if (options.reduction == Reduction::best) {
     return fail(Errc::invalid_argument, "a core needs one kind of reduction", "train_core",
                 "pvalue, pca or all", "best");
   }
   const Reducer full = Reducer::fit(rows, sign, options, rare);
-  const auto grid = search_grid(rows, sign, full, folds, options, rare);
+  const auto grid = search.run(rows, sign, full, folds, options, rare);
   if (!grid) return pass(grid.error());
   Reducer reducer = full.truncated(full.sizes()[grid->member]);
   CoreInfo info = describe(reducer, *grid, rows.rows(), options);

@@ -70,4 +70,9 @@ Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options,
                               const RareT& rare = RareT());
 
+/// The same with a search that keeps its memory from core to core.
+Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
+                              std::span<const Fold> folds, const TrainOptions& options,
+                              const RareT& rare, GridSearch& search);
+
 }  // namespace weft::classifier

@@ -15,6 +15,11 @@
 
 namespace weft::classifier {
 
+/// A place of the grid: numbers of the member (delta or explained share), of gamma and of C.
+struct GridPoint {
+  std::size_t member = 0, gamma = 0, c = 0;
+};
+
 /// Validation result of one grid point, of one fold or summed over the folds.
 struct GridScore {
   std::size_t errors = 0;
@@ -26,44 +31,49 @@ struct GridScore {
 /// larger C.
 class FoldProblem {
  public:
-  /// `reducer` has been learnt from the training rows of this fold or from all rows.
-  FoldProblem(const Matrix& rows, std::span<const int> sign, const Reducer& reducer,
-              const Fold& fold, const TrainOptions& options);
+  /// `reducer` has been learnt from the training rows of this fold or from all rows. Forgets what
+  /// was, but keeps its memory.
+  void reset(const Matrix& rows, std::span<const int> sign, const Reducer& reducer,
+             const Fold& fold, const TrainOptions& options);
 
   /// The number of directions that a grid member uses.
   [[nodiscard]] std::size_t size_of(std::size_t member) const { return sizes_[member]; }
-  /// Score of grid.c[c] and grid.gamma[gamma] with a member's directions.
-  Result<GridScore> score(std::size_t member, std::size_t gamma, std::size_t c);
-  /// A lower bound of that score's loss, without solving anything.
-  [[nodiscard]] double least_loss(std::size_t member, std::size_t gamma, std::size_t c) const {
-    return bounds_[slot_of_[member]].least_loss(options_->grid.c[c], options_->grid.gamma[gamma]);
+  Result<GridScore> score(const GridPoint& at);
+  /// A lower bound of a score's loss, without solving anything.
+  [[nodiscard]] double least_loss(const GridPoint& at) const {
+    return bounds_[slot_of_[at.member]].least_loss(options_->grid.c[at.c],
+                                                   options_->grid.gamma[at.gamma]);
   }
   /// SVMs actually solved.
   [[nodiscard]] std::size_t fits() const { return fits_; }
 
  private:
-  struct Distances {
-    std::size_t size = 0;  // directions
-    Matrix squared;        // [(train + validate) x train]
-  };
   struct Remembered {
     GridScore score;
     bool known = false;
   };
-  void measure(const Matrix& projected, std::span<const int> train_sign);
+  void measure();
   Status use_kernel(std::size_t slot, std::size_t gamma);
   [[nodiscard]] GridScore validate() const;
-  Remembered& remembered(std::size_t slot, std::size_t gamma, std::size_t c);
+  [[nodiscard]] std::size_t number_of(std::size_t gamma, std::size_t c, std::size_t slot) const {
+    return (slot * options_->grid.gamma.size() + gamma) * options_->grid.c.size() + c;
+  }
 
-  const TrainOptions* options_;
+  const TrainOptions* options_ = nullptr;
+  std::vector<std::size_t> train_;  // rows, those with sign -1 first: the order of the solver
+  std::vector<int> train_sign_;
+  Matrix projected_;                  // [(train + validate) x directions]
   std::vector<std::size_t> sizes_;    // per member
   std::vector<std::size_t> slot_of_;  // per member: where its distances are
-  std::vector<Distances> distances_;  // one per distinct size, growing
-  std::vector<LossBound> bounds_;     // per distances
-  std::vector<int> sign_;             // of the rows held out
+  std::vector<Matrix>
+      distances_;  // [(train + validate) x train] per distinct size; the first slots_ of them
+  std::size_t slots_ = 0;
+  std::vector<LossBound> bounds_;  // per distances
+  std::vector<int> sign_;          // of the rows held out
   SvmSolver solver_;
   Matrix kernel_;  // [(train + validate) x train] of the problem that the solver holds
-  std::size_t held_slot_, held_gamma_;
+  std::size_t held_slot_ = 0, held_gamma_ = 0;
+  bool holds_kernel_ = false;
   std::vector<Remembered> scores_;
   std::size_t fits_ = 0;
 };

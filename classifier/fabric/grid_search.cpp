@@ -30,16 +30,11 @@ Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOption
   return {};
 }
 
-// Places of a grid: all members, gammas and Cs.
-struct Point {
-  std::size_t member = 0, gamma = 0, c = 0;
-};
-
 // What decides between two points: fewest errors, then (Tie::loss) smallest loss to 1e-9, smallest
 // C, gamma, and first member.
 using Key = std::tuple<std::size_t, double, double, double, std::size_t>;
 
-Key key_of(const TrainOptions& options, const Point& at, const GridScore& score) {
+Key key_of(const TrainOptions& options, const GridPoint& at, const GridScore& score) {
   const double loss = options.tie == Tie::loss ? std::nearbyint(score.loss * 1e9) : 0.0;
   return {score.errors, loss, options.grid.c[at.c], options.grid.gamma[at.gamma], at.member};
 }
@@ -49,7 +44,7 @@ class Choice {
  public:
   Choice(const TrainOptions& options, GridResult& result) : options_(options), result_(result) {}
 
-  void offer(const Point& at, const GridScore& score) {
+  void offer(const GridPoint& at, const GridScore& score) {
     const Key key = key_of(options_, at, score);
     if (any_ && !(key < best_)) return;
     any_ = true;
@@ -61,7 +56,7 @@ class Choice {
   }
 
   // Whether a point with `part` of its score can still win: folds only add errors and loss.
-  [[nodiscard]] bool open(const Point& at, const GridScore& part) const {
+  [[nodiscard]] bool open(const GridPoint& at, const GridScore& part) const {
     if (!any_ || part.errors < result_.best.errors) return true;
     if (part.errors > result_.best.errors) return false;
     if (options_.tie == Tie::order) return key_of(options_, at, part) < best_;
@@ -85,10 +80,10 @@ Status add(GridScore& sum, const Result<GridScore>& score) {
   return {};
 }
 
-Result<GridScore> total(FoldProblems& folds, const Point& at) {
+Result<GridScore> total(FoldProblems& folds, const GridPoint& at) {
   GridScore sum;
   for (FoldProblem& fold : folds)
-    if (auto ok = add(sum, fold.score(at.member, at.gamma, at.c)); !ok) return pass(ok.error());
+    if (auto ok = add(sum, fold.score(at)); !ok) return pass(ok.error());
   return sum;
 }
 
@@ -150,7 +145,7 @@ class FastSearch {
     };
     const auto c = std::min_element(cs.begin(), cs.end(),
                                     [&](double a, double b) { return distance(a) < distance(b); });
-    const Point at{0, gamma, static_cast<std::size_t>(c - cs.begin())};
+    const GridPoint at{0, gamma, static_cast<std::size_t>(c - cs.begin())};
     const auto score = total(folds_, at);
     if (!score) return pass(score.error());
     choice_.offer(at, *score);
@@ -183,11 +178,10 @@ class FastSearch {
 
   // Whether a point can still win when the folds before `place` have been visited. The others lose
   // what their bound says, at least.
-  bool open_after(std::size_t place, const Point& at) const {
+  bool open_after(std::size_t place, const GridPoint& at) const {
     GridScore least = part_[at.c];
     if (!choice_.open(at, least)) return false;
-    for (; place < order_.size(); ++place)
-      least.loss += folds_[order_[place]].least_loss(at.member, at.gamma, at.c);
+    for (; place < order_.size(); ++place) least.loss += folds_[order_[place]].least_loss(at);
     return choice_.open(at, least);
   }
 
@@ -195,7 +189,7 @@ class FastSearch {
     FoldProblem& problem = folds_[order_[place]];
     const std::size_t before = alive_.size();
     for (std::size_t& c : alive_) {
-      if (auto ok = add(part_[c], problem.score(member, gamma, c)); !ok) return ok;
+      if (auto ok = add(part_[c], problem.score({member, gamma, c})); !ok) return ok;
       if (!open_after(place + 1, {member, gamma, c})) c = dropped;
     }
     std::erase(alive_, dropped);
@@ -216,27 +210,25 @@ class FastSearch {
 
 }  // namespace
 
-Result<GridResult> search_grid(const Matrix& rows, std::span<const int> sign, const Reducer& full,
-                               std::span<const Fold> folds, const TrainOptions& options,
-                               const RareT& rare) {
-  FoldProblems problems;
-  problems.reserve(folds.size());  // a problem refers to its own kernel and must not move
-  for (const Fold& fold : folds) {
-    if (auto ok = check_fold(fold, sign, options); !ok) return pass(ok.error());
-    if (options.nested) {
-      const Reducer own = Reducer::fit(rows, fold.train, sign, options, rare);
-      problems.emplace_back(rows, sign, own, fold, options);
-    } else {
-      problems.emplace_back(rows, sign, full, fold, options);
-    }
+Result<GridResult> GridSearch::run(const Matrix& rows, std::span<const int> sign,
+                                   const Reducer& full, std::span<const Fold> folds,
+                                   const TrainOptions& options, const RareT& rare) {
+  problems_.resize(folds.size());
+  for (std::size_t f = 0; f < folds.size(); ++f) {
+    if (auto ok = check_fold(folds[f], sign, options); !ok) return pass(ok.error());
+    if (options.nested)
+      problems_[f].reset(rows, sign, Reducer::fit(rows, folds[f].train, sign, options, rare),
+                         folds[f], options);
+    else
+      problems_[f].reset(rows, sign, full, folds[f], options);
   }
   GridResult result;
   const std::size_t members = full.sizes().size();
   const Status done = options.search == Search::fast
-                          ? FastSearch(problems, options, result).run(members)
-                          : search_whole(problems, members, options, result);
+                          ? FastSearch(problems_, options, result).run(members)
+                          : search_whole(problems_, members, options, result);
   if (!done) return pass(done.error());
-  for (const FoldProblem& problem : problems) result.fits += problem.fits();
+  for (const FoldProblem& problem : problems_) result.fits += problem.fits();
   return result;
 }
 

@@ -24,11 +24,18 @@ struct GridResult {
   std::size_t fits = 0;  ///< SVMs actually solved; shared problems count once
 };
 
-/// `full` is the reducer learnt from all `rows`; with options.nested every fold learns its own.
-/// Refuses folds that name a row beyond the last, leave a class without a training row, or leave
-/// fewer than three rows where p-values are nested.
-Result<GridResult> search_grid(const Matrix& rows, std::span<const int> sign, const Reducer& full,
-                               std::span<const Fold> folds, const TrainOptions& options,
-                               const RareT& rare = RareT());
+/// One object per thread; it keeps its memory from core to core.
+class GridSearch {
+ public:
+  /// `full` is the reducer learnt from all `rows`; with options.nested every fold learns its own.
+  /// Refuses folds that name a row beyond the last, leave a class without a training row, or leave
+  /// fewer than three rows where p-values are nested.
+  Result<GridResult> run(const Matrix& rows, std::span<const int> sign, const Reducer& full,
+                         std::span<const Fold> folds, const TrainOptions& options,
+                         const RareT& rare = RareT());
+
+ private:
+  std::vector<FoldProblem> problems_;
+};
 
 }  // namespace weft::classifier

@@ -27,9 +27,9 @@ class LossBound {
  private:
   [[nodiscard]] double farthest_apart(double c, double gamma) const;
 
-  double rows_;            // in training
-  double nearest_train_;   // smallest squared distance between two training rows
-  double nearest_across_;  // between a training row and one held out
+  double rows_;                // in training
+  double nearest_train_;       // smallest squared distance between two training rows
+  double nearest_across_;      // between a training row and one held out
   std::vector<double> reach_;  // per pair held out: sum_i max(0, y_i (D(n, i) - D(p, i)))
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <tuple>
 
@@ -24,12 +25,25 @@ Status check_labels(const RowsOfLabel& rows) {
   return {};
 }
 
-Result<FabricCore> train_pair(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
-                              const std::vector<std::size_t>& b, const TrainOptions& options,
-                              const RareT& rare) {
-  const PairProblem problem = pair_problem(matrix, a, b, options);
-  return train_core(matrix.values.take(problem.rows), problem.sign, problem.folds, options, rare);
-}
+// Trains cores one after the other; one per thread.
+class PairTrainer {
+ public:
+  PairTrainer(const FeatureMatrix& matrix, const TrainOptions& options, const RareT& rare)
+      : matrix_(matrix), options_(options), rare_(rare), pairs_(matrix, options) {}
+
+  Result<FabricCore> train(const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) {
+    const PairProblem& problem = pairs_.make(a, b);
+    return train_core(matrix_.values.take(problem.rows), problem.sign, problem.folds, options_,
+                      rare_, search_);
+  }
+
+ private:
+  const FeatureMatrix& matrix_;
+  const TrainOptions& options_;
+  const RareT& rare_;
+  PairMaker pairs_;
+  GridSearch search_;
+};
 
 }  // namespace
 
@@ -178,9 +192,11 @@ Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
   for (std::size_t i = first; i < all.size(); i += stride) pairs.push_back(all[i]);
   const RareT rare;
   std::vector<std::optional<Result<FabricCore>>> trained(pairs.size());
-  parallel_for(pairs.size(), options.threads, [&](std::size_t i) {
-    trained[i].emplace(train_pair(matrix, rows.at(labels[pairs[i].a]), rows.at(labels[pairs[i].b]),
-                                  options, rare));
+  parallel_workers(pairs.size(), options.threads, [&] {
+    auto trainer = std::make_shared<PairTrainer>(matrix, options, rare);
+    return [&, trainer](std::size_t i) {
+      trained[i].emplace(trainer->train(rows.at(labels[pairs[i].a]), rows.at(labels[pairs[i].b])));
+    };
   });
   std::vector<FabricCore> cores;
   for (std::size_t i = 0; i < pairs.size(); ++i) {

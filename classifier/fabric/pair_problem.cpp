@@ -1,6 +1,10 @@
 #include "classifier/fabric/pair_problem.hpp"
 
+#include <numeric>
+#include <unordered_map>
+
 namespace weft::classifier {
+
 std::vector<std::size_t> fold_units(const FeatureMatrix& matrix,
                                     const std::vector<std::size_t>& rows, FoldUnit kind) {
   std::map<std::string, std::size_t> number;
@@ -22,16 +26,45 @@ RowsOfLabel rows_by_label(const FeatureMatrix& matrix) {
   return out;
 }
 
+PairMaker::PairMaker(const FeatureMatrix& matrix, const TrainOptions& options)
+    : matrix_(matrix), options_(options) {
+  std::vector<std::size_t> every(matrix.size());
+  std::iota(every.begin(), every.end(), std::size_t{0});
+  unit_ = fold_units(matrix, every, options.fold_unit);
+}
+
+// Units numbered as they come.
+std::vector<std::size_t> PairMaker::pattern(const std::vector<std::size_t>& rows) const {
+  std::unordered_map<std::size_t, std::size_t> number;
+  std::vector<std::size_t> out;
+  out.reserve(rows.size());
+  for (const std::size_t r : rows)
+    out.push_back(number.emplace(unit_[r], number.size()).first->second);
+  return out;
+}
+
+const PairProblem& PairMaker::make(const std::vector<std::size_t>& a,
+                                   const std::vector<std::size_t>& b) {
+  problem_.rows = a;
+  problem_.rows.insert(problem_.rows.end(), b.begin(), b.end());
+  problem_.sign.assign(a.size(), 1);
+  problem_.sign.resize(problem_.rows.size(), -1);
+  if (options_.make_folds) {
+    problem_.folds = options_.make_folds(problem_.sign);
+    return problem_;
+  }
+  std::vector<std::size_t> now = pattern(problem_.rows);
+  if (now != last_pattern_ || problem_.sign != last_sign_) {
+    problem_.folds = stratified_folds(problem_.sign, now, options_.folds, options_.seed);
+    last_pattern_ = std::move(now);
+    last_sign_ = problem_.sign;
+  }
+  return problem_;
+}
+
 PairProblem pair_problem(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
                          const std::vector<std::size_t>& b, const TrainOptions& options) {
-  PairProblem out{a, std::vector<int>(a.size(), 1), {}};
-  out.rows.insert(out.rows.end(), b.begin(), b.end());
-  out.sign.resize(out.rows.size(), -1);
-  out.folds = options.make_folds
-                  ? options.make_folds(out.sign)
-                  : stratified_folds(out.sign, fold_units(matrix, out.rows, options.fold_unit),
-                                     options.folds, options.seed);
-  return out;
+  return PairMaker(matrix, options).make(a, b);
 }
 
 }  // namespace weft::classifier

@@ -27,6 +27,26 @@ struct PairProblem {
   std::vector<Fold> folds;        ///< of options.make_folds, or stratified by options.fold_unit
 };
 
+/// Pair after pair of one matrix. Folds depend on the pattern of signs and units alone, so those of
+/// the last pair serve the next one of the same pattern.
+class PairMaker {
+ public:
+  /// Both are kept by reference.
+  PairMaker(const FeatureMatrix& matrix, const TrainOptions& options);
+  /// Row numbers of the two classes. What it returns is good until the next call.
+  const PairProblem& make(const std::vector<std::size_t>& a, const std::vector<std::size_t>& b);
+
+ private:
+  [[nodiscard]] std::vector<std::size_t> pattern(const std::vector<std::size_t>& rows) const;
+
+  const FeatureMatrix& matrix_;
+  const TrainOptions& options_;
+  std::vector<std::size_t> unit_;  // per row of the matrix
+  std::vector<std::size_t> last_pattern_;
+  std::vector<int> last_sign_;
+  PairProblem problem_;
+};
+
 PairProblem pair_problem(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
                          const std::vector<std::size_t>& b, const TrainOptions& options);
 

@@ -108,13 +108,12 @@ Matrix Reducer::project(const Matrix& rows) const {
   return out;
 }
 
-Matrix Reducer::project(const Matrix& rows, std::span<const std::size_t> first,
-                        std::span<const std::size_t> second) const {
-  Matrix out(first.size() + second.size(), directions());
+void Reducer::project(const Matrix& rows, std::span<const std::size_t> first,
+                      std::span<const std::size_t> second, Matrix& out) const {
+  out.assign(first.size() + second.size(), directions());
   std::size_t to = 0;
   for (const auto& which : {first, second})
     for (const std::size_t r : which) project(rows.row(r), out.row(to++));
-  return out;
 }
 
 Reducer Reducer::truncated(std::size_t directions) const {

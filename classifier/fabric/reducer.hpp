@@ -43,9 +43,9 @@ class Reducer {
 
   /// [rows x directions]
   [[nodiscard]] Matrix project(const Matrix& rows) const;
-  /// The rows `first`, then the rows `second`: [(first + second) x directions]
-  [[nodiscard]] Matrix project(const Matrix& rows, std::span<const std::size_t> first,
-                               std::span<const std::size_t> second) const;
+  /// The rows `first`, then the rows `second`, to `out` [(first + second) x directions].
+  void project(const Matrix& rows, std::span<const std::size_t> first,
+               std::span<const std::size_t> second, Matrix& out) const;
   /// One full feature vector to `out` [directions].
   void project(std::span<const double> features, std::span<double> out) const;
   /// The same with only the first `directions`.

@@ -26,6 +26,13 @@ class Matrix {
   [[nodiscard]] const std::vector<double>& data() const { return data_; }
   [[nodiscard]] std::span<double> data() { return data_; }
 
+  /// Another size, every element `value`; memory is kept where it suffices.
+  void assign(std::size_t rows, std::size_t cols, double value = 0.0) {
+    rows_ = rows;
+    cols_ = cols;
+    data_.assign(rows * cols, value);
+  }
+
   /// The named rows, in the order given; a row may be named twice.
   [[nodiscard]] Matrix take(std::span<const std::size_t> rows) const {
     Matrix out;

@@ -31,6 +31,15 @@ void parallel_for(std::size_t count, std::size_t threads,
   });
 }
 
+void parallel_workers(std::size_t count, std::size_t threads,
+                      const std::function<std::function<void(std::size_t)>()>& make_worker) {
+  std::atomic<std::size_t> next{0};
+  on_threads(thread_count(count, threads), [&](std::size_t) {
+    const auto work = make_worker();
+    for (std::size_t i = next++; i < count; i = next++) work(i);
+  });
+}
+
 void parallel_blocks(std::size_t count, std::size_t threads,
                      const std::function<void(std::size_t, std::size_t)>& work) {
   const std::size_t n = thread_count(count, threads);

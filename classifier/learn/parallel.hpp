@@ -12,6 +12,10 @@ namespace weft::classifier {
 void parallel_for(std::size_t count, std::size_t threads,
                   const std::function<void(std::size_t)>& work);
 
+/// The same with one function per thread, which keeps its tables from item to item.
+void parallel_workers(std::size_t count, std::size_t threads,
+                      const std::function<std::function<void(std::size_t)>()>& make_worker);
+
 /// Calls `work(from, to)` on one contiguous block per thread: for work that keeps tables between
 /// items.
 void parallel_blocks(std::size_t count, std::size_t threads,

@@ -13,11 +13,15 @@ bool usable(double v) {
 
 }  // namespace
 
-SvmSolver::SvmSolver(std::span<const int> sign, bool dense)
-    : sign_(sign.begin(), sign.end()),
-      two_classes_(
-          std::any_of(sign.begin(), sign.end(), [&](int s) { return (s > 0) != (sign[0] > 0); })),
-      dense_(dense && sign.size() <= most_dense_rows) {
+void SvmSolver::set_rows(std::span<const int> sign, bool dense) {
+  const bool now_dense = dense && sign.size() <= most_dense_rows;
+  if (std::ranges::equal(sign, sign_) && now_dense == dense_) return;
+  sign_.assign(sign.begin(), sign.end());
+  dense_ = now_dense;
+  two_classes_ =
+      std::any_of(sign.begin(), sign.end(), [&](int s) { return (s > 0) != (sign[0] > 0); });
+  kernel_ = nullptr;
+  libsvm_.reset();
   if (dense_) smo_.set_rows(sign_);
 }
 

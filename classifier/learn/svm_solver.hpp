@@ -16,8 +16,13 @@ class SvmSolver {
   /// Largest problem that the dense solver takes: its kernel is 2 MiB then.
   static constexpr std::size_t most_dense_rows = 512;
 
-  /// `sign`: +1 or -1 per training row; both must occur. `dense` false: libsvm always.
-  SvmSolver(std::span<const int> sign, bool dense);
+  SvmSolver() = default;
+  /// As set_rows().
+  SvmSolver(std::span<const int> sign, bool dense) { set_rows(sign, dense); }
+
+  /// `sign`: +1 or -1 per training row; both must occur. `dense` false: libsvm always. Costs
+  /// nothing where nothing changes.
+  void set_rows(std::span<const int> sign, bool dense);
 
   /// [n x n] kernel between the training rows; kept by reference until the next one. Further rows
   /// are not read. Errors as SvmTrainer::set_kernel.
@@ -36,8 +41,8 @@ class SvmSolver {
   Status give_libsvm_the_kernel();
 
   std::vector<int> sign_;
-  bool two_classes_;
-  bool dense_;
+  bool two_classes_ = false;
+  bool dense_ = false;
   const Matrix* kernel_ = nullptr;
   DenseSmo smo_;
   std::optional<SvmTrainer> libsvm_;  // made when it is first needed

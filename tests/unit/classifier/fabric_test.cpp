@@ -83,7 +83,9 @@ TEST_CASE("Solving each subset size once gives the same scores as solving every 
   options.grid.c = {2, 512};
   options.grid.gamma = {0.01, 0.5};
   const auto search = [&](const TrainOptions& o) {
-    return search_grid(matrix.values, sign, Reducer::fit(matrix.values, sign, o), folds, o).value();
+    return GridSearch()
+        .run(matrix.values, sign, Reducer::fit(matrix.values, sign, o), folds, o)
+        .value();
   };
   const GridResult joint = search(options);
   std::size_t fits_alone = 0;
