@@ -14,7 +14,7 @@ Status check(const Trial& trial) {
                 std::to_string(trial.counts.size()));
   }
   const auto motion = std::count(trial.phase.begin(), trial.phase.end(), Phase::motion);
-  if (auto ok = check_motion_frames(static_cast<std::size_t>(motion)); !ok)
+  if (auto ok = check_motion_frames(static_cast<std::size_t>(motion), trial.taxels); !ok)
     return pass(ok.error(), trial.file);
   const std::size_t bad = first_not_finite(trial.counts);
   if (bad == trial.counts.size()) return {};

@@ -10,8 +10,11 @@
 namespace weft::classifier {
 namespace {
 
-constexpr std::size_t block_count(std::size_t taxels) {
-  return (taxels + TaxelBlock::taxels - 1) / TaxelBlock::taxels;
+std::vector<TaxelBlock> blocks_of(std::size_t taxels) {
+  std::vector<TaxelBlock> out;
+  for (std::size_t first = 0; first < taxels; first += TaxelBlock::taxels)
+    out.emplace_back(std::min(taxels - first, TaxelBlock::taxels));
+  return out;
 }
 
 // Looks at the exponents of all values at once: the usual case has nothing to find.
@@ -35,15 +38,16 @@ std::size_t first_not_finite(std::span<const double> values) {
   return static_cast<std::size_t>(bad - values.begin());
 }
 
-Status check_motion_frames(std::size_t frames) {
-  if (frames <= FeatureStream::most_motion_frames) return {};
+Status check_motion_frames(std::size_t frames, std::size_t taxels) {
+  const std::size_t most = FeatureStream::most_motion_frames(taxels);
+  if (frames <= most) return {};
   return fail(Errc::range, "phase M is too long", {},
-              "at most " + std::to_string(FeatureStream::most_motion_frames) + " samples",
-              std::to_string(frames), "Cut it into windows");
+              "at most " + std::to_string(most) + " samples", std::to_string(frames),
+              "Cut it into windows");
 }
 
 FeatureStream::FeatureStream(std::size_t taxels, FeatureOptions options)
-    : taxels_(taxels), options_(options), blocks_(block_count(taxels)) {
+    : taxels_(taxels), options_(options), blocks_(blocks_of(taxels)) {
   WEFT_ASSERT(taxels > 0);
   restart();
 }
@@ -70,7 +74,8 @@ Status FeatureStream::add(Phase phase, std::span<const double> counts) {
         "a finite count", std::to_string(counts[bad]));
   }
   if (phase == Phase::motion) {
-    if (auto ok = check_motion_frames(motion_frames() + counts.size() / taxels_); !ok) return ok;
+    if (auto ok = check_motion_frames(motion_frames() + counts.size() / taxels_, taxels_); !ok)
+      return ok;
   }
   add_checked(phase, counts);
   return {};
@@ -79,11 +84,8 @@ Status FeatureStream::add(Phase phase, std::span<const double> counts) {
 void FeatureStream::add_checked(Phase phase, std::span<const double> counts) {
   const std::size_t frames = counts.size() / taxels_;
   if (phase == Phase::motion) {
-    for (std::size_t b = 0; b < blocks_.size(); ++b) {
-      const std::size_t first = b * TaxelBlock::taxels;
-      blocks_[b].add(counts.data() + first, std::min(taxels_ - first, TaxelBlock::taxels), taxels_,
-                     frames);
-    }
+    for (std::size_t b = 0; b < blocks_.size(); ++b)
+      blocks_[b].add(counts.data() + b * TaxelBlock::taxels, taxels_, frames);
     return;
   }
   if (phase == Phase::none) return;
@@ -135,7 +137,7 @@ Result<std::span<const double>> FeatureStream::features() {
   features_.resize(lead + taxel_blocks.size() * taxels_);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const std::size_t first = b * TaxelBlock::taxels;
-    const auto used = static_cast<std::ptrdiff_t>(std::min(taxels_ - first, TaxelBlock::taxels));
+    const auto used = static_cast<std::ptrdiff_t>(blocks_[b].used());
     const TaxelBlock::Features of_block = blocks_[b].features(options_, tools_);
     for (std::size_t f = 0; f < of_block.size(); ++f) {
       std::copy(of_block[f].begin(), of_block[f].begin() + used,

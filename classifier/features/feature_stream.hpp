@@ -22,9 +22,12 @@ namespace weft::classifier {
 /// tables. Not for two threads at once.
 class FeatureStream {
  public:
-  /// Longest motion, about eight hours at 37 Hz. The transform of its length and its tables take
-  /// some 0.8 GB, whatever the taxels; a longer one would take gigabytes and is refused.
-  static constexpr std::size_t most_motion_frames = std::size_t{1} << 20;
+  /// Longest motion of so many taxels: about eight hours at 37 Hz, three days of one or two taxels,
+  /// whose transform is narrower. The transform and its tables then take 0.6 and 1.2 GB; longer
+  /// ones are refused.
+  static constexpr std::size_t most_motion_frames(std::size_t taxels) {
+    return (taxels <= 2 ? std::size_t{10} : std::size_t{1}) << 20;
+  }
 
   /// taxels >= 1
   explicit FeatureStream(std::size_t taxels, FeatureOptions options = {});
@@ -34,7 +37,7 @@ class FeatureStream {
 
   /// One frame or several: `counts` [frames x taxels], all in `phase`; frames of Phase::none are
   /// dropped. Refuses incomplete frames, values that are not finite, named by frame and taxel, and
-  /// what goes beyond most_motion_frames; the stream is then as before.
+  /// what goes beyond most_motion_frames(); the stream is then as before.
   Status add(Phase phase, std::span<const double> counts);
 
   [[nodiscard]] std::size_t taxels() const { return taxels_; }
@@ -70,8 +73,8 @@ class FeatureStream {
   std::vector<double> features_;
 };
 
-/// Refuses a motion of more than FeatureStream::most_motion_frames.
-Status check_motion_frames(std::size_t frames);
+/// Refuses a motion of more than FeatureStream::most_motion_frames().
+Status check_motion_frames(std::size_t frames, std::size_t taxels);
 
 /// Index of the first value that is not finite, or the number of values.
 std::size_t first_not_finite(std::span<const double> values);

@@ -12,7 +12,7 @@
 namespace weft::classifier::fourier {
 
 template <class V>
-inline constexpr std::size_t width = sizeof(V) / sizeof(double);
+inline constexpr std::size_t width = simd::lanes_of<V>;
 /// Doubles per element.
 template <class V>
 inline constexpr std::size_t step = 2 * width<V>;
@@ -25,37 +25,13 @@ struct Complex {
 };
 
 template <class V>
-WEFT_INLINE V spread(double v) {
-  if constexpr (width<V> == 1) {
-    return v;
-  } else {
-    return simd::all(v);
-  }
-}
-template <class V>
-WEFT_INLINE V load(const double* p) {
-  if constexpr (width<V> == 1) {
-    return *p;
-  } else {
-    return simd::load(p);
-  }
-}
-template <class V>
-WEFT_INLINE void store(double* p, V v) {
-  if constexpr (width<V> == 1) {
-    *p = v;
-  } else {
-    simd::store(p, v);
-  }
-}
-template <class V>
 WEFT_INLINE Complex<V> get(const double* element) {
-  return {load<V>(element), load<V>(element + width<V>)};
+  return {simd::load<V>(element), simd::load<V>(element + width<V>)};
 }
 template <class V>
 WEFT_INLINE void put(double* element, Complex<V> v) {
-  store<V>(element, v.re);
-  store<V>(element + width<V>, v.im);
+  simd::store(element, v.re);
+  simd::store(element + width<V>, v.im);
 }
 
 template <class V>
@@ -77,12 +53,12 @@ WEFT_INLINE Complex<V> times_i(Complex<V> a) {
 // The same factor for all lanes, from its real and imaginary part.
 template <class V>
 WEFT_INLINE Complex<V> times(Complex<V> a, const double* w) {
-  const V re = spread<V>(w[0]), im = spread<V>(w[1]);
+  const V re = simd::all<V>(w[0]), im = simd::all<V>(w[1]);
   return {a.re * re - a.im * im, a.im * re + a.re * im};
 }
 template <class V>
 WEFT_INLINE Complex<V> times_conjugate(Complex<V> a, const double* w) {
-  const V re = spread<V>(w[0]), im = spread<V>(w[1]);
+  const V re = simd::all<V>(w[0]), im = simd::all<V>(w[1]);
   return {a.re * re + a.im * im, a.im * re - a.re * im};
 }
 

@@ -44,7 +44,29 @@ WEFT_INLINE Lanes all(double v) {
   const auto four = __builtin_shufflevector(two, two, 0, 1, 0, 1);
   return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 }
-// Of Lanes or of one double.
+
+// The same for V = Lanes or one double.
+template <class V>
+inline constexpr std::size_t lanes_of = sizeof(V) / sizeof(double);
+template <class V>
+WEFT_INLINE V load(const double* p) {
+  if constexpr (lanes_of<V> == 1) {
+    return *p;
+  } else {
+    return load(p);
+  }
+}
+WEFT_INLINE void store(double* p, double v) {
+  *p = v;
+}
+template <class V>
+WEFT_INLINE V all(double v) {
+  if constexpr (lanes_of<V> == 1) {
+    return v;
+  } else {
+    return all(v);
+  }
+}
 template <class V>
 WEFT_INLINE V larger(V a, V b) {
   return a > b ? a : b;

@@ -31,28 +31,35 @@ Plan plan_tables(const ModeFinder::Values& low, const ModeFinder::Values& high, 
   return out;
 }
 
-// Bins of one sample of all signals, from the smallest value on.
+// Bins of one sample of the first `width` signals, from the smallest value on.
+template <std::size_t width>
 WEFT_INLINE void number_bins(const double* row, const Plan& plan, double bin, std::int32_t* out) {
-  for (std::size_t k = 0; k < signals; ++k) {
+  for (std::size_t k = 0; k < width; ++k) {
     const double v = std::nearbyint(row[k] / bin) - plan.low[k];
     out[k] = static_cast<std::int32_t>(v < plan.last[k] ? v : plan.last[k]);
   }
 }
 
-WEFT_CLONES("arch=x86-64-v4", "avx2")
-void count_bins(const double* rows, std::size_t count, const Plan& where, double bin,
-                std::uint32_t* table) {
+template <std::size_t width>
+WEFT_INLINE void count_bins(const double* rows, std::size_t count, const Plan& where, double bin,
+                            std::uint32_t* table) {
   const Plan plan = where;
-  alignas(64) std::array<std::int32_t, signals> at{};
-  for (std::size_t i = 0; i < count; ++i, rows += signals) {
+  alignas(64) std::array<std::int32_t, width> at{};
+  for (std::size_t i = 0; i < count; ++i, rows += width) {
     if (bin == 1.0) {
-      number_bins(rows, plan, 1.0, at.data());  // without the division
+      number_bins<width>(rows, plan, 1.0, at.data());  // without the division
     } else {
-      number_bins(rows, plan, bin, at.data());
+      number_bins<width>(rows, plan, bin, at.data());
     }
-    for (std::size_t k = 0; k < signals; ++k)
+    for (std::size_t k = 0; k < width; ++k)
       ++table[plan.begin[k] + static_cast<std::size_t>(at[k])];
   }
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void count_sixteen(const double* rows, std::size_t count, const Plan& where, double bin,
+                   std::uint32_t* table) {
+  count_bins<signals>(rows, count, where, bin, table);
 }
 
 // The first of the highest counts.
@@ -65,9 +72,10 @@ std::size_t highest(const std::uint32_t* counts, std::size_t size) {
 
 }  // namespace
 
-double ModeFinder::by_sorting(const double* column, std::size_t count, double bin) {
+double ModeFinder::by_sorting(const double* column, std::size_t width, std::size_t count,
+                              double bin) {
   sorted_.resize(count);
-  for (std::size_t i = 0; i < count; ++i) sorted_[i] = std::nearbyint(column[i * signals] / bin);
+  for (std::size_t i = 0; i < count; ++i) sorted_[i] = std::nearbyint(column[i * width] / bin);
   std::sort(sorted_.begin(), sorted_.end());
   double best = sorted_.front();
   std::size_t most = 0;
@@ -80,17 +88,21 @@ double ModeFinder::by_sorting(const double* column, std::size_t count, double bi
   return bin * best;
 }
 
-ModeFinder::Values ModeFinder::find(const double* rows, std::size_t count, const Values& low,
-                                    const Values& high, double bin) {
+ModeFinder::Values ModeFinder::find(const double* rows, std::size_t width, std::size_t count,
+                                    const Values& low, const Values& high, double bin) {
   const Plan plan = plan_tables(low, high, bin);
   table_.assign(plan.size, 0);
-  count_bins(rows, count, plan, bin, table_.data());
+  if (width == signals) {
+    count_sixteen(rows, count, plan, bin, table_.data());
+  } else {
+    count_bins<2>(rows, count, plan, bin, table_.data());
+  }
   Values out{};
-  for (std::size_t k = 0; k < signals; ++k) {
+  for (std::size_t k = 0; k < width; ++k) {
     const std::size_t size = static_cast<std::size_t>(plan.last[k]) + 1;
     const std::size_t best = highest(table_.data() + plan.begin[k], size);
     out[k] = plan.counted[k] ? bin * (plan.low[k] + static_cast<double>(best))
-                             : by_sorting(rows + k, count, bin);
+                             : by_sorting(rows + k, width, count, bin);
   }
   return out;
 }

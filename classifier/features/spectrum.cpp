@@ -45,6 +45,7 @@ void append_turn(std::vector<double>& out, std::size_t part, std::size_t whole) 
 // Of the first level, then of the levels by four, largest first.
 std::vector<double> twiddles(std::size_t radix, std::size_t part) {
   std::vector<double> out;
+  out.reserve(2 * (radix - 1) * part + 2 * part);
   for (std::size_t j = 0; j < part; ++j)
     for (std::size_t power = 1; power < radix; ++power) append_turn(out, power * j, radix * part);
   for (; part >= 4; part /= 4)
@@ -105,12 +106,12 @@ struct Job {
 template <class V>
 WEFT_INLINE void find_top(const Job& job, double* top) {
   for (std::size_t half = 0; half < step<V>; half += fourier::width<V>) {
-    const V zero = fourier::load<V>(job.offset + half);
-    V most = fourier::spread<V>(0.0);
+    const V zero = simd::load<V>(job.offset + half);
+    V most = simd::all<V>(0.0);
     for (std::size_t j = 0; j < job.length; ++j)
-      most = simd::larger(most,
-                          simd::magnitude(fourier::load<V>(job.rows + j * step<V> + half) - zero));
-    fourier::store(top + half, most);
+      most =
+          simd::larger(most, simd::magnitude(simd::load<V>(job.rows + j * step<V> + half) - zero));
+    simd::store(top + half, most);
   }
 }
 
@@ -298,12 +299,22 @@ const Spectrum& SpectrumCache::of(std::size_t length) {
   auto found = std::find_if(recent_.begin(), recent_.end(),
                             [=](const auto& s) { return s->length() == length; });
   if (found == recent_.end()) {
-    if (recent_.size() == most) recent_.pop_back();
+    make_room(length);
     recent_.push_back(std::make_unique<Spectrum>(length));
     found = recent_.end() - 1;
   }
   std::rotate(recent_.begin(), found, found + 1);
   return *recent_.front();
+}
+
+void SpectrumCache::make_room(std::size_t length) {
+  const auto samples = [&] {
+    std::size_t sum = length;
+    for (const auto& s : recent_) sum += s->length();
+    return sum;
+  };
+  while (!recent_.empty() && (recent_.size() >= most || samples() > most_samples))
+    recent_.pop_back();
 }
 
 }  // namespace weft::classifier

@@ -50,7 +50,8 @@ class Spectrum {
   simd::AlignedDoubles kernel_;  // transform of the conjugate chirp / elements, in its own order
 };
 
-/// The tables of the lengths used last: motions of a campaign differ by a sample or two.
+/// The tables of the lengths used last: motions of a campaign differ by a sample or two. Tables
+/// take some 90 bytes a sample, so long motions leave room for fewer.
 class SpectrumCache {
  public:
   /// Valid until the next call.
@@ -58,6 +59,10 @@ class SpectrumCache {
 
  private:
   static constexpr std::size_t most = 8;
+  static constexpr std::size_t most_samples = std::size_t{1} << 20;  // of all, unless one has more
+
+  void make_room(std::size_t length);
+
   std::vector<std::unique_ptr<Spectrum>> recent_;  // last used first
 };
 

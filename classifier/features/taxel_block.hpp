@@ -1,6 +1,6 @@
 #pragma once
-// Sixteen taxels of a motion side by side: their samples, and what can be kept up to date while
-// they come in.
+// Up to sixteen taxels of a motion side by side: their samples, and what can be kept up to date
+// while they come in.
 
 #include <array>
 #include <cstddef>
@@ -27,13 +27,17 @@ class TaxelBlock {
   /// One entry per taxel and block, in the order of `taxel_blocks`.
   using Features = std::array<PerTaxel, taxel_blocks.size()>;
 
+  /// Of `used` taxels, 1 to 16. One or two are kept and worked on by themselves, more as sixteen.
+  explicit TaxelBlock(std::size_t used);
+
   /// Forgets the samples, keeps the memory.
   void clear() { samples_ = 0; }
+  [[nodiscard]] std::size_t used() const { return used_; }
   [[nodiscard]] std::size_t samples() const { return samples_; }
 
-  /// Appends `count` finite samples of the first `used` <= 16 taxels; sample i begins at `counts` +
-  /// i x `stride`. Allocates only where the motion is longer than any before.
-  void add(const double* counts, std::size_t used, std::size_t stride, std::size_t count);
+  /// Appends `count` finite samples; sample i begins at `counts` + i x `stride`. Allocates only
+  /// where the motion is longer than any before.
+  void add(const double* counts, std::size_t stride, std::size_t count);
 
   /// Features of the samples so far, at least one. Those of taxels beyond the used are of zeros.
   [[nodiscard]] Features features(const FeatureOptions& options, BlockTools& tools) const;
@@ -47,8 +51,11 @@ class TaxelBlock {
 
  private:
   void grow(std::size_t samples);
+  [[nodiscard]] bool narrow() const { return width_ < taxels; }
 
-  simd::AlignedDoubles rows_;  // [capacity x 16]
+  std::size_t used_;
+  std::size_t width_;          // 2 or 16
+  simd::AlignedDoubles rows_;  // [capacity x width]
   std::size_t samples_ = 0;
   Running running_;
 };

@@ -103,5 +103,18 @@ TEST_CASE("Tables of recent lengths are kept, older ones made again with the sam
   CHECK(cache.of(50).length() == 50);
 }
 
+TEST_CASE("Tables of a long motion leave when the next ones would not fit beside them") {
+  SpectrumCache cache;
+  const Spectrum* const longest = &cache.of(1'000'000);
+  const Spectrum* const small = &cache.of(60);
+  CHECK(&cache.of(1'000'000) == longest);
+  CHECK(&cache.of(60) == small);
+  CHECK(cache.of(300'000).length() == 300'000);
+  CHECK(&cache.of(60) == small);
+  const std::size_t before = testing::allocations();
+  CHECK(cache.of(1'000'000).length() == 1'000'000);
+  CHECK(testing::allocations() > before);  // made again
+}
+
 }  // namespace
 }  // namespace weft::classifier
