@@ -18,6 +18,7 @@ struct TrainChoice {
   std::size_t folds = 5;
   std::string fold_unit = "recording";
   bool paper_selection = false;
+  std::string tie = "auto";
   std::size_t threads = 0;
 };
 
