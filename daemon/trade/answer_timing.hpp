@@ -30,7 +30,8 @@ struct AnswerTimes {
 };
 
 /// Times several things that answer, all in turn in every repetition, after a repetition that does
-/// not count: a busy moment of the machine falls on all of them.
+/// not count: a busy moment of the machine falls on all of them. Features of trials that several
+/// share are the same work: timed once in each repetition, and the figure is that of all of them.
 class AnswerTiming {
  public:
   void add(TimedAnswer one) { all_.push_back(std::move(one)); }

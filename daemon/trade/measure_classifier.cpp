@@ -95,6 +95,7 @@ class Measurement {
     if (options_->timings < 5)
       return fail(Errc::range, "too few timings for a median", "timings", "at least 5",
                   std::to_string(options_->timings));
+    if (!*now_) return fail(Errc::invalid_argument, "no clock to time with", "timings");
     if (Status ok = prepare_default(); !ok) return pass(ok.error());
     for (std::size_t i = 0; i < plan_.arms.size(); ++i) {
       tell(i, plan_.arms[i].name);

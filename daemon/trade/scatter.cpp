@@ -98,11 +98,20 @@ bool has_place(const ScatterPoint& p) {
 }
 
 double width_of(const std::string& text) {
-  return 6.4 * static_cast<double>(text.size());
+  return 7.0 * static_cast<double>(text.size());
 }
 
 bool overlap(const Box& a, const Box& b) {
   return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
+Box around(Point at, double radius) {
+  return {at.x - radius, at.y - radius, 2 * radius, 2 * radius};
+}
+
+Box span(Point a, Point b) {
+  return {std::min(a.x, b.x) - 1, std::min(a.y, b.y) - 1, std::abs(a.x - b.x) + 2,
+          std::abs(a.y - b.y) + 2};
 }
 
 /// Writes names beside their points where nothing has been written yet.
@@ -112,7 +121,7 @@ class Names {
 
   void write(Canvas& canvas, Point at, const std::string& text) {
     const double width = width_of(text), away = front_radius + 3;
-    const std::array<Box, 6> places = {Box{at.x - width - away, at.y - 16, width, 14},
+    const std::array<Box, 6> places = {Box{at.x - width - front_radius - 1, at.y - 18, width, 14},
                                        Box{at.x + away, at.y + 4, width, 14},
                                        Box{at.x + away, at.y - 16, width, 14},
                                        Box{at.x - width - away, at.y + 4, width, 14},
@@ -124,8 +133,7 @@ class Names {
     canvas.text({box.x, box.y + 11}, text, "front-name");
   }
 
-  /// Keeps names away from a mark.
-  void keep_clear(Point at) { taken_.push_back({at.x - 6, at.y - 6, 12, 12}); }
+  void keep_clear(const Box& box) { taken_.push_back(box); }
 
  private:
   [[nodiscard]] bool is_free(const Box& box) const {
@@ -139,7 +147,7 @@ class Names {
 };
 
 // Up to each time, what the best choice reaches.
-void draw_front(Canvas& canvas, const Axes& axes, std::vector<const ScatterPoint*> front) {
+std::vector<Point> staircase(const Axes& axes, std::vector<const ScatterPoint*> front) {
   std::ranges::stable_sort(front, {}, [](const ScatterPoint* p) { return p->time_s; });
   std::vector<Point> stairs;
   for (const ScatterPoint* p : front) {
@@ -147,7 +155,7 @@ void draw_front(Canvas& canvas, const Axes& axes, std::vector<const ScatterPoint
     if (!stairs.empty()) stairs.push_back({at.x, stairs.back().y});
     stairs.push_back(at);
   }
-  canvas.polyline(stairs, "front-line");
+  return stairs;
 }
 
 void draw_point(Canvas& canvas, const Axes& axes, const ScatterPoint& p) {
@@ -167,10 +175,12 @@ void draw_panel(Canvas& canvas, const Axes& axes, const ScatterPanel& panel) {
   for (const ScatterPoint& p : panel.points) {
     if (!has_place(p)) continue;
     draw_point(canvas, axes, p);
-    names.keep_clear(axes.at(p.time_s, p.share * 100));
+    names.keep_clear(around(axes.at(p.time_s, p.share * 100), p.front ? front_radius : 6));
     if (p.front) front.push_back(&p);
   }
-  draw_front(canvas, axes, front);
+  const std::vector<Point> stairs = staircase(axes, front);
+  canvas.polyline(stairs, "front-line");
+  for (std::size_t k = 1; k < stairs.size(); ++k) names.keep_clear(span(stairs[k - 1], stairs[k]));
   for (const ScatterPoint* p : front) {
     const Point at = axes.at(p->time_s, p->share * 100);
     canvas.diamond(at, front_radius, "front-mark");
@@ -178,9 +188,16 @@ void draw_panel(Canvas& canvas, const Axes& axes, const ScatterPanel& panel) {
   }
 }
 
+bool is_present(const Scatter& scatter, std::size_t family) {
+  return std::ranges::any_of(scatter.panels, [&](const ScatterPanel& panel) {
+    return std::ranges::find(panel.points, family, &ScatterPoint::family) != panel.points.end();
+  });
+}
+
 void draw_legend(Canvas& canvas, const Scatter& scatter) {
   double x = left;
   for (std::size_t f = 0; f < scatter.families.size(); ++f) {
+    if (!is_present(scatter, f)) continue;
     mark(canvas, {x + 5, 14}, f);
     canvas.text({x + 15, 18}, scatter.families[f], "key");
     x += 32 + width_of(scatter.families[f]);

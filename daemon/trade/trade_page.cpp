@@ -21,9 +21,9 @@ std::string badge(BenchKind kind) {
 }
 
 ScatterPanel panel_of(const TradeSet& set, const TradeCost& cost, char letter,
+                      const std::vector<std::string>& families,
                       const std::vector<std::size_t>& front) {
   ScatterPanel out{std::string("(") + letter + ") " + cost.words, cost.title, {}};
-  const auto families = families_of(set);
   for (std::size_t i = 0; i < set.points.size(); ++i) {
     const TradePoint& p = set.points[i];
     const auto family = std::ranges::find(families, p.family) - families.begin();
@@ -33,21 +33,21 @@ ScatterPanel panel_of(const TradeSet& set, const TradeCost& cost, char letter,
   return out;
 }
 
-std::string picture(const TradeSet& set, const std::vector<TradeCost>& costs,
-                    const Fronts& fronts) {
-  Scatter scatter{
-      "Accuracy against time, " + std::string(bench_words(set.bench)) + ", " + set.dataset,
-      "accuracy [%]",
-      std::string(bench_words(set.bench)),
-      families_of(set),
-      {}};
-  for (std::size_t k = 0; k < costs.size(); ++k)
-    scatter.panels.push_back(panel_of(set, costs[k], static_cast<char>('a' + k), fronts[k]));
+// A family looks the same in every section.
+std::string picture(const TradeReport& report, const TradeSet& set, const Fronts& fronts) {
+  const std::string stamp(bench_words(set.bench));
+  Scatter scatter{"Accuracy against time, " + stamp + ", " + set.dataset,
+                  "accuracy [%]",
+                  stamp,
+                  families_of(report.sets),
+                  {}};
+  for (std::size_t k = 0; k < report.costs.size(); ++k)
+    scatter.panels.push_back(
+        panel_of(set, report.costs[k], static_cast<char>('a' + k), scatter.families, fronts[k]));
   return "<div class=\"scroll\">" + scatter_figure(scatter) + "</div>\n";
 }
 
-std::string fronts_text(const TradePoint&, std::size_t i, const std::vector<TradeCost>& costs,
-                        const Fronts& fronts) {
+std::string fronts_text(std::size_t i, const std::vector<TradeCost>& costs, const Fronts& fronts) {
   std::vector<std::string> out;
   for (std::size_t k = 0; k < costs.size(); ++k)
     if (holds(fronts[k], i)) out.push_back("\u25C6 " + costs[k].words);
@@ -66,7 +66,7 @@ std::string table(const TradeSet& set, const std::vector<TradeCost>& costs, cons
                 3);
   for (std::size_t i = 0; i < set.points.size(); ++i) {
     const TradePoint& p = set.points[i];
-    const std::string on = fronts_text(p, i, costs, fronts);
+    const std::string on = fronts_text(i, costs, fronts);
     out.row({"<span title=\"" + escape(settings_text(p)) + "\">" + escape(p.name) + "</span>",
              escape(p.family), on,
              percent(p.accuracy) + "<span class=\"interval-text\">" + percent(p.ci95.low) + " to " +
@@ -113,7 +113,7 @@ Result<std::string> section(const TradeReport& report, const TradeSet& set) {
   }
   std::string out = "<section>\n<h2>" + escape(set.dataset) + " " + badge(set.bench) + "</h2>\n";
   if (set.bench == BenchKind::simulated) out += simulated_note();
-  out += figure(picture(set, report.costs, fronts),
+  out += figure(picture(report, set, fronts),
                 "Every mark is one choice; bars are 95 % intervals (" + escape(methods_of(set)) +
                     "). The front is of the measured values: where intervals overlap, the order "
                     "may be chance.",

@@ -36,10 +36,11 @@ Result<std::vector<std::size_t>> front_of(const TradeSet& set, const TradeCost& 
   return pareto_front(choices);
 }
 
-std::vector<std::string> families_of(const TradeSet& set) {
+std::vector<std::string> families_of(std::span<const TradeSet> sets) {
   std::vector<std::string> out;
-  for (const TradePoint& point : set.points)
-    if (std::ranges::find(out, point.family) == out.end()) out.push_back(point.family);
+  for (const TradeSet& set : sets)
+    for (const TradePoint& point : set.points)
+      if (std::ranges::find(out, point.family) == out.end()) out.push_back(point.family);
   return out;
 }
 
@@ -62,7 +63,7 @@ std::string text_of(const Setting& setting) {
 
 std::string tick_text(double seconds) {
   if (seconds < 0.9999e-3) return general(seconds * 1e6) + " \u00B5s";
-  if (seconds < 0.9999) return general(seconds * 1e3) + " ms";
+  if (seconds < 0.09999) return general(seconds * 1e3) + " ms";
   return general(seconds) + " s";
 }
 

@@ -56,15 +56,15 @@ struct TradeSet {
 /// is not finite, a time that is not positive, and a point of another bench than the set's.
 Result<std::vector<std::size_t>> front_of(const TradeSet& set, const TradeCost& cost);
 
-/// The families in the order of their first point.
-std::vector<std::string> families_of(const TradeSet& set);
+/// The families of all sets, in the order of their first points.
+std::vector<std::string> families_of(std::span<const TradeSet> sets);
 
 /// "SIMULATED", "REAL DATA" or "ORIGIN UNKNOWN".
 std::string_view bench_words(BenchKind kind);
 
 /// "20" or "pvalue".
 std::string text_of(const Setting& setting);
-/// "150 \u00B5s", "2 ms", "16 s": for the ticks of an axis.
+/// "150 \u00B5s", "2 ms", "0.5 s": for the ticks of an axis.
 std::string tick_text(double seconds);
 /// The middle one, or the mean of the middle two; 0 without values.
 double median_of(std::vector<double> values);

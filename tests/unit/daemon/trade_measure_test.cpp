@@ -1,0 +1,313 @@
+// `weft trade classifier`: what is measured, and on which trials.
+
+#include <set>
+
+#include "daemon/trade/answer_timing.hpp"
+#include "daemon/trade/material.hpp"
+#include "daemon/trade/measure_classifier.hpp"
+#include "tests/unit/daemon/report_fixture.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+
+namespace {
+
+Dataset campaign_set(std::uint32_t repetitions = 6) {
+  Dataset set = report_test::small_campaign(repetitions);
+  set.info.taxel_rate_hz = 37;
+  return set;
+}
+
+// Every trial of M1 a second time as M2, louder.
+Dataset two_explorations() {
+  Dataset set = campaign_set();
+  const std::size_t count = set.trials.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    classifier::Trial trial = set.trials[i];
+    TrialRecord record = set.records[i];
+    trial.file += "-M2";
+    record.spec.exploration = "M2";
+    for (double& value : trial.counts) value *= 2;
+    set.trials.push_back(std::move(trial));
+    set.records.push_back(std::move(record));
+  }
+  return set;
+}
+
+// Fabrics that differ little, named as fabricslide names its recordings.
+Dataset recorded_set() {
+  Dataset set;
+  set.info.kind = BenchKind::real;
+  set.info.name = "recorded";
+  set.info.source = "fabricslide";
+  set.info.taxel_rate_hz = 37;
+  std::mt19937 engine(11);
+  for (std::uint32_t k = 1; k <= 8; ++k) {
+    report_test::add_trial(set, "knitwear1", {3.0, 3}, k, engine);
+    report_test::add_trial(set, "wool", {2.5, 3.1}, k, engine);
+    report_test::add_trial(set, "pile", {2.8, 2.9}, k, engine);
+  }
+  for (std::size_t i = 0; i < set.trials.size(); ++i) {
+    const bool fast = i / 3 % 2 == 0;
+    set.trials[i].file =
+        set.trials[i].label + (fast ? "_F120_V-50mmps_" : "_F120_V10mmps_") + std::to_string(i);
+    set.trials[i].group = i / 3 < 4 ? "0" : "1";
+    set.records[i].spec.exploration.clear();
+  }
+  return set;
+}
+
+Result<SplitPlan> random_splits(const classifier::FeatureMatrix& features) {
+  auto splits = classifier::stratified_splits(features.labels, 0.5, 3, 1);
+  if (!splits) return pass(splits.error());
+  return SplitPlan{std::move(*splits), "three random splits"};
+}
+
+Result<SplitPlan> group_splits(const classifier::FeatureMatrix& features) {
+  auto splits = classifier::leave_one_group_out(features.groups, features.labels);
+  if (!splits) return pass(splits.error());
+  return SplitPlan{std::move(*splits), "groups"};
+}
+
+ClassifierTradeOptions options_for(std::vector<TradeFamily> vary, SplitMaker split) {
+  ClassifierTradeOptions out;
+  out.vary = std::move(vary);
+  out.split = std::move(split);
+  out.training.threads = 1;
+  out.timings = 5;
+  out.timed_trials = 4;
+  return out;
+}
+
+// A clock that moves a quarter of a second whenever it is read.
+classifier::SecondsNow ticking() {
+  return [now = std::make_shared<double>(0)] { return *now += 0.25; };
+}
+
+TradeSet measured(const Dataset& set, const ClassifierTradeOptions& options) {
+  auto out = measure_classifier_trade(set, options, ticking());
+  if (!out) FAIL(to_string(out.error()));
+  return std::move(*out);
+}
+
+const TradePoint& named(const TradeSet& set, const std::string& name) {
+  const auto found = std::find_if(set.points.begin(), set.points.end(),
+                                  [&](const TradePoint& p) { return p.name == name; });
+  if (found == set.points.end()) FAIL("no point " + name);
+  return *found;
+}
+
+double right_answers(const TradePoint& p) {
+  return p.accuracy * static_cast<double>(p.tested);
+}
+
+}  // namespace
+
+TEST_CASE("a shortened trial keeps its other phases whole") {
+  const classifier::Trial whole = campaign_set(2).trials.front();
+  const classifier::Trial cut = shortened(whole, 5);
+  const auto count = [](const classifier::Trial& t, Phase p) {
+    return std::count(t.phase.begin(), t.phase.end(), p);
+  };
+  CHECK(count(cut, Phase::motion) == 5);
+  for (const Phase phase : {Phase::rest, Phase::press, Phase::end})
+    CHECK(count(cut, phase) == count(whole, phase));
+  CHECK(cut.counts.size() == cut.samples() * cut.taxels);
+  // the first row of E follows the fifth of M
+  const auto end = std::find(cut.phase.begin(), cut.phase.end(), Phase::end) - cut.phase.begin();
+  const auto whole_end =
+      std::find(whole.phase.begin(), whole.phase.end(), Phase::end) - whole.phase.begin();
+  const auto got = cut.row(static_cast<std::size_t>(end));
+  const auto expected = whole.row(static_cast<std::size_t>(whole_end));
+  CHECK(std::equal(got.begin(), got.end(), expected.begin(), expected.end()));
+  CHECK(shortened(whole, 1'000'000).counts == whole.counts);
+}
+
+TEST_CASE("the speed of a recording is read from its name, without its direction") {
+  CHECK(speed_in_name("Denim_F120_V-10mmps_0.csv") == 10.0);
+  CHECK(speed_in_name("A_Value_F1_V2.5mmps_1.csv") == 2.5);
+  for (const char* name : {"0000-wool-M1-r01", "x_V.csv", "x_Vmmps_1", "x_Vfastmmps_1",
+                           "x_V1e999mmps_1", "x_V0mmps_1", ""})
+    CHECK_FALSE(speed_in_name(name).has_value());
+}
+
+TEST_CASE("material counts the seconds of sliding that were used") {
+  const Dataset set = campaign_set();
+  const auto whole = prepare(set, {"M1", 0, {}, 1});
+  const auto cut = prepare(set, {"M1", 2, {}, 1});
+  const auto beyond = prepare(set, {"M1", 1000, {}, 1});
+  REQUIRE((whole && cut && beyond));
+  CHECK(whole->features.size() == 18);
+  CHECK(whole->slide_s.front() == Approx(10).margin(1.0 / 37));
+  CHECK(cut->slide_s.front() == Approx(2).margin(1.0 / 37));
+  CHECK(beyond->slide_s == whole->slide_s);
+  CHECK_FALSE(prepare(set, {"M9", 0, {}, 1}).has_value());
+  Dataset no_rate = set;
+  no_rate.info.taxel_rate_hz = 0;
+  CHECK_FALSE(prepare(no_rate, {"M1", 0, {}, 1}).has_value());
+}
+
+TEST_CASE("joined explorations stand side by side, each row one repetition of one fabric") {
+  Dataset set = two_explorations();
+  set.records.back().outcome = TrialOutcome::aborted;  // M2 of the last: no row
+  const auto joined = prepare(set, {"M1+M2", 0, {}, 1});
+  const auto first = prepare(set, {"M1", 0, {}, 1});
+  REQUIRE((joined && first));
+  CHECK(joined->features.size() == 17);
+  REQUIRE(joined->features.names.size() == 2 * first->features.names.size());
+  CHECK(joined->features.names.front().rfind("M1:", 0) == 0);
+  CHECK(joined->features.names.back().rfind("M2:", 0) == 0);
+  CHECK(joined->slide_s.front() == Approx(2 * first->slide_s.front()));
+  for (std::size_t r = 0; r < joined->features.size(); ++r) {
+    const auto& pair = joined->trials[r];
+    REQUIRE(pair.size() == 2);
+    CHECK(set.trials[pair[0]].file + "-M2" == set.trials[pair[1]].file);
+    const auto alone = classifier::extract(set.trials[pair[0]]);
+    REQUIRE(alone.has_value());
+    CHECK(std::equal(alone->begin(), alone->end(), joined->features.values.row(r).begin()));
+  }
+}
+
+TEST_CASE("the default is trained and tested as weft evaluate does it") {
+  const Dataset set = recorded_set();
+  auto options = options_for({TradeFamily::vote, TradeFamily::learner}, random_splits);
+  const TradeSet trade = measured(set, options);
+  const auto matrix = classifier::build_feature_matrix(complete_trials(set));
+  REQUIRE(matrix.has_value());
+  const auto plan = random_splits(*matrix);
+  REQUIRE(plan.has_value());
+  for (const auto& [name, learner] : {std::pair{"default", classifier::Learner::pvalue},
+                                      std::pair{"LDA", classifier::Learner::lda}}) {
+    const auto expected = classifier::evaluate(*matrix, plan->splits, learner, options.training);
+    REQUIRE(expected.has_value());
+    const TradePoint& got = named(trade, name);
+    CHECK(got.accuracy == Approx(expected->accuracy).epsilon(1e-12));
+    CHECK(got.ci95.low == Approx(expected->ci95.low).epsilon(1e-12));
+    CHECK(got.ci95.high == Approx(expected->ci95.high).epsilon(1e-12));
+    CHECK(got.tested == expected->confusion.total());
+  }
+  CHECK(trade.points.front().name == "default");
+  CHECK(trade.points.front().accuracy < 1.0);  // else the comparison would show little
+}
+
+TEST_CASE("trials of the speeds add up to the default's, and each speed has its own seconds") {
+  Dataset set = recorded_set();
+  for (std::size_t i = 0; i < set.trials.size(); ++i)
+    if (speed_in_name(set.trials[i].file) == 50.0) set.trials[i] = shortened(set.trials[i], 74);
+  const TradeSet trade = measured(set, options_for({TradeFamily::speed}, group_splits));
+  REQUIRE(trade.points.size() == 3);
+  const TradePoint& slow = named(trade, "10 mm/s");
+  const TradePoint& fast = named(trade, "50 mm/s");
+  CHECK(slow.tested + fast.tested == trade.points.front().tested);
+  CHECK(right_answers(slow) + right_answers(fast) ==
+        Approx(right_answers(trade.points.front())).epsilon(1e-12));
+  CHECK(fast.contact_s == Approx(2));
+  CHECK(slow.contact_s == Approx(10).margin(1.0 / 37));
+  CHECK(slow.ci95.method == "Wilson score, every trial tested once");
+}
+
+TEST_CASE("families are varied one at a time around the default") {
+  const TradeSet trade =
+      measured(two_explorations(), options_for({TradeFamily::features, TradeFamily::slide,
+                                                TradeFamily::exploration, TradeFamily::vote},
+                                               random_splits));
+  const auto names = [&](const std::string& family) {
+    std::set<std::string> out;
+    for (const TradePoint& p : trade.points)
+      if (p.family == family) out.insert(p.name);
+    return out;
+  };
+  CHECK(names("default") == std::set<std::string>{"default"});
+  CHECK(names("features") == std::set<std::string>{"N 1", "N 2", "N 5", "N 10", "N 40", "N 51"});
+  CHECK(names("slide") == std::set<std::string>{"0.5 s", "1 s", "2 s", "4 s", "8 s"});
+  CHECK(names("exploration") == std::set<std::string>{"M2", "M1+M2"});
+  CHECK(names("vote") == std::set<std::string>{"soft vote", "DAG", "short-list of 2"});
+  CHECK(named(trade, "M1+M2").contact_s == Approx(2 * named(trade, "M2").contact_s));
+  CHECK(named(trade, "DAG").train_s == trade.points.front().train_s);
+  for (const TradePoint& p : trade.points) CHECK(p.bench == BenchKind::simulated);
+}
+
+TEST_CASE("an answer takes the median of its timings, features and vote") {
+  const TradeSet trade = measured(campaign_set(), options_for({TradeFamily::vote}, random_splits));
+  for (const TradePoint& p : trade.points) {
+    REQUIRE(p.timings_s.size() == 5);
+    CHECK(p.features_s == 0.25 / 4);  // a tick over four trials
+    CHECK(p.vote_s == 0.25 / 4);
+    CHECK(p.answer_s == p.features_s + p.vote_s);
+  }
+}
+
+TEST_CASE("answers that share trials share the figure for their features, and no warming counts") {
+  const Dataset set = campaign_set(2);
+  const auto trials = std::make_shared<std::vector<AnswerTrials>>();
+  trials->push_back({set.trials[0]});
+  std::size_t asked = 0;
+  const AnswerFunction answer = [&](std::span<const double> features) -> Result<std::size_t> {
+    CHECK(features.size() == 3 + 12 * 4);
+    ++asked;
+    return 0;
+  };
+  AnswerTiming timing;
+  timing.add({trials, answer});
+  timing.add({trials, answer});
+  double clock_s = 0;
+  std::size_t reads = 0;
+  const auto times = timing.run(6, {}, [&] { return clock_s += static_cast<double>(++reads); });
+  REQUIRE(times.has_value());
+  CHECK(asked == 2 * 7);
+  CHECK((*times)[0].features_s.size() == 6);
+  CHECK((*times)[0].features_s == (*times)[1].features_s);
+  CHECK((*times)[0].vote_s != (*times)[1].vote_s);
+}
+
+TEST_CASE("what cannot be varied is told, and nothing left to vary is refused") {
+  Dataset set = campaign_set();
+  const TradeSet trade =
+      measured(set, options_for({TradeFamily::speed, TradeFamily::exploration, TradeFamily::vote},
+                                random_splits));
+  REQUIRE(trade.left_out.size() == 2);
+  CHECK(trade.left_out[0].first == "speed");
+  CHECK(trade.left_out[1].second == "the data set has one exploration");
+  const auto refused = measure_classifier_trade(
+      set, options_for({TradeFamily::speed, TradeFamily::exploration}, random_splits), ticking());
+  REQUIRE_FALSE(refused.has_value());
+  CHECK(to_string(refused.error()).find("no recording names its speed") != std::string::npos);
+}
+
+TEST_CASE("a default that is no cores has no feature count and no vote") {
+  auto options =
+      options_for({TradeFamily::features, TradeFamily::vote, TradeFamily::learner}, random_splits);
+  options.learner = classifier::Learner::lda;
+  const TradeSet trade = measured(campaign_set(), options);
+  CHECK(trade.left_out.size() == 2);
+  CHECK(named(trade, "p-value cores").family == "learner");
+}
+
+TEST_CASE("one fabric, too few timings, no clock and a label that never trained are refused") {
+  const auto options = options_for({TradeFamily::slide}, random_splits);
+  Dataset one = campaign_set();
+  for (auto& trial : one.trials) trial.label = "wool";
+  CHECK_FALSE(measure_classifier_trade(one, options, ticking()).has_value());
+  auto few = options;
+  few.timings = 4;
+  CHECK_FALSE(measure_classifier_trade(campaign_set(), few, ticking()).has_value());
+  CHECK_FALSE(measure_classifier_trade(campaign_set(), options, {}).has_value());
+  const auto stranger = options_for({TradeFamily::slide}, [](const auto& features) {
+    SplitPlan plan{{{}}, "two fabrics train"};
+    for (std::size_t r = 0; r < features.size(); ++r)
+      (features.labels[r] == "pile" ? plan.splits[0].test : plan.splits[0].train).push_back(r);
+    return Result<SplitPlan>(plan);
+  });
+  const auto refused = measure_classifier_trade(campaign_set(), stranger, ticking());
+  REQUIRE_FALSE(refused.has_value());
+  CHECK(to_string(refused.error()).find("never trained") != std::string::npos);
+}
+
+TEST_CASE("a family that does not exist is refused with the one that was meant") {
+  for (const TradeFamily family : all_trade_families())
+    CHECK(*trade_family_from(to_string(family)) == family);
+  const auto wrong = trade_family_from("learnr");
+  REQUIRE_FALSE(wrong.has_value());
+  CHECK(wrong.error().hint == "Did you mean learner?");
+  CHECK(trade_family_from("zebra").error().hint.empty());
+}
