@@ -1,0 +1,54 @@
+#pragma once
+// What a scene needs to know about the world, and the least level that knows it: model only what a
+// scene requires. Source: reference sim.md 4 ("Rule").
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "sim/plant/scene/level.hpp"
+
+namespace weft::sim {
+
+/// What a sensor delivers.
+enum class Channel : std::uint8_t {
+  stages,         ///< positions
+  wrench,         ///< force and torque under the plate
+  taxels,         ///< pad counts at 37 Hz
+  accelerometer,  ///< three axes at 200 Hz and up
+  microphone,     ///< sound pressure at 8 kHz and up
+  imprint         ///< one static frame of a dense taxel array
+};
+
+/// What is made of the channels, where that asks for more than the channel itself.
+enum class Trait : std::uint8_t {
+  mean_level,       ///< averages over a phase
+  relaxation,       ///< change under a held load
+  regulated_force,  ///< what a force loop does to the signal
+  overshoot,        ///< at touch-down
+  stick_slip,       ///< a limit cycle of friction
+  neighbour_load    ///< load that a taxel takes off its neighbours
+};
+
+std::string_view to_string(Channel channel);
+std::string_view to_string(Trait trait);
+
+struct Scene {
+  std::string_view name;
+  std::vector<Channel> channels;
+  std::vector<Trait> traits;
+};
+
+/// Whether a level computes it at all, not whether it is good at it.
+bool provides(Level level, Channel channel);
+bool provides(Level level, Trait trait);
+
+/// The cheapest level that provides everything.
+/// Errors: unsupported, where no level does (an imprint beside a moving sensor).
+Result<Level> least_level(const Scene& scene);
+
+/// Refuses a level that cannot produce a channel or trait of the scene, with a sentence that names
+/// the first of them and the least level that can. Nothing is ever faked.
+Status check(const Scene& scene, Level level);
+
+}  // namespace weft::sim
