@@ -295,7 +295,7 @@ TEST_CASE("Extremes: every compiler and processor computes the same bits") {
   hash.add(train(matrix).value(), matrix);
   hash.add(train(matrix, {.reduction = Reduction::all}).value(), matrix);
   CHECK(hash.finite());
-  CHECK(hash.value() == 0xbf82c700298279e2ULL);  // gcc 12 and clang 14
+  CHECK(hash.value() == 0xf78cf42423c86256ULL);  // gcc 12 and clang 14
 }
 
 TEST_CASE("Extremes: ten million samples of a taxel are computed; of more taxels refused unread") {
