@@ -136,8 +136,8 @@ TradeReport empty_report(const TradeClassifierArgs& args) {
       "of its own.",
       "Left, the time this machine takes to compute one answer; all features are computed whatever "
       "the number selected. Right, the seconds of sliding (phase M) that the answer is made of."};
-  out.timing = "median of " + std::to_string(args.timings) +
-               " repetitions, features and vote of one trial after another on one thread, choices "
+  out.timing = "each trial's median of " + std::to_string(args.timings) +
+               " repetitions, mean over the timed trials; features and vote on one thread, choices "
                "in turn within each repetition, all trainings over";
   out.training = describe(args.training);
   out.machine = machine_text();

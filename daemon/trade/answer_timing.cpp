@@ -4,6 +4,7 @@
 #include <deque>
 
 #include "classifier/features/extract.hpp"
+#include "daemon/trade/trade_point.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -22,18 +23,30 @@ Status extract(FeatureExtractor& extractor, const AnswerTrials& parts, std::vect
   return {};
 }
 
+/// [trials x repetitions]
+using Samples = std::vector<std::vector<double>>;
+
+std::vector<double> medians(const Samples& samples) {
+  std::vector<double> out;
+  for (const auto& of_trial : samples) out.push_back(median_of(of_trial));
+  return out;
+}
+
 /// Trials that some of the answers have in common.
 struct Common {
+  struct User {
+    const AnswerFunction* answer;
+    std::size_t number;
+    Samples vote_s;
+  };
   const std::vector<AnswerTrials>* trials;
-  std::vector<std::size_t> users;  // numbers of the answers
-  FeatureExtractor extractor;      // keeps the tables of its own lengths
+  FeatureExtractor extractor;  // keeps the tables of its own lengths
   std::vector<std::vector<double>> rows;
+  Samples features_s;
+  std::vector<User> users;
 
   Common(const std::vector<AnswerTrials>* of, const classifier::FeatureOptions& options)
-      : trials(of), extractor(options), rows(of->size()) {}
-  [[nodiscard]] double share(double seconds) const {
-    return seconds / static_cast<double>(rows.size());
-  }
+      : trials(of), extractor(options), rows(of->size()), features_s(of->size()) {}
 };
 
 std::deque<Common> by_trials(const std::vector<TimedAnswer>& all,
@@ -46,25 +59,30 @@ std::deque<Common> by_trials(const std::vector<TimedAnswer>& all,
       out.emplace_back(trials, options);
       common = std::prev(out.end());
     }
-    common->users.push_back(i);
+    common->users.push_back({&all[i].answer, i, Samples(all[i].trials->size())});
   }
   return out;
 }
 
-Status time_once(const std::vector<TimedAnswer>& all, Common& common, const SecondsNow& now,
-                 std::vector<AnswerTimes>& out) {
-  const double start = now();
-  for (std::size_t k = 0; k < common.rows.size(); ++k)
+Status time_once(Common& common, const SecondsNow& now) {
+  for (std::size_t k = 0; k < common.rows.size(); ++k) {
+    const double start = now();
     if (Status ok = extract(common.extractor, (*common.trials)[k], common.rows[k]); !ok) return ok;
-  const double features_s = common.share(now() - start);
-  for (const std::size_t i : common.users) {
-    const double asked = now();
-    for (const auto& row : common.rows)
-      if (const auto winner = all[i].answer(row); !winner) return pass(winner.error());
-    out[i].vote_s.push_back(common.share(now() - asked));
-    out[i].features_s.push_back(features_s);
+    common.features_s[k].push_back(now() - start);
   }
+  for (Common::User& user : common.users)
+    for (std::size_t k = 0; k < common.rows.size(); ++k) {
+      const double start = now();
+      if (const auto winner = (*user.answer)(common.rows[k]); !winner) return pass(winner.error());
+      user.vote_s[k].push_back(now() - start);
+    }
   return {};
+}
+
+void forget(Common& common) {
+  for (auto& samples : common.features_s) samples.clear();
+  for (Common::User& user : common.users)
+    for (auto& samples : user.vote_s) samples.clear();
 }
 
 }  // namespace
@@ -72,13 +90,16 @@ Status time_once(const std::vector<TimedAnswer>& all, Common& common, const Seco
 Result<std::vector<AnswerTimes>> AnswerTiming::run(std::size_t repetitions,
                                                    const classifier::FeatureOptions& options,
                                                    const SecondsNow& seconds_now) const {
-  std::vector<AnswerTimes> out;
   std::deque<Common> commons = by_trials(all_, options);
-  for (std::size_t repetition = 0; repetition <= repetitions; ++repetition) {
-    if (repetition <= 1) out.assign(all_.size(), {});  // the first one does not count
-    for (Common& common : commons)
-      if (Status ok = time_once(all_, common, seconds_now, out); !ok) return pass(ok.error());
-  }
+  for (std::size_t repetition = 0; repetition <= repetitions; ++repetition)
+    for (Common& common : commons) {
+      if (Status ok = time_once(common, seconds_now); !ok) return pass(ok.error());
+      if (repetition == 0) forget(common);
+    }
+  std::vector<AnswerTimes> out(all_.size());
+  for (const Common& common : commons)
+    for (const Common::User& user : common.users)
+      out[user.number] = {medians(common.features_s), medians(user.vote_s)};
   return out;
 }
 

@@ -23,7 +23,8 @@ struct TimedAnswer {
   AnswerFunction answer;
 };
 
-/// One figure per repetition: mean over the trials.
+/// One figure per trial: median over the repetitions. Every trial is timed by itself, because a
+/// window of a tenth of a millisecond is seldom interrupted on a machine that has other work.
 struct AnswerTimes {
   std::vector<double> features_s;
   std::vector<double> vote_s;

@@ -121,8 +121,11 @@ class Measurement {
     auto bench = bench_for(exploration, 0);
     if (!bench) return pass(bench.error());
     base_ = std::move(*bench);
-    plan_ = plan_trade(*dataset_, base_.material, label_count(base_.material.features), exploration,
-                       *options_);
+    const std::size_t labels = label_count(base_.material.features);
+    if (labels < 2)
+      return fail(Errc::invalid_argument, "nothing to tell apart", "labels", "at least 2",
+                  std::to_string(labels));
+    plan_ = plan_trade(*dataset_, base_.material, labels, exploration, *options_);
     out_.bench = dataset_->info.kind;
     out_.left_out = plan_.left_out;
     if (plan_.arms.size() > 1) return {};
@@ -276,9 +279,9 @@ class Measurement {
       TradePoint& point = out_.points[i];
       for (std::size_t k = 0; k < times.features_s.size(); ++k)
         point.timings_s.push_back(times.features_s[k] + times.vote_s[k]);
-      point.answer_s = median_of(point.timings_s);
-      point.features_s = median_of(times.features_s);
-      point.vote_s = median_of(times.vote_s);
+      point.answer_s = classifier::mean_of(point.timings_s);
+      point.features_s = classifier::mean_of(times.features_s);
+      point.vote_s = classifier::mean_of(times.vote_s);
     }
     return {};
   }

@@ -45,8 +45,8 @@ struct ClassifierTradeOptions {
   classifier::FeatureOptions features;
   std::string exploration;  ///< of the default; empty: the data set's first
   SplitMaker split;
-  std::size_t timings = 9;        ///< repetitions, at least 5
-  std::size_t timed_trials = 16;  ///< answers in each
+  std::size_t timings = 9;        ///< repetitions of which the median counts, at least 5
+  std::size_t timed_trials = 16;  ///< answers in each, spread over the trials
 };
 
 /// Before each piece of work: which one, out of how many, what.

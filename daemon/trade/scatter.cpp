@@ -120,15 +120,7 @@ class Names {
   explicit Names(const Box& area) : area_(area) {}
 
   void write(Canvas& canvas, Point at, const std::string& text) {
-    const double width = width_of(text), away = front_radius + 3;
-    const std::array<Box, 6> places = {Box{at.x - width - front_radius - 1, at.y - 18, width, 14},
-                                       Box{at.x + away, at.y + 4, width, 14},
-                                       Box{at.x + away, at.y - 16, width, 14},
-                                       Box{at.x - width - away, at.y + 4, width, 14},
-                                       Box{at.x - width / 2, at.y - away - 16, width, 14},
-                                       Box{at.x - width / 2, at.y + away + 2, width, 14}};
-    const auto place = std::ranges::find_if(places, [&](const Box& b) { return is_free(b); });
-    const Box& box = place == places.end() ? places.front() : *place;
+    const Box box = place_for(at, width_of(text));
     taken_.push_back(box);
     canvas.text({box.x, box.y + 11}, text, "front-name");
   }
@@ -140,6 +132,21 @@ class Names {
     return box.x >= area_.x && box.x + box.width <= area_.x + area_.width && box.y >= area_.y &&
            box.y + box.height <= area_.y + area_.height &&
            std::ranges::none_of(taken_, [&](const Box& other) { return overlap(box, other); });
+  }
+
+  // The nearest free place left or right of the point, else the nearest.
+  [[nodiscard]] Box place_for(Point at, double width) const {
+    constexpr double height = 14;
+    const double left_x = at.x - width - front_radius - 1, right_x = at.x + front_radius + 3;
+    std::vector<Box> places;
+    for (double shift = 0; shift < 6 * height; shift += height) {
+      places.push_back({left_x, at.y - 18 - shift, width, height});
+      places.push_back({right_x, at.y + 4 + shift, width, height});
+      places.push_back({right_x, at.y - 16 - shift, width, height});
+      places.push_back({left_x, at.y + 4 + shift, width, height});
+    }
+    const auto free = std::ranges::find_if(places, [&](const Box& b) { return is_free(b); });
+    return free == places.end() ? places.front() : *free;
   }
 
   Box area_;

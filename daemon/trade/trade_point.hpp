@@ -26,9 +26,9 @@ struct TradePoint {
   double accuracy = 0;  ///< share of right answers on trials that did not train
   classifier::Interval ci95;
   std::size_t tested = 0;         ///< test trials over all splits
-  std::vector<double> timings_s;  ///< of one answer, mean over the timed trials; one per repetition
-  double answer_s = 0;            ///< median of timings_s
-  double features_s = 0;          ///< part of answer_s: medians of their own
+  std::vector<double> timings_s;  ///< of an answer, one per timed trial: median of repetitions
+  double answer_s = 0;            ///< mean of timings_s
+  double features_s = 0;          ///< part of answer_s
   double vote_s = 0;
   double contact_s = 0;  ///< seconds of sliding that an answer needs, mean over the trials
   double train_s = 0;    ///< grid search included, mean over the splits

@@ -49,3 +49,8 @@ endif()
 add_test(NAME scenario_train_mpi
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/train_mpi.py $<TARGET_FILE:weft> ${train_mpi})
 set_tests_properties(scenario_train_mpi PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# Accuracy against time: fronts worked out again from the JSON.
+add_test(NAME scenario_cli_trade
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_trade.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_cli_trade PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
