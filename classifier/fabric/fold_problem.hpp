@@ -65,11 +65,10 @@ class FoldProblem {
   Matrix projected_;                  // [(train + validate) x directions]
   std::vector<std::size_t> sizes_;    // per member
   std::vector<std::size_t> slot_of_;  // per member: where its distances are
-  std::vector<Matrix>
-      distances_;  // [(train + validate) x train] per distinct size; the first slots_ of them
-  std::size_t slots_ = 0;
-  std::vector<LossBound> bounds_;  // per distances
-  std::vector<int> sign_;          // of the rows held out
+  std::vector<Matrix> distances_;     // [(train + validate) x train] per distinct size
+  std::size_t slots_ = 0;             // of distances_ in use
+  std::vector<LossBound> bounds_;     // per distances
+  std::vector<int> sign_;             // of the rows held out
   SvmSolver solver_;
   Matrix kernel_;  // [(train + validate) x train] of the problem that the solver holds
   std::size_t held_slot_ = 0, held_gamma_ = 0;
