@@ -2,6 +2,7 @@
 // Whatever can be trained on a feature matrix and asked for a label: the cores of Khan et al. 2016
 // in their variants, and the simple things to compare them with.
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -52,26 +53,61 @@ struct RecipeScore {
   std::size_t tested = 0;  ///< fewer than all rows: dropped once it could not win any more
 };
 
-/// A trained recipe. Immutable; may be used by several threads.
+/// A trained recipe: a machine behind one small interface. Immutable; may be used by several
+/// threads.
 class TrainedLearner {
  public:
   using Machine = std::variant<FabricModel, ShrinkageLda, MultiClassSvc>;
-  TrainedLearner(std::vector<std::string> labels, std::optional<Scaler> compression,
-                 Machine machine)
+  /// Without compression when `compression` is empty.
+  TrainedLearner(std::vector<std::string> labels, std::vector<std::string> features,
+                 std::optional<Scaler> compression, Machine machine)
       : labels_(std::move(labels)),
+        features_(std::move(features)),
         compression_(std::move(compression)),
         machine_(std::move(machine)) {}
+  /// Plain cores.
+  explicit TrainedLearner(FabricModel cores)
+      : TrainedLearner(cores.labels(), cores.feature_names(), std::nullopt, cores) {}
 
   [[nodiscard]] const std::vector<std::string>& labels() const { return labels_; }  ///< sorted
+  [[nodiscard]] const std::vector<std::string>& feature_names() const { return features_; }
+  /// One of pvalue, pca, all, lda, svc.
+  [[nodiscard]] Learner kind() const;
+  [[nodiscard]] const std::optional<Scaler>& compression() const { return compression_; }
+  [[nodiscard]] const Machine& machine() const { return machine_; }
+  /// nullptr where the learner has none.
+  [[nodiscard]] const FabricModel* cores() const { return std::get_if<FabricModel>(&machine_); }
+
+  /// A feature vector as the machine takes it: compressed, or as it is. Refuses another length than
+  /// feature_names() has, and values that are not finite, by name.
+  [[nodiscard]] Result<std::vector<double>> prepared(std::span<const double> features) const;
+  /// Every row so; a matrix with the columns of the training.
+  [[nodiscard]] FeatureMatrix prepared(FeatureMatrix matrix) const;
+
   /// Index into labels().
   [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
-  [[nodiscard]] const Machine& machine() const { return machine_; }
 
  private:
   std::vector<std::string> labels_;
+  std::vector<std::string> features_;
   std::optional<Scaler> compression_;
   Machine machine_;
 };
+
+/// The cores that a learner needs, as a piece of work: others may do it, see TaskTrainer.
+struct CoreTask {
+  Reduction reduction = Reduction::pvalue;
+  bool compressed = false;
+  std::optional<std::size_t> fold = {};  ///< its training rows only; empty: all rows
+};
+
+/// All cores of a task, in the order of all_pairs().
+using TaskTrainer = std::function<Result<std::vector<FabricCore>>(const CoreTask& task)>;
+
+/// Every `stride`th core of a task, from `first` on. The same whoever does it.
+Result<std::vector<FabricCore>> train_task(const FeatureMatrix& matrix, const CoreTask& task,
+                                           TrainOptions options, std::size_t first = 0,
+                                           std::size_t stride = 1);
 
 /// options.reduction and options.cap are the recipe's. Refuses what train() refuses.
 Result<TrainedLearner> train_recipe(const FeatureMatrix& matrix, const Recipe& recipe,
@@ -87,8 +123,9 @@ struct ChosenLearner {
 /// over class_folds() of the training part, counted after the vote: the first candidate, simple
 /// ones first, that is within one standard deviation (root of the count) of the fewest (Breiman et
 /// al. 1984, section 3.4.3). A candidate that has as many errors as one that is through is not
-/// tried further, which cannot change the choice.
+/// tried further, which cannot change the choice. All cores come from `trainer`, which must give
+/// what train_task() would (empty: that is asked); everything else is done here.
 Result<ChosenLearner> train_learner(const FeatureMatrix& matrix, Learner learner,
-                                    const TrainOptions& options);
+                                    const TrainOptions& options, const TaskTrainer& trainer = {});
 
 }  // namespace weft::classifier

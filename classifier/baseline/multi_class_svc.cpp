@@ -152,19 +152,19 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
   const TrainOptions options = ascending(unsorted);
   const auto chosen = search(rows, of_row, classes, folds, options);
   if (!chosen) return pass(chosen.error());
-  MultiClassSvc out;
-  out.classes_ = classes;
-  out.c_ = options.grid.c[chosen->c];
-  out.gamma_ = options.grid.gamma[chosen->gamma];
-  out.cv_errors_ = chosen->errors;
-  out.scaler_ = fit_scaler(rows);
-  out.support_ = scaled(out.scaler_, rows);
-  const Matrix kernel = rbf(distances(out.support_, out.support_), out.gamma_);
+  Parts out;
+  out.classes = classes;
+  out.c = options.grid.c[chosen->c];
+  out.gamma = options.grid.gamma[chosen->gamma];
+  out.cv_errors = chosen->errors;
+  out.scaler = fit_scaler(rows);
+  out.support = scaled(out.scaler, rows);
+  const Matrix kernel = rbf(distances(out.support, out.support), out.gamma);
   for (const PairRows& pair : pair_rows(of_row, classes)) {
     const Matrix own = part_of(kernel, pair.row);
     SvmSolver solver(pair.sign, options.search != Search::libsvm);
     if (auto ok = solver.set_kernel(own); !ok) return pass(ok.error());
-    if (auto ok = solver.solve(out.c_, options.tolerance); !ok) return pass(ok.error());
+    if (auto ok = solver.solve(out.c, options.tolerance); !ok) return pass(ok.error());
     Machine machine;
     machine.bias = solver.bias();
     for (std::size_t i = 0; i < pair.row.size(); ++i) {
@@ -172,37 +172,47 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
       machine.row.push_back(pair.row[i]);
       machine.coefficient.push_back(solver.coefficient()[i]);
     }
-    out.machines_.push_back(std::move(machine));
+    out.machines.push_back(std::move(machine));
   }
-  return out;
+  return MultiClassSvc(std::move(out));
 }
 
-Result<std::size_t> MultiClassSvc::classify(std::span<const double> features) const {
-  if (features.size() != support_.cols())
+Result<MultiClassSvc::Tally> MultiClassSvc::vote(std::span<const double> features) const {
+  const Matrix& support = parts_.support;
+  if (features.size() != support.cols())
     return fail(Errc::invalid_argument, "wrong number of features", "SVC",
-                std::to_string(support_.cols()), std::to_string(features.size()));
-  std::vector<double> kernel(support_.rows()), z(features.size());
-  for (std::size_t k = 0; k < z.size(); ++k) z[k] = scaler_.apply(k, features[k]);
+                std::to_string(support.cols()), std::to_string(features.size()));
+  std::vector<double> kernel(support.rows()), z(features.size());
+  for (std::size_t k = 0; k < z.size(); ++k) z[k] = parts_.scaler.apply(k, features[k]);
   for (std::size_t r = 0; r < kernel.size(); ++r) {
-    const auto row = support_.row(r);
+    const auto row = support.row(r);
     for (std::size_t k = 0; k < z.size(); ++k) kernel[r] += (z[k] - row[k]) * (z[k] - row[k]);
   }
-  exp_of_negative(kernel, gamma_);
-  std::vector<int> votes(classes_);
+  exp_of_negative(kernel, parts_.gamma);
+  Tally out{0, std::vector<int>(parts_.classes), std::vector<double>(parts_.classes)};
   std::size_t pair = 0;
-  for (std::size_t a = 0; a < classes_; ++a) {
-    for (std::size_t b = a + 1; b < classes_; ++b, ++pair) {
-      const Machine& machine = machines_[pair];
+  for (std::size_t a = 0; a < parts_.classes; ++a) {
+    for (std::size_t b = a + 1; b < parts_.classes; ++b, ++pair) {
+      const Machine& machine = parts_.machines[pair];
       double f = machine.bias;
       for (std::size_t i = 0; i < machine.row.size(); ++i)
         f += machine.coefficient[i] * kernel[machine.row[i]];
       if (!std::isfinite(f))
         return fail(Errc::range, "a decision is not finite", "SVC", {}, {},
                     "The trial is absurdly far from every training trial");
-      ++votes[f < 0.0 ? a : b];
+      ++out.votes[f < 0.0 ? a : b];
+      out.support[a] -= std::tanh(f);
+      out.support[b] += std::tanh(f);
     }
   }
-  return most_voted(votes);
+  out.winner = most_voted(out.votes);
+  return out;
+}
+
+Result<std::size_t> MultiClassSvc::classify(std::span<const double> features) const {
+  const auto tally = vote(features);
+  if (!tally) return pass(tally.error());
+  return tally->winner;
 }
 
 }  // namespace weft::classifier

@@ -19,6 +19,29 @@ namespace weft::classifier {
 /// all. Immutable; may be used by several threads.
 class MultiClassSvc {
  public:
+  /// The machine of one pair of classes; f > 0 votes for the second.
+  struct Machine {
+    std::vector<std::size_t> row;  ///< of Parts::support
+    std::vector<double> coefficient;
+    double bias = 0.0;
+  };
+  /// Everything that decides.
+  struct Parts {
+    Scaler scaler;
+    Matrix support;                 ///< scaled training rows
+    std::vector<Machine> machines;  ///< one per pair, in the order of all_pairs(classes)
+    std::size_t classes = 0;
+    double c = 0.0;
+    double gamma = 0.0;
+    std::size_t cv_errors = 0;
+  };
+  /// What the machines say of one trial.
+  struct Tally {
+    std::size_t winner = 0;       ///< most votes; the lowest of several
+    std::vector<int> votes;       ///< per class
+    std::vector<double> support;  ///< per class: sum of tanh(f) of its machines, in favour
+  };
+
   /// Chooses C and gamma from options.grid by the fewest errors over `folds` (then the smaller C,
   /// then the smaller gamma), scaling anew in each fold, and trains on all rows. Without folds the
   /// first grid point is taken. `of_row`: class of every row, below `classes`, each at least once
@@ -27,26 +50,20 @@ class MultiClassSvc {
                                    std::size_t classes, std::span<const Fold> folds,
                                    const TrainOptions& options);
 
+  /// A stored one; rows of machines are below support.rows().
+  explicit MultiClassSvc(Parts parts) : parts_(std::move(parts)) {}
+
   /// Refuses a vector of another length, and one so far away that a decision is not finite.
+  [[nodiscard]] Result<Tally> vote(std::span<const double> features) const;
   [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
 
-  [[nodiscard]] double c() const { return c_; }
-  [[nodiscard]] double gamma() const { return gamma_; }
-  [[nodiscard]] std::size_t cv_errors() const { return cv_errors_; }
+  [[nodiscard]] double c() const { return parts_.c; }
+  [[nodiscard]] double gamma() const { return parts_.gamma; }
+  [[nodiscard]] std::size_t cv_errors() const { return parts_.cv_errors; }
+  [[nodiscard]] const Parts& parts() const { return parts_; }
 
  private:
-  struct Machine {
-    std::vector<std::size_t> row;  // of support_
-    std::vector<double> coefficient;
-    double bias = 0.0;
-  };
-  Scaler scaler_;
-  Matrix support_;                 // scaled training rows
-  std::vector<Machine> machines_;  // one per pair, f > 0 votes for the second class
-  std::size_t classes_ = 0;
-  double c_ = 0.0;
-  double gamma_ = 0.0;
-  std::size_t cv_errors_ = 0;
+  Parts parts_;
 };
 
 }  // namespace weft::classifier

@@ -111,7 +111,7 @@ Result<ShrinkageLda> ShrinkageLda::fit(const Matrix& rows, std::span<const std::
   return out;
 }
 
-Result<std::size_t> ShrinkageLda::classify(std::span<const double> features) const {
+Result<std::vector<double>> ShrinkageLda::discriminants(std::span<const double> features) const {
   if (features.size() != weight_.cols())
     return fail(Errc::invalid_argument, "wrong number of features", "LDA",
                 std::to_string(weight_.cols()), std::to_string(features.size()));
@@ -123,7 +123,13 @@ Result<std::size_t> ShrinkageLda::classify(std::span<const double> features) con
   if (!std::all_of(score.begin(), score.end(), [](double v) { return std::isfinite(v); }))
     return fail(Errc::range, "a discriminant is not finite", "LDA", {}, {},
                 "The trial is absurdly far from every training trial");
-  return static_cast<std::size_t>(std::max_element(score.begin(), score.end()) - score.begin());
+  return score;
+}
+
+Result<std::size_t> ShrinkageLda::classify(std::span<const double> features) const {
+  const auto score = discriminants(features);
+  if (!score) return pass(score.error());
+  return static_cast<std::size_t>(std::max_element(score->begin(), score->end()) - score->begin());
 }
 
 }  // namespace weft::classifier

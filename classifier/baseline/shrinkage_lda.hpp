@@ -27,13 +27,25 @@ class ShrinkageLda {
   static Result<ShrinkageLda> fit(const Matrix& rows, std::span<const std::size_t> of_row,
                                   std::size_t classes);
 
-  /// Class of the largest discriminant; the lowest of several. Refuses a vector of another length,
-  /// and one so far away that no discriminant is finite.
+  /// A stored one. `weight` [classes x features] of scaled features, a `bias` per class.
+  ShrinkageLda(Scaler scaler, Matrix weight, std::vector<double> bias)
+      : scaler_(std::move(scaler)), weight_(std::move(weight)), bias_(std::move(bias)) {}
+
+  /// Per class: ln(p(features | class) p(class)) but for a constant, all finite. Refuses a vector
+  /// of another length, and one so far away that a discriminant is not finite.
+  [[nodiscard]] Result<std::vector<double>> discriminants(std::span<const double> features) const;
+  /// Class of the largest discriminant; the lowest of several.
   [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
 
+  [[nodiscard]] const Scaler& scaler() const { return scaler_; }
+  [[nodiscard]] const Matrix& weight() const { return weight_; }
+  [[nodiscard]] const std::vector<double>& bias() const { return bias_; }
+
  private:
+  ShrinkageLda() = default;
+
   Scaler scaler_;
-  Matrix weight_;  // [classes x features]
+  Matrix weight_;
   std::vector<double> bias_;
 };
 

@@ -5,10 +5,10 @@
 #include <charconv>
 #include <istream>
 #include <iterator>
-#include <optional>
 #include <ostream>
 #include <string_view>
 
+#include "classifier/baseline/learner_text.hpp"
 #include "classifier/fabric/line_text.hpp"
 #include "classifier/vote/aids_text.hpp"
 #include "protocols/base/crc.hpp"
@@ -21,13 +21,11 @@ constexpr std::string_view crc_word = "crc32 ";
 constexpr std::size_t crc_line_bytes = 6 + 8 + 1;
 constexpr std::size_t most_labels = 10'000;
 constexpr std::size_t most_taxels = 100'000;
-constexpr std::size_t most_rows = 100'000'000;
 
 // Words of the options, in the order of their enumerators.
 constexpr std::array<std::string_view, 2> skew_words{"peaks", "signal"};
 constexpr std::array<std::string_view, 2> norm_words{"l2", "rms"};
 constexpr std::array<std::string_view, 2> spectrum_words{"amplitude", "magnitude"};
-constexpr std::array<std::string_view, 3> reduction_words{"pvalue", "pca", "all"};
 constexpr std::array<std::string_view, 3> bench_words{"unknown", "simulated", "real"};
 
 template <std::size_t n>
@@ -80,38 +78,6 @@ void write_provenance(LineWriter& out, const Provenance& provenance) {
   out.text("training", provenance.training);
 }
 
-void write_matrix(LineWriter& out, std::string_view keyword, const Matrix& matrix) {
-  out.count(keyword, matrix.rows());
-  for (std::size_t r = 0; r < matrix.rows(); ++r) out.numbers("row", matrix.row(r));
-}
-
-void write_info(LineWriter& out, const CoreInfo& info) {
-  out.number("threshold", info.threshold);
-  out.number("C", info.c);
-  out.number("gamma", info.gamma);
-  out.number("cv_loss", info.cv_loss);
-  const std::array counts{info.cv_errors, info.train_rows, info.fits, info.folds};
-  out.counts("cv_errors,train_rows,fits,folds", counts);
-  out.count("selected", info.selected.size());
-  for (const SelectedFeature& f : info.selected) {
-    out.count("column", f.column);
-    out.numbers("t,p,log_p", std::array{f.t, f.p_value, f.log_p});
-  }
-}
-
-void write_core(LineWriter& out, const FabricCore& core) {
-  write_info(out, core.info());
-  const Reducer& reducer = core.reducer();
-  out.count("inputs", reducer.columns().size());
-  out.counts("columns", reducer.columns());
-  out.numbers("mean", reducer.scaler().mean);
-  out.numbers("deviation", reducer.scaler().deviation);
-  write_matrix(out, "axes", reducer.axes());
-  write_matrix(out, "support_vectors", core.support());
-  out.numbers("coefficients", core.coefficient());
-  out.number("bias", core.bias());
-}
-
 // ---- reading ----
 
 std::optional<PhaseSet> phases_from(std::string_view letters) {
@@ -161,75 +127,11 @@ std::vector<std::string> read_names(LineReader& in, std::string_view keyword, st
   return out;
 }
 
-Matrix read_matrix(LineReader& in, std::string_view keyword, std::size_t cols) {
-  const std::size_t rows = in.count(keyword, 0, most_rows);
-  std::vector<std::vector<double>> read;  // grows with the text, whatever the count claims
-  for (std::size_t r = 0; in.ok() && r < rows; ++r) read.push_back(in.numbers("row", cols));
-  if (!in.ok() || rows == 0) return {};
-  Matrix out(rows, cols);
-  for (std::size_t r = 0; r < rows; ++r)
-    std::copy(read[r].begin(), read[r].end(), out.row(r).begin());
-  return out;
-}
-
-std::vector<SelectedFeature> read_selected(LineReader& in, std::size_t features) {
-  std::vector<SelectedFeature> out;
-  const std::size_t count = in.count("selected", 0, features);
-  for (std::size_t i = 0; in.ok() && i < count; ++i) {
-    const std::size_t column = in.count("column", 0, features - 1);
-    const std::vector<double> values = in.numbers("t,p,log_p", 3, true);
-    if (in.ok()) out.push_back({column, values[0], values[1], values[2]});
-  }
-  return out;
-}
-
-CoreInfo read_info(LineReader& in, std::size_t features) {
-  CoreInfo info;
-  info.threshold = in.number("threshold");
-  info.c = in.number("C");
-  info.gamma = in.number("gamma");
-  info.cv_loss = in.number("cv_loss");
-  const std::vector<std::size_t> counts = in.counts("cv_errors,train_rows,fits,folds", 4);
-  if (in.ok()) {
-    info.cv_errors = counts[0];
-    info.train_rows = counts[1];
-    info.fits = counts[2];
-    info.folds = counts[3];
-  }
-  info.selected = read_selected(in, features);
-  return info;
-}
-
-Reducer read_reducer(LineReader& in, std::size_t features) {
-  const std::size_t inputs = in.count("inputs", 1, features);
-  std::vector<std::size_t> columns = in.counts("columns", inputs);
-  Scaler scaler;
-  scaler.mean = in.numbers("mean", inputs);
-  scaler.deviation = in.numbers("deviation", inputs);
-  Matrix axes = read_matrix(in, "axes", inputs);
-  if (std::any_of(columns.begin(), columns.end(), [=](std::size_t c) { return c >= features; }))
-    in.refuse("a column beyond the last feature");
-  if (std::any_of(scaler.deviation.begin(), scaler.deviation.end(),
-                  [](double d) { return !(d > 0.0); }))
-    in.refuse("a deviation that is not positive");
-  return {std::move(columns), std::move(scaler), std::move(axes)};
-}
-
-FabricCore read_core(LineReader& in, std::size_t features) {
-  CoreInfo info = read_info(in, features);
-  Reducer reducer = read_reducer(in, features);
-  info.inputs = reducer.directions();
-  Matrix support = read_matrix(in, "support_vectors", info.inputs);
-  std::vector<double> coefficient = in.numbers("coefficients", support.rows());
-  const double bias = in.number("bias");
-  return {std::move(info), std::move(reducer), std::move(support), std::move(coefficient), bias};
-}
-
-Result<StoredModel> read_body(std::string_view body) {
+Result<StoredModel> read_body(std::string_view body, bool version_3) {
   LineReader in(body);
   Provenance provenance = read_provenance(in);
   FeatureSetup setup = read_setup(in);
-  const auto reduction = static_cast<Reduction>(word(in, "reduction", reduction_words));
+  const LearnerHead head = version_3 ? read_head_of_version_3(in) : read_head(in);
   std::vector<std::string> labels = read_names(in, "label", in.count("labels", 2, most_labels));
   if (std::adjacent_find(labels.begin(), labels.end(), std::greater_equal<>()) != labels.end())
     in.refuse("labels are not in order");
@@ -240,26 +142,31 @@ Result<StoredModel> read_body(std::string_view body) {
   const std::size_t columns = in.count("features", expected.size(), expected.size());
   std::vector<std::string> features = read_names(in, "feature", columns);
   if (features != expected) in.refuse("features are not those of the taxels and phases");
-  std::vector<FabricCore> cores;
-  const std::size_t pairs = labels.size() * (labels.size() - 1) / 2;
-  for (std::size_t i = 0; in.ok() && i < pairs; ++i) cores.push_back(read_core(in, columns));
-  std::optional<VoteAids> aids = read_aids(in, labels.size(), columns);
+  auto learner = read_learner(in, head, std::move(labels), std::move(features));
+  if (!learner) return pass(in.status().error());
+  const std::size_t sigmoids = learner->cores() != nullptr ? learner->cores()->cores().size() : 0;
+  std::optional<VoteAids> aids = read_aids(in, learner->labels().size(), columns, sigmoids);
   in.finish();
   if (!in.ok()) return pass(in.status().error());
-  return StoredModel{
-      FabricModel(std::move(labels), std::move(features), reduction, std::move(cores)),
-      std::move(setup), std::move(provenance), std::move(aids)};
+  return StoredModel{std::move(*learner), std::move(setup), std::move(provenance), std::move(aids)};
 }
 
+struct Body {
+  std::string_view text;
+  bool version_3 = false;
+};
+
 // The text between header and checksum, once both are in order.
-Result<std::string_view> body_of(std::string_view text) {
+Result<Body> body_of(std::string_view text) {
   if (!text.starts_with(header_word))
     return fail(Errc::parse, "not a model file", {}, model_file_header,
                 std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40}))));
   const std::string_view first = text.substr(0, text.find('\n'));
-  if (first != model_file_header)
-    return fail(Errc::unsupported, "a model file of another version", {}, model_file_header,
-                std::string(first.substr(0, 40)), "Train the model again with this version");
+  const bool version_3 = first == model_file_header_3;
+  if (first != model_file_header && !version_3)
+    return fail(Errc::unsupported, "a model file of another version", {},
+                std::string(model_file_header) + " or 3", std::string(first.substr(0, 40)),
+                "Train the model again with this version");
   const std::size_t at = text.size() < crc_line_bytes ? 0 : text.size() - crc_line_bytes;
   const std::string_view trailer = text.substr(at);
   if (at < first.size() + 1 || !trailer.starts_with(crc_word) || trailer.back() != '\n')
@@ -269,7 +176,7 @@ Result<std::string_view> body_of(std::string_view text) {
   const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
   if (read.ptr != digits.data() + digits.size() || stored != crc_of(text.substr(0, at)))
     return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
-  return text.substr(first.size() + 1, at - first.size() - 1);
+  return Body{text.substr(first.size() + 1, at - first.size() - 1), version_3};
 }
 
 std::string crc_line(std::string_view text) {
@@ -282,18 +189,18 @@ std::string crc_line(std::string_view text) {
 }  // namespace
 
 Status save_model(const StoredModel& stored, std::ostream& out) {
-  const FabricModel& model = stored.model;
-  if (model.feature_names() != FeatureLayout(stored.setup.taxels, stored.setup.phases).names())
+  const TrainedLearner& learner = stored.learner;
+  if (learner.feature_names() != FeatureLayout(stored.setup.taxels, stored.setup.phases).names())
     return fail(Errc::invalid_argument, "features are not those of the taxels and phases", "model");
   LineWriter text;
   write_provenance(text, stored.provenance);
   write_setup(text, stored.setup);
-  text.text("reduction", to_string(model.reduction()));
-  text.count("labels", model.labels().size());
-  for (const std::string& label : model.labels()) text.text("label", label);
-  text.count("features", model.feature_names().size());
-  for (const std::string& feature : model.feature_names()) text.text("feature", feature);
-  for (const FabricCore& core : model.cores()) write_core(text, core);
+  write_head(text, {learner.kind(), learner.compression().has_value()});
+  text.count("labels", learner.labels().size());
+  for (const std::string& label : learner.labels()) text.text("label", label);
+  text.count("features", learner.feature_names().size());
+  for (const std::string& feature : learner.feature_names()) text.text("feature", feature);
+  write_learner(text, learner);
   write_aids(text, stored.aids);
   const std::string whole = std::string(model_file_header) + "\n" + text.str();
   out << whole << crc_line(whole);
@@ -304,23 +211,9 @@ Status save_model(const StoredModel& stored, std::ostream& out) {
 Result<StoredModel> load_model(std::istream& in) {
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (in.bad()) return fail(Errc::io, "cannot read the model");
-  const Result<std::string_view> body = body_of(text);
+  const Result<Body> body = body_of(text);
   if (!body) return pass(body.error());
-  return read_body(*body);
-}
-
-std::string core_text(const FabricCore& core) {
-  LineWriter text;
-  write_core(text, core);
-  return text.str();
-}
-
-Result<FabricCore> core_from_text(std::string_view text, std::size_t features) {
-  LineReader in(text);
-  FabricCore core = read_core(in, features);
-  in.finish();
-  if (!in.ok()) return pass(in.status().error());
-  return core;
+  return read_body(body->text, body->version_3);
 }
 
 Status check_trial(const FeatureSetup& setup, const Trial& trial) {
@@ -334,13 +227,13 @@ Status check_trial(const FeatureSetup& setup, const Trial& trial) {
   return {};
 }
 
-Result<Vote> classify(const StoredModel& stored, const Trial& trial) {
+Result<Answer> classify(const StoredModel& stored, const Trial& trial, const VoteOptions& options) {
   if (auto ok = check_trial(stored.setup, trial); !ok) return pass(ok.error());
   const auto features = extract(trial, stored.setup.options);
   if (!features) return pass(features.error());
-  auto vote = stored.model.classify(*features);
-  if (!vote) return pass(vote.error(), trial.file);
-  return vote;
+  auto out = answer(stored.learner, stored.aids, *features, options);
+  if (!out) return pass(out.error(), trial.file);
+  return out;
 }
 
 }  // namespace weft::classifier

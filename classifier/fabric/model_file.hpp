@@ -6,12 +6,11 @@
 #include <iosfwd>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "classifier/fabric/model.hpp"
+#include "classifier/baseline/learner.hpp"
 #include "classifier/features/extract.hpp"
-#include "classifier/vote/aids.hpp"
+#include "classifier/vote/learner_answer.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -36,14 +35,17 @@ struct Provenance {
 };
 
 struct StoredModel {
-  FabricModel model;
+  TrainedLearner learner;
   FeatureSetup setup;
   Provenance provenance;
   std::optional<VoteAids> aids = {};  ///< absent: no probability, no short-list, nothing refused
 };
 
 /// First line of every file.
-inline constexpr const char* model_file_header = "weft-fabric-model 3";
+inline constexpr const char* model_file_header = "weft-fabric-model 4";
+
+/// Still read: cores without compression only.
+inline constexpr const char* model_file_header_3 = "weft-fabric-model 3";
 
 /// Refuses a model whose features are not those of `setup`; Errc::io when the stream fails.
 Status save_model(const StoredModel& stored, std::ostream& out);
@@ -52,16 +54,12 @@ Status save_model(const StoredModel& stored, std::ostream& out);
 /// corrupt (cut short or altered; names the line where that is known).
 Result<StoredModel> load_model(std::istream& in);
 
-/// One core as the lines that a model file holds of it, and back, bit for bit: for cores that
-/// travel between processes. Errors: corrupt.
-std::string core_text(const FabricCore& core);
-Result<FabricCore> core_from_text(std::string_view text, std::size_t features);
-
 /// Refuses a trial, already cut into windows where the model wants them, with other taxels or
 /// phases than the training had.
 Status check_trial(const FeatureSetup& setup, const Trial& trial);
 
-/// Features and votes of one such trial.
-Result<Vote> classify(const StoredModel& stored, const Trial& trial);
+/// The answer on one such trial.
+Result<Answer> classify(const StoredModel& stored, const Trial& trial,
+                        const VoteOptions& options = {});
 
 }  // namespace weft::classifier

@@ -4,25 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "classifier/fabric/matrix_text.hpp"
+
 namespace weft::classifier {
 namespace {
 
 constexpr std::size_t most_trials = 10'000'000;
-
-void write_rows(LineWriter& out, std::string_view keyword, const Matrix& matrix) {
-  for (std::size_t r = 0; r < matrix.rows(); ++r) out.numbers(keyword, matrix.row(r));
-}
-
-// `rows` may be what a damaged file claims: memory grows with the text.
-Matrix read_rows(LineReader& in, std::string_view keyword, std::size_t rows, std::size_t cols) {
-  std::vector<std::vector<double>> read;
-  for (std::size_t r = 0; in.ok() && r < rows; ++r) read.push_back(in.numbers(keyword, cols));
-  if (!in.ok()) return {};
-  Matrix out(rows, cols);
-  for (std::size_t r = 0; r < rows; ++r)
-    std::copy(read[r].begin(), read[r].end(), out.row(r).begin());
-  return out;
-}
 
 std::vector<double> read_lengths(LineReader& in, std::string_view keyword, std::size_t count) {
   std::vector<double> out = in.numbers(keyword, count);
@@ -63,11 +50,11 @@ void write_calibration(LineWriter& out, const Calibration& calibration) {
     out.numbers("slope,offset", std::array{s.slope, s.offset});
 }
 
-Calibration read_calibration(LineReader& in, std::size_t cores) {
+Calibration read_calibration(LineReader& in, std::size_t sigmoids) {
   Calibration out;
   out.sharpness = in.number("sharpness");
   if (!(out.sharpness > 0.0)) in.refuse("a sharpness that is not positive");
-  for (std::size_t i = 0; in.ok() && i < cores; ++i) {
+  for (std::size_t i = 0; in.ok() && i < sigmoids; ++i) {
     const std::vector<double> s = in.numbers("slope,offset", 2);
     if (!in.ok()) break;
     if (s[0] > 0.0) in.refuse("a sigmoid that falls");
@@ -87,12 +74,13 @@ void write_aids(LineWriter& out, const std::optional<VoteAids>& aids) {
   write_reject(out, aids->reject);
 }
 
-std::optional<VoteAids> read_aids(LineReader& in, std::size_t classes, std::size_t features) {
+std::optional<VoteAids> read_aids(LineReader& in, std::size_t classes, std::size_t features,
+                                  std::size_t sigmoids) {
   if (in.count("aids", 0, 1) == 0) return std::nullopt;
   VoteAids out;
   out.profile.mean = read_rows(in, "class_mean", classes, features);
   out.profile.deviation = read_lengths(in, "class_deviation", features);
-  out.calibration = read_calibration(in, classes * (classes - 1) / 2);
+  out.calibration = read_calibration(in, sigmoids);
   out.reject = read_reject(in, classes, features);
   return out;
 }

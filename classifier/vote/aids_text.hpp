@@ -12,7 +12,9 @@ namespace weft::classifier {
 /// One section; nothing is written as "aids 0".
 void write_aids(LineWriter& out, const std::optional<VoteAids>& aids);
 
-/// The section back, bit for bit; `in` keeps the first problem. Sizes must fit the model's.
-std::optional<VoteAids> read_aids(LineReader& in, std::size_t classes, std::size_t features);
+/// The section back, bit for bit; `in` keeps the first problem. Sizes must fit the model's;
+/// `sigmoids` is one per core, 0 for a learner without cores.
+std::optional<VoteAids> read_aids(LineReader& in, std::size_t classes, std::size_t features,
+                                  std::size_t sigmoids);
 
 }  // namespace weft::classifier

@@ -29,15 +29,6 @@ Sigmoid core_sigmoid(const CrossDecisions& held_out, const std::vector<std::size
   return fit_sigmoid(f, sign);
 }
 
-// p^power, normalised: the largest is divided out first, so nothing underflows to 0 / 0.
-void sharpen(std::vector<double>& p, double power) {
-  if (power == 1.0) return;
-  const double top = *std::max_element(p.begin(), p.end());
-  double sum = 0.0;
-  for (double& value : p) sum += value = std::pow(value / top, power);
-  for (double& value : p) value /= sum;
-}
-
 double log_loss(const std::vector<std::vector<double>>& coupled,
                 const std::vector<std::size_t>& truth, double power) {
   double sum = 0.0;
@@ -49,9 +40,26 @@ double log_loss(const std::vector<std::vector<double>>& coupled,
   return sum;
 }
 
+std::vector<std::size_t> every_class(std::size_t count) {
+  std::vector<std::size_t> out(count);
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  return out;
+}
+
+}  // namespace
+
+// The largest is divided out first, so nothing underflows to 0 / 0.
+void sharpen(std::vector<double>& p, double power) {
+  if (power == 1.0) return;
+  const double top = *std::max_element(p.begin(), p.end());
+  double sum = 0.0;
+  for (double& value : p) sum += value = std::pow(value / top, power);
+  for (double& value : p) value /= sum;
+}
+
 // Golden section on the logarithm; the loss has one minimum as long as no probability is clipped.
-double best_sharpness(const std::vector<std::vector<double>>& coupled,
-                      const std::vector<std::size_t>& truth) {
+double fit_sharpness(const std::vector<std::vector<double>>& coupled,
+                     const std::vector<std::size_t>& truth) {
   const double ratio = (std::sqrt(5.0) - 1.0) / 2.0;
   double low = -std::log(8.0), high = std::log(8.0);
   const auto loss = [&](double x) { return log_loss(coupled, truth, std::exp(x)); };
@@ -72,14 +80,6 @@ double best_sharpness(const std::vector<std::vector<double>>& coupled,
   }
   return std::exp((low + high) / 2.0);
 }
-
-std::vector<std::size_t> every_class(std::size_t count) {
-  std::vector<std::size_t> out(count);
-  std::iota(out.begin(), out.end(), std::size_t{0});
-  return out;
-}
-
-}  // namespace
 
 std::vector<double> probabilities(const Calibration& calibration, std::size_t all_classes,
                                   std::span<const std::size_t> classes,
@@ -133,7 +133,7 @@ Calibration fit_calibration(const FabricModel& model, const FeatureMatrix& matri
     truth[i] = held_out.own[r];
     coupled[i] = probabilities(out, classes, all, held_out.of_row(model, matrix.values.row(r), r));
   });
-  out.sharpness = best_sharpness(coupled, truth);
+  out.sharpness = fit_sharpness(coupled, truth);
   return out;
 }
 

@@ -15,7 +15,7 @@ namespace weft::classifier {
 
 /// Learnt from decisions on training trials that the cores had not seen.
 struct Calibration {
-  std::vector<Sigmoid> sigmoid;  ///< per core
+  std::vector<Sigmoid> sigmoid;  ///< per core; empty for a learner without cores
   /// The coupled probabilities are raised to this power and normalised again. Cores that know
   /// neither fabric pull coupled probabilities towards each other; one number undoes it on average.
   double sharpness = 1.0;
@@ -36,6 +36,14 @@ std::vector<double> probabilities(const Calibration& calibration, const Ballot& 
 /// decisions enter it, of at least 200 rows, evenly spread.
 Calibration fit_calibration(const FabricModel& model, const FeatureMatrix& matrix,
                             const CrossDecisions& held_out, std::size_t threads = 0);
+
+/// Probabilities of sum 1 to a power, normalised again.
+void sharpen(std::vector<double>& p, double power);
+
+/// The power, between 1/8 and 8, under which the true classes are most likely; `probability` per
+/// trial, at least one.
+double fit_sharpness(const std::vector<std::vector<double>>& probability,
+                     const std::vector<std::size_t>& truth);
 
 /// Rows whose full decisions are worth computing: all, or evenly spread ones of a large model.
 std::vector<std::size_t> sampled_rows(std::size_t rows, std::size_t cores);

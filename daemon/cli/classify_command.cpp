@@ -8,6 +8,7 @@
 
 #include "classifier/fabric/model_file.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/standard_input.hpp"
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/report/format.hpp"
@@ -35,7 +36,8 @@ Result<StoredModel> open_model(const std::filesystem::path& path) {
   return model;
 }
 
-Result<Dataset> open_trials(const std::filesystem::path& path) {
+Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in) {
+  if (path == "-") return trials_from(in);
   return path.extension() == ".csv" ? import_trial(path) : open_dataset(path);
 }
 
@@ -70,26 +72,11 @@ Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const
                     {setup.window_s, setup.window_step_s, setup.sample_period_s});
 }
 
-Result<classifier::Answer> answer_of(const StoredModel& stored, const Trial& trial,
-                                     const classifier::VoteOptions& options) {
-  if (auto ok = classifier::check_trial(stored.setup, trial); !ok) return pass(ok.error());
-  const auto features = classifier::extract(trial, stored.setup.options);
-  if (!features) return pass(features.error());
-  if (stored.aids) {
-    auto out = classifier::answer(stored.model, *stored.aids, *features, options);
-    if (!out) return pass(out.error(), trial.file);
-    return out;
-  }
-  auto ballot = classifier::vote(stored.model, *features, options);
-  if (!ballot) return pass(ballot.error(), trial.file);
-  return classifier::Answer{std::move(*ballot), {}, {}, false};
-}
-
 Result<std::vector<Answered>> answers(const StoredModel& stored, std::vector<Trial> trials,
                                       const classifier::VoteOptions& options) {
   std::vector<Answered> out;
   for (Trial& trial : trials) {
-    auto one = answer_of(stored, trial, options);
+    auto one = classifier::classify(stored, trial, options);
     if (!one) return pass(one.error());
     out.push_back({std::move(trial), std::move(*one)});
   }
@@ -99,8 +86,8 @@ Result<std::vector<Answered>> answers(const StoredModel& stored, std::vector<Tri
 template <class Number>
 json by_label(const StoredModel& stored, const std::vector<Number>& of_class) {
   json out;
-  for (std::size_t k = 0; k < stored.model.labels().size(); ++k)
-    out[stored.model.labels()[k]] = of_class[k];
+  for (std::size_t k = 0; k < stored.learner.labels().size(); ++k)
+    out[stored.learner.labels()[k]] = of_class[k];
   return out;
 }
 
@@ -108,10 +95,9 @@ json to_json(const StoredModel& stored, const std::vector<Answered>& list) {
   json trials = json::array();
   for (const Answered& a : list) {
     const classifier::Ballot& ballot = a.answer.ballot;
-    json one{{"file", a.trial.file},
-             {"label", stored.model.labels()[ballot.winner]},
-             {"votes", by_label(stored, ballot.votes)},
-             {"cores_asked", ballot.cores}};
+    json one{{"file", a.trial.file}, {"label", stored.learner.labels()[ballot.winner]}};
+    if (!ballot.votes.empty()) one["votes"] = by_label(stored, ballot.votes);
+    if (stored.learner.cores() != nullptr) one["cores_asked"] = ballot.cores;
     if (!a.answer.probability.empty()) one["probability"] = by_label(stored, a.answer.probability);
     if (stored.aids) one["none_of_these"] = a.answer.none_of_these;
     if (!a.trial.label.empty()) one["true_label"] = a.trial.label;
@@ -120,29 +106,37 @@ json to_json(const StoredModel& stored, const std::vector<Answered>& list) {
   return trials;
 }
 
-// The winner first, then the others that got votes, most votes first.
-std::string to_text(const StoredModel& stored, const Answered& answered) {
-  const classifier::Ballot& ballot = answered.answer.ballot;
-  const std::vector<std::string>& labels = stored.model.labels();
+// The winner first, then the others that got votes, most votes first; nothing without votes.
+std::string votes_text(const std::vector<std::string>& labels, const classifier::Ballot& ballot) {
+  if (ballot.votes.empty()) return {};
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < labels.size(); ++k)
     if (k != ballot.winner && ballot.votes[k] > 0) order.push_back(k);
   std::ranges::stable_sort(order, std::greater<>(), [&](auto k) { return ballot.votes[k]; });
   order.insert(order.begin(), ballot.winner);
+  std::string out = "  (votes:";
+  for (const std::size_t k : order) out += " " + labels[k] + " " + std::to_string(ballot.votes[k]);
+  return out + ")";
+}
+
+std::string to_text(const StoredModel& stored, const Answered& answered) {
+  const classifier::Ballot& ballot = answered.answer.ballot;
+  const std::vector<std::string>& labels = stored.learner.labels();
   std::string out = answered.trial.file + ": " + labels[ballot.winner];
   if (!answered.answer.probability.empty())
     out += " " + percent(answered.answer.probability[ballot.winner], 0) + " %";
   if (answered.answer.none_of_these) out += ", or none of these";
-  out += "  (votes:";
-  for (const std::size_t k : order) out += " " + labels[k] + " " + std::to_string(ballot.votes[k]);
-  return out + ")\n";
+  return out + votes_text(labels, ballot) + "\n";
 }
 
 }  // namespace
 
 void add_options(CLI::App& command, ClassifyArgs& args) {
   command.add_option("MODEL", args.model, "model file of `weft train`")->required();
-  command.add_option("TRIALS", args.trials, "a trial (.csv) or a data set (.h5)")->required();
+  command
+      .add_option("TRIALS", args.trials,
+                  "a trial (.csv), a data set (.h5), or - for either on standard input")
+      ->required();
   command
       .add_option("--vote", args.vote,
                   "majority or soft: all cores; dag: one core less than fabrics; shortlist: the "
@@ -159,7 +153,7 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
   if (!kind) return pass(kind.error(), "--vote");
   const Result<StoredModel> stored = open_model(args.model);
   if (!stored) return pass(stored.error());
-  const Result<Dataset> dataset = open_trials(args.trials);
+  const Result<Dataset> dataset = open_trials(args.trials, console.in);
   if (!dataset) return pass(dataset.error());
   Result<std::vector<Trial>> trials = prepared(stored->setup, *dataset);
   if (!trials) return pass(trials.error(), args.trials.string());
@@ -172,6 +166,7 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
         {{"command", "classify"},
          {"model", args.model.string()},
          {"model_bench", stored->provenance.bench},
+         {"learner", classifier::to_string(stored->learner.kind())},
          {"bench", to_string(dataset->info.kind)},
          {"vote", args.vote},
          {"trials", to_json(*stored, *list)}});

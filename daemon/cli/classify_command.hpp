@@ -15,7 +15,7 @@ namespace weft::daemon::cli {
 
 struct ClassifyArgs {
   std::filesystem::path model;
-  std::filesystem::path trials;  ///< a trial (CSV) or a data set (HDF5)
+  std::filesystem::path trials;  ///< a trial (CSV) or a data set (HDF5); "-": standard input
   std::string vote = "majority";
   std::size_t shortlist = 20;
 };

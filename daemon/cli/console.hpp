@@ -21,6 +21,8 @@ struct Console {
   std::ostream& err;
   bool json = false;      ///< --json
   bool terminal = false;  ///< err is a terminal: a bar instead of lines
+  std::istream* in =
+      nullptr;  ///< standard input, for commands that take "-"; nullptr: there is none
 };
 
 /// The outcome of a command in the form that was asked for. Text ends with a newline.

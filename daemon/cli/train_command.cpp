@@ -14,33 +14,64 @@ namespace {
 
 using nlohmann::json;
 
-json summary_json(const TrainArgs& args, const classifier::StoredModel& stored, std::size_t rows,
-                  double train_s) {
-  const classifier::GridScore cv = stored.model.cross_validation();
-  return {{"command", "train"},
-          {"file", args.out.string()},
-          {"bench", stored.provenance.bench},
-          {"dataset_sha256", stored.provenance.dataset_sha256},
-          {"training", stored.provenance.training},
-          {"exploration", stored.setup.exploration},
-          {"reduction", classifier::to_string(stored.model.reduction())},
-          {"labels", stored.model.labels()},
-          {"rows", rows},
-          {"features", stored.model.feature_names().size()},
-          {"taxels", stored.setup.taxels},
-          {"cores", stored.model.cores().size()},
-          {"cv_errors", cv.errors},
-          {"cv_loss", cv.loss},
-          {"train_s", train_s}};
+using classifier::StoredModel;
+
+json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
+  json out = json::array();
+  for (const classifier::RecipeScore& score : scores)
+    out.push_back(
+        {{"learner", to_string(score.recipe)}, {"errors", score.errors}, {"tested", score.tested}});
+  return out;
 }
 
-std::string summary_text(const TrainArgs& args, const classifier::StoredModel& stored,
-                         std::size_t rows, double train_s) {
-  return args.out.string() + ": " + std::to_string(stored.model.labels().size()) + " fabrics, " +
-         std::to_string(stored.model.cores().size()) + " cores (" +
-         std::string(classifier::to_string(stored.model.reduction())) + "), trained on " +
-         std::to_string(rows) + " feature vectors of " +
-         std::to_string(stored.model.feature_names().size()) + " in " + duration(train_s) + "\n";
+json summary_json(const TrainArgs& args, const StoredModel& stored,
+                  const classifier::Recipe& recipe,
+                  const std::vector<classifier::RecipeScore>& scores, std::size_t rows,
+                  double train_s) {
+  json out{{"command", "train"},
+           {"file", args.out.string()},
+           {"bench", stored.provenance.bench},
+           {"dataset_sha256", stored.provenance.dataset_sha256},
+           {"training", stored.provenance.training},
+           {"exploration", stored.setup.exploration},
+           {"learner", classifier::to_string(recipe.learner)},
+           {"compressed", recipe.compressed},
+           {"labels", stored.learner.labels()},
+           {"rows", rows},
+           {"features", stored.learner.feature_names().size()},
+           {"taxels", stored.setup.taxels},
+           {"train_s", train_s}};
+  if (!scores.empty()) out["candidates"] = candidates_json(scores);
+  if (const classifier::FabricModel* model = stored.learner.cores()) {
+    const classifier::GridScore cv = model->cross_validation();
+    out["cores"] = model->cores().size();
+    out["cv_errors"] = cv.errors;
+    out["cv_loss"] = cv.loss;
+  }
+  return out;
+}
+
+std::string machine_words(const StoredModel& stored, const classifier::Recipe& recipe) {
+  const classifier::FabricModel* model = stored.learner.cores();
+  return (model == nullptr ? "" : std::to_string(model->cores().size()) + " cores, ") +
+         to_string(recipe);
+}
+
+std::string summary_text(const TrainArgs& args, const StoredModel& stored,
+                         const classifier::Recipe& recipe,
+                         const std::vector<classifier::RecipeScore>& scores, std::size_t rows,
+                         double train_s) {
+  std::string out = args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
+                    " fabrics, " + machine_words(stored, recipe) + ", trained on " +
+                    std::to_string(rows) + " feature vectors of " +
+                    std::to_string(stored.learner.feature_names().size()) + " in " +
+                    duration(train_s) + "\n";
+  std::vector<std::string> tried;
+  for (const classifier::RecipeScore& score : scores)
+    tried.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
+                    std::to_string(score.tested));
+  if (!tried.empty()) out += "  errors in cross-validation: " + joined(tried, "; ") + "\n";
+  return out;
 }
 
 }  // namespace
@@ -49,37 +80,42 @@ void add_options(CLI::App& command, TrainArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
   command.add_option("-o,--output", args.out, "model file to write")->required();
   command
-      .add_option("--reduction", args.reduction,
-                  "of the features; best: chosen by cross-validation")
-      ->check(CLI::IsMember({"pvalue", "pca", "all", "best"}))
+      .add_option("--learner,--reduction", args.learner,
+                  "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one "
+                  "multi-class SVC; cores-best, best: chosen by cross-validation of the whole "
+                  "learner, as `weft evaluate` does")
+      ->check(CLI::IsMember({"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all",
+                             "lda", "svc", "cores-best", "best"}))
       ->capture_default_str();
   add_trial_options(command, args.trials);
   add_train_options(command, args.training);
 }
 
 Result<int> run_train(const TrainArgs& args, Console& console) {
-  const Trainer here = [](const ChosenTrials& chosen, const classifier::TrainOptions& options) {
-    return classifier::train(chosen.features, options);
+  const Trainer here = [](const ChosenTrials& chosen, classifier::Learner learner,
+                          const classifier::TrainOptions& options) {
+    return classifier::train_learner(chosen.features, learner, options);
   };
   return run_train_with(here, args, console);
 }
 
 Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Console& console) {
-  const Result<classifier::Reduction> reduction = classifier::reduction_from(args.reduction);
-  if (!reduction) return pass(reduction.error(), "--reduction");
+  const Result<classifier::Learner> learner = classifier::learner_from(args.learner);
+  if (!learner) return pass(learner.error(), "--learner");
   if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
+  const classifier::TrainOptions options =
+      train_options(args.training, classifier::Reduction::pvalue);
   const double began_s = steady_wall_seconds();
-  auto model = trainer(*chosen, train_options(args.training, *reduction));
-  if (!model) return pass(model.error(), args.dataset.string());
+  auto trained = trainer(*chosen, *learner, options);
+  if (!trained) return pass(trained.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
-  auto aids =
-      classifier::learn_aids(*model, chosen->features, train_options(args.training, *reduction));
+  auto aids = classifier::learn_aids(trained->trained, chosen->features, options);
   if (!aids) return pass(aids.error(), args.dataset.string());
   const BenchKind kind = chosen->dataset.info.kind;
-  const classifier::StoredModel stored{
-      std::move(*model),
+  const StoredModel stored{
+      std::move(trained->trained),
       std::move(chosen->setup),
       {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, describe(args.training)},
       std::move(*aids)};
@@ -87,8 +123,10 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (auto ok = classifier::save_model(stored, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   const std::size_t rows = chosen->features.size();
-  print(console, bench_banner(kind) + summary_text(args, stored, rows, train_s),
-        summary_json(args, stored, rows, train_s));
+  print(console,
+        bench_banner(kind) +
+            summary_text(args, stored, trained->recipe, trained->scores, rows, train_s),
+        summary_json(args, stored, trained->recipe, trained->scores, rows, train_s));
   return exit_ok;
 }
 

@@ -14,17 +14,18 @@ namespace weft::daemon::cli {
 struct TrainArgs {
   std::filesystem::path dataset;
   std::filesystem::path out;
-  std::string reduction = "best";
+  std::string learner = "best";
   TrialChoice trials;
   TrainChoice training;
 };
 void add_options(CLI::App& command, TrainArgs& args);
 Result<int> run_train(const TrainArgs& args, Console& console);
 
-/// The same with the training itself done by `trainer`, which must give what classifier::train()
-/// would; the file then is the same too, byte for byte.
-using Trainer = std::function<Result<classifier::FabricModel>(
-    const ChosenTrials& chosen, const classifier::TrainOptions& options)>;
+/// The same with the training itself done by `trainer`, which must give what train_learner() would;
+/// the file then is the same too, byte for byte.
+using Trainer = std::function<Result<classifier::ChosenLearner>(
+    const ChosenTrials& chosen, classifier::Learner learner,
+    const classifier::TrainOptions& options)>;
 Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Console& console);
 
 }  // namespace weft::daemon::cli

@@ -15,7 +15,7 @@ namespace weft::daemon::cluster {
 /// What the root tells everybody to do next.
 enum class Order : int {
   report,  ///< say whether the data could be read, and their SHA-256
-  train,   ///< a share of the cores of one kind; `detail` is its Reduction
+  train,   ///< a share of the cores of one task; `detail` as packed()
   end
 };
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 
+#include "classifier/fabric/core_text.hpp"
 #include "daemon/cli/console.hpp"
 #include "daemon/cli/train_command.hpp"
 #include "daemon/cluster/ranks.hpp"
@@ -17,6 +18,7 @@
 namespace weft::daemon::cluster {
 namespace {
 
+using classifier::CoreTask;
 using classifier::FabricCore;
 using classifier::TrainOptions;
 using Cores = std::vector<FabricCore>;
@@ -26,6 +28,18 @@ constexpr std::string_view complaint = "!";
 
 std::string complaint_of(const Error& error) {
   return std::string(complaint) + to_string(error);
+}
+
+/// A task as one number: reduction, compression, and the fold counted from 1 (0: all rows).
+int packed(const CoreTask& task) {
+  const int fold = task.fold ? static_cast<int>(*task.fold) + 1 : 0;
+  return (fold * 2 + (task.compressed ? 1 : 0)) * 4 + static_cast<int>(task.reduction);
+}
+
+CoreTask unpacked(int detail) {
+  CoreTask task{static_cast<classifier::Reduction>(detail % 4), detail / 4 % 2 == 1, {}};
+  if (detail >= 8) task.fold = static_cast<std::size_t>(detail / 8 - 1);
+  return task;
 }
 
 /// MPI's launcher ends all ranks when one dies; its own message names that one.
@@ -79,9 +93,9 @@ Status collect(std::size_t rank, std::size_t ranks, std::size_t features,
 }
 
 Result<Cores> train_shared(const Ranks& ranks, const classifier::FeatureMatrix& matrix,
-                           std::size_t pairs, const TrainOptions& options) {
-  Ranks::give({Order::train, static_cast<int>(options.reduction)});
-  auto own = classifier::train_cores(matrix, options, 0, ranks.size());
+                           std::size_t pairs, const TrainOptions& options, const CoreTask& task) {
+  Ranks::give({Order::train, packed(task)});
+  auto own = classifier::train_task(matrix, task, options, 0, ranks.size());
   Status status;
   if (!own) status = pass(own.error(), "rank 0");
   std::vector<std::optional<FabricCore>> places(pairs);
@@ -97,19 +111,22 @@ Result<Cores> train_shared(const Ranks& ranks, const classifier::FeatureMatrix& 
   return cores;
 }
 
-Result<classifier::FabricModel> train_on_all(const Ranks& ranks, const cli::ChosenTrials& chosen,
-                                             const TrainOptions& options) {
+// What has no cores (LDA, SVC) is trained here alone: seconds, whatever the number of classes.
+Result<classifier::ChosenLearner> train_on_all(const Ranks& ranks, const cli::ChosenTrials& chosen,
+                                               classifier::Learner learner,
+                                               const TrainOptions& options) {
   if (auto ok = agree(ranks, chosen.sha256); !ok) return pass(ok.error());
   const auto& labels = chosen.features.labels;
   const std::size_t classes = std::set<std::string>(labels.begin(), labels.end()).size();
-  return classifier::train(chosen.features, options, [&](const TrainOptions& kind) {
-    return train_shared(ranks, chosen.features, classes * (classes - 1) / 2, kind);
+  return classifier::train_learner(chosen.features, learner, options, [&](const CoreTask& task) {
+    return train_shared(ranks, chosen.features, classes * (classes - 1) / 2, options, task);
   });
 }
 
 int lead(const Ranks& ranks, const cli::TrainArgs& args, cli::Console& console) {
-  const cli::Trainer trainer = [&](const cli::ChosenTrials& chosen, const TrainOptions& options) {
-    return train_on_all(ranks, chosen, options);
+  const cli::Trainer trainer = [&](const cli::ChosenTrials& chosen, classifier::Learner learner,
+                                   const TrainOptions& options) {
+    return train_on_all(ranks, chosen, learner, options);
   };
   const Result<int> status = cli::run_train_with(trainer, args, console);
   Ranks::give({Order::end, 0});
@@ -118,8 +135,10 @@ int lead(const Ranks& ranks, const cli::TrainArgs& args, cli::Console& console) 
 
 // ---- every other rank ----
 
-void train_share(const Ranks& ranks, const cli::ChosenTrials& chosen, const TrainOptions& options) {
-  const auto cores = classifier::train_cores(chosen.features, options, ranks.rank(), ranks.size());
+void train_share(const Ranks& ranks, const cli::ChosenTrials& chosen, const TrainOptions& options,
+                 const CoreTask& task) {
+  const auto cores =
+      classifier::train_task(chosen.features, task, options, ranks.rank(), ranks.size());
   if (!cores) return Ranks::send_to_root(complaint_of(cores.error()));
   Ranks::send_to_root(std::to_string(cores->size()));
   for (const FabricCore& core : *cores) Ranks::send_to_root(classifier::core_text(core));
@@ -128,9 +147,9 @@ void train_share(const Ranks& ranks, const cli::ChosenTrials& chosen, const Trai
 int follow(const Ranks& ranks, const cli::TrainArgs& args) {
   const auto chosen = cli::load_trials(args.dataset, args.trials, true);
   for (Ranks::Command next = Ranks::take(); next.order != Order::end; next = Ranks::take()) {
-    const auto kind = static_cast<classifier::Reduction>(next.detail);
     if (next.order == Order::train)
-      train_share(ranks, *chosen, cli::train_options(args.training, kind));
+      train_share(ranks, *chosen, cli::train_options(args.training, classifier::Reduction::pvalue),
+                  unpacked(next.detail));
     else
       Ranks::send_to_root(chosen ? chosen->sha256 : complaint_of(chosen.error()));
   }
@@ -140,7 +159,7 @@ int follow(const Ranks& ranks, const cli::TrainArgs& args) {
 int run(int argc, char** argv) {
   const Ranks ranks;
   if (ranks.root()) std::signal(SIGTERM, say_why_it_ends);
-  cli::Console console{std::cout, std::cerr, false, false};
+  cli::Console console{std::cout, std::cerr, false, false, nullptr};
   CLI::App command("weft train, shared among the ranks of an MPI job", "weft-train-mpi");
   cli::TrainArgs args;
   cli::add_options(command, args);

@@ -70,13 +70,17 @@ Result<std::string> read_whole(const std::filesystem::path& path) {
 Result<CsvReader> CsvReader::open(const std::filesystem::path& path) {
   auto text = read_whole(path);
   if (!text) return pass(std::move(text).error());
+  return from_text(path.string(), std::move(*text));
+}
+
+Result<CsvReader> CsvReader::from_text(std::string name, std::string text) {
   CsvReader reader;
-  reader.name_ = path.string();
-  reader.text_ = std::move(*text);
+  reader.name_ = std::move(name);
+  reader.text_ = std::move(text);
   if (reader.text_.starts_with("\xEF\xBB\xBF")) reader.at_ = 3;
   auto line = reader.next_line();
   if (!line) return pass(std::move(line).error());
-  if (!*line) return fail(Errc::parse, "the file is empty", path.string(), "a header line");
+  if (!*line) return fail(Errc::parse, "the file is empty", reader.name_, "a header line");
   reader.header_ = reader.fields_;
   for (std::size_t i = 0; i < reader.header_.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)

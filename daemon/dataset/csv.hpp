@@ -25,6 +25,9 @@ class CsvReader {
   /// Reads the file and its header line. Errors: not_found, io, parse (empty, or too large).
   static Result<CsvReader> open(const std::filesystem::path& path);
 
+  /// The same from text that somebody has read already; `name` stands for the file in complaints.
+  static Result<CsvReader> from_text(std::string name, std::string text);
+
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
   /// The next line that is not blank: false at the end. As many fields as the header has.
   Result<bool> next();

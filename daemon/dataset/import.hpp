@@ -2,6 +2,7 @@
 // Other people's recordings into a Dataset, and features out as text.
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 #include "classifier/features/feature_matrix.hpp"
@@ -16,6 +17,8 @@ Result<Dataset> import_manifest(const std::filesystem::path& manifest);
 
 /// One such trial file by itself: a data set of one trial without label or group.
 Result<Dataset> import_trial(const std::filesystem::path& path);
+/// The same from text that was read already; `name` becomes the trial's file and stands in errors.
+Result<Dataset> import_trial_text(std::string name, std::string text);
 
 /// What makes the groups of an imported fabricslide set: what a split leaves out as a whole.
 enum class FabricslideGroup {

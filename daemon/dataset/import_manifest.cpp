@@ -25,9 +25,7 @@ Result<ManifestColumns> read_columns(const CsvReader& manifest) {
   return ManifestColumns{*file, *label, find_column(manifest, "group")};
 }
 
-Status read_trial(const std::filesystem::path& path, classifier::Trial& trial,
-                  TrialRecord& record) {
-  auto csv = CsvReader::open(path);
+Status read_trial(Result<CsvReader> csv, classifier::Trial& trial, TrialRecord& record) {
   if (!csv) return pass(std::move(csv).error());
   std::vector<bool> taken(csv->header().size(), false);
   TrialColumns columns;
@@ -55,10 +53,25 @@ Status import_line(const CsvReader& manifest, const ManifestColumns& columns,
   const std::filesystem::path path = (folder / trial.file).lexically_normal();
   if (!seen.insert(path).second)
     return manifest.complaint("the file is listed twice", {}, trial.file);
-  auto done = read_trial(path, trial, record);
+  auto done = read_trial(CsvReader::open(path), trial, record);
   if (done) done = append(dataset, std::move(trial), std::move(record));
   if (!done) return pass(std::move(done).error(), manifest.where());
   return {};
+}
+
+Result<Dataset> one_trial(const std::filesystem::path& name, Result<CsvReader> csv) {
+  Dataset dataset;
+  dataset.info.name = name.stem().string();
+  dataset.info.source = "trial";
+  classifier::Trial trial;
+  TrialRecord record;
+  trial.file = name.string();
+  if (auto done = read_trial(std::move(csv), trial, record); !done)
+    return pass(std::move(done).error());
+  if (auto done = append(dataset, std::move(trial), std::move(record)); !done)
+    return pass(std::move(done).error());
+  dataset.info.taxel_rate_hz = mean_rate_hz(dataset);
+  return dataset;
 }
 
 }  // namespace
@@ -85,17 +98,11 @@ Result<Dataset> import_manifest(const std::filesystem::path& path) {
 }
 
 Result<Dataset> import_trial(const std::filesystem::path& path) {
-  Dataset dataset;
-  dataset.info.name = path.stem().string();
-  dataset.info.source = "trial";
-  classifier::Trial trial;
-  TrialRecord record;
-  trial.file = path.string();
-  if (auto done = read_trial(path, trial, record); !done) return pass(std::move(done).error());
-  if (auto done = append(dataset, std::move(trial), std::move(record)); !done)
-    return pass(std::move(done).error());
-  dataset.info.taxel_rate_hz = mean_rate_hz(dataset);
-  return dataset;
+  return one_trial(path, CsvReader::open(path));
+}
+
+Result<Dataset> import_trial_text(std::string name, std::string text) {
+  return one_trial(name, CsvReader::from_text(name, std::move(text)));
 }
 
 }  // namespace weft::daemon

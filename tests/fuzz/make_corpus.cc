@@ -19,12 +19,14 @@ void write(const std::filesystem::path& path, std::string_view text) {
 }
 
 bool write_models(const std::filesystem::path& folder) {
-  using classifier::Reduction;
-  for (const Reduction reduction : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
-    const auto model = sample_model(reduction);
+  using classifier::Learner;
+  for (const Learner learner :
+       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc}) {
+    const bool compressed = learner == Learner::all || learner == Learner::lda;
+    const auto model = sample_model(learner, compressed);
     std::ostringstream text;
     if (!model || !classifier::save_model(*model, text)) return false;
-    write(folder / std::string(classifier::to_string(reduction)), text.view());
+    write(folder / std::string(classifier::to_string(learner)), text.view());
   }
   return true;
 }

@@ -36,29 +36,26 @@ std::string with_checksum(std::string_view text) {
   return body + line + "\n";
 }
 
-void ask(const StoredModel& stored) {
-  const std::size_t columns = stored.model.feature_names().size();
-  for (const double value : {0.0, 1.0, -1e300, 1e300}) {
-    const auto vote = stored.model.classify(std::vector<double>(columns, value));
-    if (!vote) continue;
-    demand(vote->winner < stored.model.labels().size(), "the winner is a label");
-    for (const double f : vote->decision) demand(std::isfinite(f), "decisions are finite");
-    for (const double s : vote->support) demand(std::isfinite(s), "supports are finite");
-  }
+void check(const StoredModel& stored, const classifier::Answer& answer) {
+  demand(answer.ballot.winner < stored.learner.labels().size(), "the winner is a label");
+  for (const double f : answer.ballot.decision) demand(std::isfinite(f), "decisions are finite");
+  for (const double s : answer.ballot.support) demand(std::isfinite(s), "supports are finite");
+  for (const double p : answer.probability)
+    demand(p >= 0.0 && p <= 1.0, "probabilities are from 0 to 1");
 }
 
-void ask_with_aids(const StoredModel& stored) {
+void ask(const StoredModel& stored) {
   using classifier::VoteKind;
-  const std::size_t columns = stored.model.feature_names().size();
+  const std::size_t columns = stored.learner.feature_names().size();
   for (const double value : {0.0, 1.0, -1e300, 1e300})
     for (const VoteKind kind :
          {VoteKind::majority, VoteKind::soft, VoteKind::dag, VoteKind::shortlist}) {
-      const auto answer = classifier::answer(stored.model, *stored.aids,
-                                             std::vector<double>(columns, value), {.kind = kind});
-      if (!answer) continue;
-      demand(answer->ballot.winner < stored.model.labels().size(), "the winner is a label");
-      for (const double p : answer->probability)
-        demand(p >= 0.0 && p <= 1.0, "probabilities are from 0 to 1");
+      const std::vector<double> features(columns, value);
+      const auto with = classifier::answer(stored.learner, stored.aids, features, {.kind = kind});
+      if (with) check(stored, *with);
+      const auto without =
+          classifier::answer(stored.learner, std::nullopt, features, {.kind = kind});
+      if (without) check(stored, *without);
     }
 }
 
@@ -70,7 +67,6 @@ void try_text(const std::string& text) {
   demand(again.has_value(), "a stored model can be read");
   demand(save(*again) == stored, "a model comes back bit for bit");
   ask(*model);
-  if (model->aids) ask_with_aids(*model);
 }
 
 }  // namespace

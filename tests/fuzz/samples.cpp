@@ -1,7 +1,5 @@
 #include "tests/fuzz/samples.hpp"
 
-#include "classifier/vote/aids.hpp"
-
 namespace weft::fuzz {
 namespace {
 
@@ -65,7 +63,7 @@ Dataset sample_dataset() {
   return dataset;
 }
 
-Result<classifier::StoredModel> sample_model(classifier::Reduction reduction) {
+Result<classifier::StoredModel> sample_model(classifier::Learner learner, bool compressed) {
   classifier::FeatureSetup setup;
   setup.taxels = 1;
   setup.phases.press = true;
@@ -83,15 +81,14 @@ Result<classifier::StoredModel> sample_model(classifier::Reduction reduction) {
           static_cast<double>((r % 3) * (c + 1)) + 0.1 * static_cast<double>((7 * r + 3 * c) % 5);
   }
   classifier::TrainOptions options;
-  options.reduction = reduction;
   options.cap = 3;
   options.threads = 1;
-  auto model = classifier::train(matrix, options);
-  if (!model) return pass(model.error());
-  auto aids = classifier::learn_aids(*model, matrix, options);
+  auto trained = classifier::train_recipe(matrix, {learner, options.cap, compressed}, options);
+  if (!trained) return pass(trained.error());
+  auto aids = classifier::learn_aids(*trained, matrix, options);
   if (!aids) return pass(aids.error());
   return classifier::StoredModel{
-      std::move(*model), setup, {"simulated", "", "0", "fuzz"}, std::move(*aids)};
+      std::move(*trained), setup, {"simulated", "", "0", "fuzz"}, std::move(*aids)};
 }
 
 }  // namespace weft::fuzz

@@ -12,7 +12,7 @@ namespace weft::fuzz {
 /// Two trials of two taxels with every column filled.
 daemon::Dataset sample_dataset();
 
-/// Three fabrics, one taxel, phases P and M.
-Result<classifier::StoredModel> sample_model(classifier::Reduction reduction);
+/// Three fabrics, one taxel, phases P and M. Of one kind of learner, not a choice.
+Result<classifier::StoredModel> sample_model(classifier::Learner learner, bool compressed);
 
 }  // namespace weft::fuzz

@@ -4,10 +4,12 @@
     cli_data.py WEFT
 """
 import csv
+import json
 import pathlib
 import random
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 
@@ -67,7 +69,7 @@ def good_path(t, d, rows):
     mean_p = sum(map(sum, pressed)) / (len(pressed) * TAXELS)
     t.expect(abs(float(table[1][3]) / mean_p - 1) < 1e-12, f"mean.P {table[1][3]} is not {mean_p}")
 
-    trained = t.succeeds("train", "d.h5", "-o", "m.weft", "--seed", "3", cwd=d)
+    trained = t.succeeds("train", "d.h5", "-o", "m.weft", "--seed", "3", "--learner", "pvalue", cwd=d)
     t.expect(trained["cores"] == 3 and trained["bench"] == "unknown", f"train: {trained}")
     write_trial(d / "new.csv", 80, 5, 999)
     answer = t.succeeds("classify", "m.weft", "new.csv", cwd=d)["trials"][0]
@@ -82,6 +84,52 @@ def good_path(t, d, rows):
         t.expect(("probability" in one) == (kind != "dag"), f"a DAG has no probability: {voted}")
     t.refuses("classify", "m.weft", "new.csv", "--vote", "loudest", cwd=d, says=["--vote"], status=2)
 
+def every_learner(t, d):
+    """What evaluates can be trained, stored and asked; a trial comes as a file, in a data set, or through a pipe."""
+    for learner in ("pvalue", "pca", "all", "lda", "svc", "cores-best", "best"):
+        trained = t.succeeds("train", "d.h5", "-o", "l.weft", "--learner", learner, cwd=d)
+        t.expect(learner.endswith("best") or trained["learner"] == learner, f"{learner}: {trained}")
+        t.expect(("cores" in trained) == (trained["learner"] not in ("lda", "svc")), f"{learner}: {trained}")
+        t.expect(("candidates" in trained) == learner.endswith("best"), f"{learner}: {trained}")
+        said = t.succeeds("classify", "l.weft", "d.h5", cwd=d)
+        t.expect(said["learner"] == trained["learner"], f"{learner}: {said['learner']}")
+        for a in said["trials"]:
+            t.expect(a["label"] == a["true_label"], f"{learner}: {a}")
+            t.expect(abs(sum(a["probability"].values()) - 1) < 1e-9 and "none_of_these" in a, f"{learner}: {a}")
+            t.expect(("cores_asked" in a) == ("cores" in trained) and ("votes" in a) == (trained["learner"] != "lda"),
+                     f"{learner}: {a}")
+        again = t.succeeds("train", "d.h5", "-o", "again.weft", "--reduction", learner, "--threads", "1", cwd=d)
+        t.expect(again["learner"] == trained["learner"] and (d / "again.weft").read_bytes() == (d / "l.weft").read_bytes(),
+                 f"{learner}: threads or the older name of the option change the model")
+    chosen = t.succeeds("train", "d.h5", "-o", "l.weft", cwd=d)
+    e = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--learner", "best", cwd=d)
+    t.expect(len(chosen["candidates"]) == len(e["results"]["best"]["candidates"]), "the same candidates as evaluate")
+    t.succeeds("train", "d.h5", "-o", "l.weft", "--learner", "lda", cwd=d)
+    t.refuses("classify", "l.weft", "new.csv", "--vote", "dag", cwd=d, says=["dag", "lda", "cores"])
+    t.refuses("train", "d.h5", "-o", "x.weft", "--learner", "forest", cwd=d, says=["--learner"], status=2)
+
+
+def through_a_pipe(t, d):
+    def piped(data, *arguments):
+        return subprocess.run([t.weft, "classify", *arguments], input=data, cwd=d, capture_output=True, timeout=60)
+
+    for name in ("new.csv", "d.h5"):
+        by_name = t.succeeds("classify", "m.weft", name, cwd=d)["trials"]
+        ran = piped((d / name).read_bytes(), "m.weft", "-", "--json")
+        t.expect(ran.returncode == 0, f"{name} through a pipe: {ran.stderr}")
+        said = json.loads(ran.stdout)["trials"] if ran.returncode == 0 else []
+        t.expect(len(said) == len(by_name), f"{name}: {len(said)} answers through a pipe")
+        for a, b in zip(said, by_name):
+            t.expect({**a, "file": ""} == {**b, "file": ""}, f"{name}: {a} is not {b}")
+    t.expect(b"standard input: wool" in piped((d / "new.csv").read_bytes(), "m.weft", "-").stdout, "named in text")
+    half_a_set = (d / "d.h5").read_bytes()[:5000]
+    for data, says in ((b"", b"nothing on standard input"), (b"t_s,ch1\n0,x\n", b"standard input:2"),
+                       (half_a_set, b"standard input")):
+        ran = piped(data, "m.weft", "-")
+        t.expect(ran.returncode == 1 and says in ran.stderr and not ran.stdout, f"{says}: {ran.returncode} {ran.stderr}")
+
+
+def evaluations(t, d):
     for reduction in ("pvalue", "pca", "all", "lda", "svc", "cores-best", "best"):
         e = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--reduction", reduction, cwd=d)
         result = e["results"][reduction]
@@ -229,6 +277,9 @@ def main():
         d = work / "set"
         rows = write_set(d)
         good_path(t, d, rows)
+        every_learner(t, d)
+        through_a_pipe(t, d)
+        evaluations(t, d)
         splits_and_curves(t, d)
         windows(t, d)
         bad_trials(t, d)

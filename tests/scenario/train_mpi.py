@@ -42,7 +42,8 @@ def mpi(folder, ranks, *command):
 
 
 def same_bytes(checks, program, folder):
-    for ranks, options in ((2, ["--reduction", "best"]), (3, ["--reduction", "pvalue", "--paper-selection"])):
+    for ranks, options in ((2, ["--learner", "cores-best"]), (2, ["--learner", "best"]), (2, ["--learner", "svc"]),
+                           (3, ["--reduction", "pvalue", "--paper-selection"])):
         alone = checks.run("train", "set.h5", "-o", "alone", *options, cwd=folder)
         checks.expect(alone.returncode == 0, f"train: {alone.stderr}")
         shared = mpi(folder, ranks, program, "set.h5", "-o", "shared", *options)

@@ -39,7 +39,7 @@ TEST_CASE("stored aids answer exactly as those that were saved") {
   const Learnt before = learnt();
   const std::string text = text_of(before.aids);
   LineReader in(text);
-  const auto after = read_aids(in, 4, 5);
+  const auto after = read_aids(in, 4, 5, 6);
   in.finish();
   REQUIRE(in.ok());
   REQUIRE(after);
@@ -61,19 +61,19 @@ TEST_CASE("a threshold that nothing exceeds survives, and so does the absence of
   aids.reject.threshold[1] = std::numeric_limits<double>::infinity();
   const std::string text = text_of(aids);
   LineReader in(text);
-  CHECK(read_aids(in, 4, 5)->reject.threshold == aids.reject.threshold);
+  CHECK(read_aids(in, 4, 5, 6)->reject.threshold == aids.reject.threshold);
   const std::string none = text_of(std::nullopt);
   LineReader empty(none);
-  CHECK_FALSE(read_aids(empty, 4, 5));
+  CHECK_FALSE(read_aids(empty, 4, 5, 6));
   CHECK(empty.ok());
 }
 
 TEST_CASE("aids of another model and impossible values are refused with their line") {
   const std::string text = text_of(learnt().aids);
   LineReader fewer(text);
-  CHECK_FALSE((read_aids(fewer, 3, 5) && fewer.ok()));
+  CHECK_FALSE((read_aids(fewer, 3, 5, 3) && fewer.ok()));
   LineReader narrower(text);
-  CHECK_FALSE((read_aids(narrower, 4, 4) && narrower.ok()));
+  CHECK_FALSE((read_aids(narrower, 4, 4, 6) && narrower.ok()));
   const auto [from, to] = GENERATE(table<std::string, std::string>({
       {"aids 1", "aids 2"},
       {"class_deviation ", "class_deviation -"},
@@ -89,7 +89,7 @@ TEST_CASE("aids of another model and impossible values are refused with their li
   CAPTURE(from, to);
   const std::string altered = replaced(text, from, to);
   LineReader in(altered);
-  static_cast<void>(read_aids(in, 4, 5));
+  static_cast<void>(read_aids(in, 4, 5, 6));
   REQUIRE_FALSE(in.ok());
   CHECK(in.status().error().where.find("line ") != std::string::npos);
 }

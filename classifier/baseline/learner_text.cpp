@@ -1,0 +1,141 @@
+#include "classifier/baseline/learner_text.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "classifier/fabric/core_text.hpp"
+#include "classifier/fabric/matrix_text.hpp"
+
+namespace weft::classifier {
+namespace {
+
+// Learners that can be stored, the first three as version 3 names their reductions.
+constexpr std::array kinds = {Learner::pvalue, Learner::pca, Learner::all, Learner::lda,
+                              Learner::svc};
+constexpr std::size_t kinds_of_version_3 = 3;
+
+constexpr std::size_t most_errors = 1'000'000'000;
+
+std::size_t pairs_of(std::size_t classes) {
+  return classes * (classes - 1) / 2;
+}
+
+Learner read_kind(LineReader& in, std::string_view keyword, std::size_t known) {
+  const std::string word = in.text(keyword);
+  const auto end = kinds.begin() + static_cast<std::ptrdiff_t>(known);
+  const auto found =
+      std::find_if(kinds.begin(), end, [&](Learner kind) { return to_string(kind) == word; });
+  if (found != end) return *found;
+  in.refuse("unknown " + std::string(keyword), std::string(to_string(kinds.front())), word);
+  return kinds.front();
+}
+
+void write_lda(LineWriter& out, const ShrinkageLda& lda) {
+  write_scaler(out, lda.scaler());
+  write_rows(out, "weight", lda.weight());
+  out.numbers("bias", lda.bias());
+}
+
+ShrinkageLda read_lda(LineReader& in, std::size_t classes, std::size_t features) {
+  Scaler scaler = read_scaler(in, features);
+  Matrix weight = read_rows(in, "weight", classes, features);
+  return {std::move(scaler), std::move(weight), in.numbers("bias", classes)};
+}
+
+void write_svc(LineWriter& out, const MultiClassSvc::Parts& svc) {
+  out.number("C", svc.c);
+  out.number("gamma", svc.gamma);
+  out.count("cv_errors", svc.cv_errors);
+  write_scaler(out, svc.scaler);
+  write_matrix(out, "support_vectors", svc.support);
+  for (const MultiClassSvc::Machine& machine : svc.machines) {
+    out.count("machine", machine.row.size());
+    out.counts("rows", machine.row);
+    out.numbers("coefficients", machine.coefficient);
+    out.number("bias", machine.bias);
+  }
+}
+
+MultiClassSvc::Machine read_machine(LineReader& in, std::size_t support) {
+  MultiClassSvc::Machine out;
+  const std::size_t count = in.count("machine", 0, support);
+  out.row = in.counts("rows", count);
+  if (std::any_of(out.row.begin(), out.row.end(), [=](std::size_t r) { return r >= support; }))
+    in.refuse("a row beyond the last support vector");
+  out.coefficient = in.numbers("coefficients", count);
+  out.bias = in.number("bias");
+  return out;
+}
+
+MultiClassSvc read_svc(LineReader& in, std::size_t classes, std::size_t features) {
+  MultiClassSvc::Parts out;
+  out.classes = classes;
+  out.c = in.number("C");
+  out.gamma = in.number("gamma");
+  if (!(out.gamma > 0.0)) in.refuse("a gamma that is not positive");
+  out.cv_errors = in.count("cv_errors", 0, most_errors);
+  out.scaler = read_scaler(in, features);
+  out.support = read_matrix(in, "support_vectors", features);
+  if (out.support.rows() == 0) in.refuse("no support vectors");
+  for (std::size_t i = 0; in.ok() && i < pairs_of(classes); ++i)
+    out.machines.push_back(read_machine(in, out.support.rows()));
+  return MultiClassSvc(std::move(out));
+}
+
+std::optional<FabricModel> read_cores(LineReader& in, Learner kind,
+                                      const std::vector<std::string>& labels,
+                                      const std::vector<std::string>& features) {
+  std::vector<FabricCore> cores;
+  for (std::size_t i = 0; in.ok() && i < pairs_of(labels.size()); ++i)
+    cores.push_back(read_core(in, features.size()));
+  if (!in.ok()) return std::nullopt;
+  const Reduction reduction = kind == Learner::pca   ? Reduction::pca
+                              : kind == Learner::all ? Reduction::all
+                                                     : Reduction::pvalue;
+  return FabricModel(labels, features, reduction, std::move(cores));
+}
+
+std::optional<TrainedLearner::Machine> read_any(LineReader& in, Learner kind,
+                                                const std::vector<std::string>& labels,
+                                                const std::vector<std::string>& features) {
+  if (kind == Learner::lda) return read_lda(in, labels.size(), features.size());
+  if (kind == Learner::svc) return read_svc(in, labels.size(), features.size());
+  return read_cores(in, kind, labels, features);
+}
+
+}  // namespace
+
+void write_head(LineWriter& out, const LearnerHead& head) {
+  out.text("learner", to_string(head.kind));
+  out.count("compressed", head.compressed ? 1 : 0);
+}
+
+LearnerHead read_head(LineReader& in) {
+  const Learner kind = read_kind(in, "learner", kinds.size());
+  return {kind, in.count("compressed", 0, 1) == 1};
+}
+
+LearnerHead read_head_of_version_3(LineReader& in) {
+  return {read_kind(in, "reduction", kinds_of_version_3), false};
+}
+
+void write_learner(LineWriter& out, const TrainedLearner& learner) {
+  if (learner.compression()) write_scaler(out, *learner.compression());
+  if (const auto* lda = std::get_if<ShrinkageLda>(&learner.machine())) return write_lda(out, *lda);
+  if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine()))
+    return write_svc(out, svc->parts());
+  for (const FabricCore& core : learner.cores()->cores()) write_core(out, core);
+}
+
+std::optional<TrainedLearner> read_learner(LineReader& in, const LearnerHead& head,
+                                           std::vector<std::string> labels,
+                                           std::vector<std::string> features) {
+  std::optional<Scaler> compression;
+  if (head.compressed) compression = read_scaler(in, features.size());
+  std::optional<TrainedLearner::Machine> machine = read_any(in, head.kind, labels, features);
+  if (!in.ok() || !machine) return std::nullopt;
+  return TrainedLearner(std::move(labels), std::move(features), std::move(compression),
+                        std::move(*machine));
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,101 @@
+#include "classifier/fabric/core_text.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "classifier/fabric/matrix_text.hpp"
+
+namespace weft::classifier {
+namespace {
+
+void write_info(LineWriter& out, const CoreInfo& info) {
+  out.number("threshold", info.threshold);
+  out.number("C", info.c);
+  out.number("gamma", info.gamma);
+  out.number("cv_loss", info.cv_loss);
+  const std::array counts{info.cv_errors, info.train_rows, info.fits, info.folds};
+  out.counts("cv_errors,train_rows,fits,folds", counts);
+  out.count("selected", info.selected.size());
+  for (const SelectedFeature& f : info.selected) {
+    out.count("column", f.column);
+    out.numbers("t,p,log_p", std::array{f.t, f.p_value, f.log_p});
+  }
+}
+
+std::vector<SelectedFeature> read_selected(LineReader& in, std::size_t features) {
+  std::vector<SelectedFeature> out;
+  const std::size_t count = in.count("selected", 0, features);
+  for (std::size_t i = 0; in.ok() && i < count; ++i) {
+    const std::size_t column = in.count("column", 0, features - 1);
+    const std::vector<double> values = in.numbers("t,p,log_p", 3, true);
+    if (in.ok()) out.push_back({column, values[0], values[1], values[2]});
+  }
+  return out;
+}
+
+CoreInfo read_info(LineReader& in, std::size_t features) {
+  CoreInfo info;
+  info.threshold = in.number("threshold");
+  info.c = in.number("C");
+  info.gamma = in.number("gamma");
+  info.cv_loss = in.number("cv_loss");
+  const std::vector<std::size_t> counts = in.counts("cv_errors,train_rows,fits,folds", 4);
+  if (in.ok()) {
+    info.cv_errors = counts[0];
+    info.train_rows = counts[1];
+    info.fits = counts[2];
+    info.folds = counts[3];
+  }
+  info.selected = read_selected(in, features);
+  return info;
+}
+
+Reducer read_reducer(LineReader& in, std::size_t features) {
+  const std::size_t inputs = in.count("inputs", 1, features);
+  std::vector<std::size_t> columns = in.counts("columns", inputs);
+  Scaler scaler = read_scaler(in, inputs);
+  Matrix axes = read_matrix(in, "axes", inputs);
+  if (std::any_of(columns.begin(), columns.end(), [=](std::size_t c) { return c >= features; }))
+    in.refuse("a column beyond the last feature");
+  return {std::move(columns), std::move(scaler), std::move(axes)};
+}
+
+}  // namespace
+
+void write_core(LineWriter& out, const FabricCore& core) {
+  write_info(out, core.info());
+  const Reducer& reducer = core.reducer();
+  out.count("inputs", reducer.columns().size());
+  out.counts("columns", reducer.columns());
+  write_scaler(out, reducer.scaler());
+  write_matrix(out, "axes", reducer.axes());
+  write_matrix(out, "support_vectors", core.support());
+  out.numbers("coefficients", core.coefficient());
+  out.number("bias", core.bias());
+}
+
+FabricCore read_core(LineReader& in, std::size_t features) {
+  CoreInfo info = read_info(in, features);
+  Reducer reducer = read_reducer(in, features);
+  info.inputs = reducer.directions();
+  Matrix support = read_matrix(in, "support_vectors", info.inputs);
+  std::vector<double> coefficient = in.numbers("coefficients", support.rows());
+  const double bias = in.number("bias");
+  return {std::move(info), std::move(reducer), std::move(support), std::move(coefficient), bias};
+}
+
+std::string core_text(const FabricCore& core) {
+  LineWriter text;
+  write_core(text, core);
+  return text.str();
+}
+
+Result<FabricCore> core_from_text(std::string_view text, std::size_t features) {
+  LineReader in(text);
+  FabricCore core = read_core(in, features);
+  in.finish();
+  if (!in.ok()) return pass(in.status().error());
+  return core;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,156 @@
+#include "classifier/vote/learner_answer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "classifier/baseline/class_folds.hpp"
+
+namespace weft::classifier {
+namespace {
+
+// What a learner without cores says: the answer, its votes where it has any, a score per class.
+struct Said {
+  Ballot ballot;
+  std::vector<double> score;
+};
+
+Result<Said> ask(const TrainedLearner& learner, std::span<const double> features) {
+  const auto own = learner.prepared(features);
+  if (!own) return pass(own.error());
+  Said out;
+  if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine())) {
+    auto tally = svc->vote(*own);
+    if (!tally) return pass(tally.error());
+    out.score = tally->support;
+    out.ballot.winner = tally->winner;
+    out.ballot.votes = std::move(tally->votes);
+    out.ballot.support = std::move(tally->support);
+    return out;
+  }
+  auto score = std::get<ShrinkageLda>(learner.machine()).discriminants(*own);
+  if (!score) return pass(score.error());
+  out.ballot.winner =
+      static_cast<std::size_t>(std::max_element(score->begin(), score->end()) - score->begin());
+  out.score = std::move(*score);
+  return out;
+}
+
+std::vector<double> softmax(std::vector<double> score) {
+  const double top = *std::max_element(score.begin(), score.end());
+  double sum = 0.0;
+  for (double& s : score) sum += s = std::exp(s - top);
+  for (double& s : score) s /= sum;
+  return score;
+}
+
+// The same learner with the parameters it has.
+Recipe recipe_of(const TrainedLearner& learner, TrainOptions& options) {
+  if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine())) {
+    options.grid.c = {svc->c()};
+    options.grid.gamma = {svc->gamma()};
+  }
+  return {learner.kind(), options.cap, learner.compression().has_value()};
+}
+
+// Answers on training rows by learners that had not seen them; empty where there are no folds.
+struct HeldOut {
+  std::vector<std::size_t> row;
+  std::vector<std::size_t> truth;
+  std::vector<std::size_t> winner;
+  std::vector<std::vector<double>> probability;
+};
+
+Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& matrix,
+                         const std::vector<std::size_t>& own, TrainOptions options) {
+  const Recipe recipe = recipe_of(learner, options);
+  HeldOut out;
+  for (const Fold& fold :
+       class_folds(own, row_units(matrix, options.fold_unit), options.folds, options.seed)) {
+    const auto part = train_recipe(take_rows(matrix, fold.train), recipe, options);
+    if (!part) return pass(part.error());
+    for (const std::size_t r : fold.validate) {
+      auto said = ask(*part, matrix.values.row(r));
+      if (!said) return pass(said.error(), matrix.files[r]);
+      out.row.push_back(r);
+      out.truth.push_back(own[r]);
+      out.winner.push_back(said->ballot.winner);
+      out.probability.push_back(softmax(std::move(said->score)));
+    }
+  }
+  return out;
+}
+
+Result<VoteAids> learn_without_cores(const TrainedLearner& learner, const FeatureMatrix& matrix,
+                                     const TrainOptions& options, double false_reject) {
+  auto profile = fit_profile(matrix, learner.labels());
+  if (!profile) return pass(profile.error());
+  const auto own = class_numbers(matrix, learner.labels());
+  if (!own) return pass(own.error());
+  const auto held = held_out(learner, matrix, *own, options);
+  if (!held) return pass(held.error());
+  VoteAids out;
+  out.profile = std::move(*profile);
+  if (!held->row.empty()) out.calibration.sharpness = fit_sharpness(held->probability, held->truth);
+  const std::vector<std::size_t> unit = row_units(matrix, options.fold_unit);
+  out.reject = fit_reject(matrix, out.profile, *own, unit, options.threads);
+  out.reject.false_reject = false_reject;
+  std::array<std::vector<double>, reject_kinds> scores;
+  for (std::size_t i = 0; i < held->row.size(); ++i) {
+    std::vector<double> p = held->probability[i];
+    sharpen(p, out.calibration.sharpness);
+    const Novelty one = training_novelty(out.reject, out.profile, *own, unit, held->row[i],
+                                         held->winner[i], p[held->winner[i]]);
+    for (std::size_t k = 0; k < reject_kinds; ++k) scores[k].push_back(one[k]);
+  }
+  for (std::size_t k = 0; k < reject_kinds; ++k)
+    out.reject.threshold[k] = upper_threshold(std::move(scores[k]), false_reject);
+  return out;
+}
+
+Result<Answer> answer_of_cores(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
+                               std::span<const double> features, const VoteOptions& options) {
+  const auto own = learner.prepared(features);
+  if (!own) return pass(own.error());
+  if (aids) return answer(*learner.cores(), *aids, *own, options);
+  auto ballot = vote(*learner.cores(), *own, options);
+  if (!ballot) return pass(ballot.error());
+  return Answer{std::move(*ballot), {}, {}, false};
+}
+
+}  // namespace
+
+Result<VoteAids> learn_aids(const TrainedLearner& learner, const FeatureMatrix& matrix,
+                            const TrainOptions& options, double false_reject) {
+  if (!(false_reject > 0.0 && false_reject < 1.0))
+    return fail(Errc::range, "unusable share of known trials to refuse", "learn_aids",
+                "between 0 and 1", std::to_string(false_reject));
+  if (auto ok = check(matrix); !ok) return pass(ok.error());
+  if (matrix.names != learner.feature_names())
+    return fail(Errc::invalid_argument, "columns are not those of the training", "learn_aids");
+  if (const FabricModel* cores = learner.cores())
+    return learn_aids(*cores, learner.prepared(matrix), options, false_reject);
+  return learn_without_cores(learner, matrix, options, false_reject);
+}
+
+Result<Answer> answer(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
+                      std::span<const double> features, const VoteOptions& options) {
+  if (learner.cores() != nullptr) return answer_of_cores(learner, aids, features, options);
+  if (options.kind != VoteKind::majority)
+    return fail(Errc::invalid_argument, "kinds of vote are for cores",
+                std::string(to_string(options.kind)), "a model of cores",
+                std::string(to_string(learner.kind())),
+                "Leave the kind of vote out, or train cores");
+  auto said = ask(learner, features);
+  if (!said) return pass(said.error());
+  Answer out{std::move(said->ballot), {}, {}, false};
+  if (!aids) return out;
+  out.probability = softmax(std::move(said->score));
+  sharpen(out.probability, aids->calibration.sharpness);
+  out.novelty = novelty(aids->reject, aids->profile, features, out.ballot.winner,
+                        out.probability[out.ballot.winner]);
+  out.none_of_these = aids->reject.refuses(out.novelty);
+  return out;
+}
+
+}  // namespace weft::classifier

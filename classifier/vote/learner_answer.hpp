@@ -1,0 +1,27 @@
+#pragma once
+// Everything known about one trial, whichever learner is asked.
+
+#include <optional>
+#include <span>
+
+#include "classifier/baseline/learner.hpp"
+#include "classifier/vote/aids.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// Aids of any learner, from its own training rows; `options` are those of the training, `cap` that
+/// of the recipe. Cores: as learn_aids() of the model, on compressed features where it takes those.
+/// LDA and SVC are trained again on class_folds() with the parameters they have; their scores of
+/// rows held out are sharpened until they are the likeliest probabilities (softmax of the LDA's
+/// discriminants, of the SVC's sums of tanh(f)). Refuses what learn_aids() refuses.
+Result<VoteAids> learn_aids(const TrainedLearner& learner, const FeatureMatrix& matrix,
+                            const TrainOptions& options, double false_reject = 0.05);
+
+/// Without `aids`: no probability and nothing refused. Kinds of vote are for cores: another learner
+/// refuses all but VoteKind::majority, and has no votes (LDA) or its own (SVC). Refuses what
+/// answer() of the cores refuses.
+Result<Answer> answer(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
+                      std::span<const double> features, const VoteOptions& options = {});
+
+}  // namespace weft::classifier
