@@ -104,7 +104,7 @@ Result<Confusion> empty_confusion(const FeatureMatrix& matrix, std::span<const S
 }
 
 // Trains and tests on every split. `train_on` gives something trained on a matrix, `answer` its
-// class of a feature vector, `keep` takes it over afterwards.
+// class of a feature vector, `keep` takes it over afterwards, with its split.
 template <class TrainOn, class Answer, class Keep>
 Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> splits,
                            const SecondsNow& seconds_now, const TrainOn& train_on,
@@ -125,7 +125,7 @@ Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> s
     const double accuracy = count_answers(matrix, split, std::move(*answers), out);
     out.splits.push_back(
         {accuracy, ready - start, (tested - ready) / static_cast<double>(split.test.size())});
-    keep(std::move(*trained));
+    if (auto ok = keep(std::move(*trained), split); !ok) return pass(ok.error());
   }
   summarise(splits, out);
   return out;
@@ -143,8 +143,9 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
         if (!vote) return pass(vote.error());
         return vote->winner;
       },
-      [&](FabricModel&& model) {
+      [&](FabricModel&& model, const Split&) -> Status {
         if (!first) first.emplace(std::move(model));
+        return {};
       });
   if (!scores) return pass(scores.error());
   return Evaluation{std::move(*scores), std::move(*first)};
@@ -152,7 +153,10 @@ Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> 
 
 Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
                                    Learner learner, const TrainOptions& options,
-                                   const SecondsNow& seconds_now) {
+                                   const SecondsNow& seconds_now, bool calibration) {
+  const auto confusion = empty_confusion(matrix, splits);
+  if (!confusion) return pass(confusion.error());
+  CalibrationTally tally(confusion->labels);
   std::optional<TrainedLearner> first;
   std::vector<Recipe> recipes;
   std::vector<std::vector<RecipeScore>> candidates;
@@ -162,14 +166,21 @@ Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const 
       [](const ChosenLearner& chosen, std::span<const double> features) {
         return chosen.trained.classify(features);
       },
-      [&](ChosenLearner&& chosen) {
+      [&](ChosenLearner&& chosen, const Split& split) -> Status {
+        Status ok = calibration ? tally.add(matrix, split, chosen.trained, options) : Status();
         recipes.push_back(chosen.recipe);
         candidates.push_back(std::move(chosen.scores));
         if (!first) first.emplace(std::move(chosen.trained));
+        return ok;
       });
   if (!scores) return pass(scores.error());
-  return LearnerEvaluation{std::move(*scores), std::move(recipes), std::move(candidates),
-                           std::move(*first)};
+  LearnerEvaluation out{std::move(*scores), std::move(recipes), std::move(candidates),
+                        std::move(*first)};
+  if (!calibration) return out;
+  auto check = tally.finish();
+  if (!check) return pass(check.error());
+  out.calibration = std::move(*check);
+  return out;
 }
 
 }  // namespace weft::classifier

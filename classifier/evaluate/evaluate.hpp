@@ -2,11 +2,13 @@
 // Train and test over one or more splits, and what Tables II to IV of Khan et al. 2016 show of it.
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
+#include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/confusion.hpp"
 #include "classifier/evaluate/interval.hpp"
 #include "classifier/evaluate/splits.hpp"
@@ -48,7 +50,8 @@ struct LearnerEvaluation : Scores {
   /// Of each split: what was trained, and the candidates where that was a choice.
   std::vector<Recipe> recipes;
   std::vector<std::vector<RecipeScore>> candidates;
-  TrainedLearner trained;  ///< of the first split
+  TrainedLearner trained;                            ///< of the first split
+  std::optional<CalibrationCheck> calibration = {};  ///< where it was asked for
 };
 
 /// Refuses: what train() refuses, no split, an empty test part, a row beyond the last, a row on
@@ -56,9 +59,11 @@ struct LearnerEvaluation : Scores {
 Result<Evaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
                             const TrainOptions& options, const SecondsNow& seconds_now = {});
 
-/// The same for any learner; choices and their cross-validation are part of the training.
+/// The same for any learner; choices and their cross-validation are part of the training. With
+/// `calibration` each split's aids are learnt as well, outside the times, and the probabilities of
+/// its test answers compared with what came true.
 Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const Split> splits,
                                    Learner learner, const TrainOptions& options,
-                                   const SecondsNow& seconds_now = {});
+                                   const SecondsNow& seconds_now = {}, bool calibration = false);
 
 }  // namespace weft::classifier

@@ -22,6 +22,8 @@ struct EvaluateArgs {
   std::size_t permute_labels = 0;  ///< permutations to try as well; 0: none
   std::vector<std::string> learners = {"every"};
   std::vector<std::size_t> curve;  ///< training recordings of each label; empty: all
+  bool calibration = false;        ///< probabilities of test answers too; --report implies it
+  std::filesystem::path report;    ///< page to write; empty: none
   bool answers = false;            ///< with --json: list them
   std::size_t curve_draws = 5;     ///< of each split and number
   TrialChoice trials;

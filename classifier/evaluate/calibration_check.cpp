@@ -1,0 +1,107 @@
+#include "classifier/evaluate/calibration_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "classifier/learn/random.hpp"
+#include "classifier/vote/learner_answer.hpp"
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::size_t draws = 1000;
+
+std::size_t place_of(const std::vector<std::string>& labels, const std::string& label) {
+  return static_cast<std::size_t>(std::lower_bound(labels.begin(), labels.end(), label) -
+                                  labels.begin());
+}
+
+// What one recording adds to each bin.
+struct BinSums {
+  std::vector<double> said_less_right;
+  double answers = 0.0;
+};
+
+std::vector<BinSums> by_recording(std::span<const double> said, std::span<const double> right,
+                                  std::span<const std::string> recording, std::size_t bins) {
+  std::map<std::string, BinSums> sums;
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    BinSums& one = sums[recording[i]];
+    one.said_less_right.resize(bins);
+    const auto bin = static_cast<std::size_t>(said[i] * static_cast<double>(bins));
+    one.said_less_right[std::min(bins - 1, bin)] += said[i] - right[i];
+    one.answers += 1.0;
+  }
+  std::vector<BinSums> out;
+  for (auto& entry : sums) out.push_back(std::move(entry.second));
+  return out;
+}
+
+double error_of_draw(const std::vector<BinSums>& recordings, std::size_t bins,
+                     RandomEngine& engine) {
+  std::vector<double> sum(bins);
+  double answers = 0.0;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const BinSums& one = recordings[engine() % recordings.size()];
+    for (std::size_t b = 0; b < bins; ++b) sum[b] += one.said_less_right[b];
+    answers += one.answers;
+  }
+  double error = 0.0;
+  for (const double s : sum) error += std::abs(s) / answers;
+  return error;
+}
+
+}  // namespace
+
+Status CalibrationTally::add(const FeatureMatrix& matrix, const Split& split,
+                             const TrainedLearner& learner, const TrainOptions& options) {
+  auto aids = learn_aids(learner, take_rows(matrix, split.train), options);
+  if (!aids) return pass(aids.error());
+  const std::optional<VoteAids> some = std::move(*aids);
+  for (const std::size_t r : split.test) {
+    const auto said = answer(learner, some, matrix.values.row(r));
+    if (!said) return pass(said.error(), matrix.files[r]);
+    std::vector<double> p(labels_.size());
+    for (std::size_t k = 0; k < said->probability.size(); ++k)
+      p[place_of(labels_, learner.labels()[k])] = said->probability[k];
+    probability_.push_back(std::move(p));
+    answer_.push_back(place_of(labels_, learner.labels()[said->ballot.winner]));
+    truth_.push_back(place_of(labels_, matrix.labels[r]));
+    recording_.push_back(matrix.files[r].substr(0, matrix.files[r].find('#')));
+  }
+  return {};
+}
+
+Result<CalibrationCheck> CalibrationTally::finish(std::size_t bins) const {
+  Matrix probability(probability_.size(), labels_.size());
+  std::vector<double> said, right;
+  for (std::size_t i = 0; i < probability_.size(); ++i) {
+    std::copy(probability_[i].begin(), probability_[i].end(), probability.row(i).begin());
+    said.push_back(probability_[i][answer_[i]]);
+    right.push_back(answer_[i] == truth_[i] ? 1.0 : 0.0);
+  }
+  auto figures = reliability(probability, answer_, truth_, bins);
+  if (!figures) return pass(figures.error());
+  std::vector<std::string> distinct = recording_;
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  return CalibrationCheck{std::move(*figures), distinct.size(),
+                          calibration_error_interval(said, right, recording_, bins)};
+}
+
+Interval calibration_error_interval(std::span<const double> said, std::span<const double> right,
+                                    std::span<const std::string> recording, std::size_t bins) {
+  Interval out{0.0, 1.0, "bootstrap of whole recordings, percentiles of 1000 draws"};
+  const std::vector<BinSums> recordings = by_recording(said, right, recording, bins);
+  if (recordings.empty()) return out;
+  RandomEngine engine(1);
+  std::vector<double> errors;
+  for (std::size_t d = 0; d < draws; ++d) errors.push_back(error_of_draw(recordings, bins, engine));
+  std::sort(errors.begin(), errors.end());
+  out.low = errors[draws / 40];
+  out.high = errors[draws - 1 - draws / 40];
+  return out;
+}
+
+}  // namespace weft::classifier

@@ -1,0 +1,52 @@
+#pragma once
+// Whether the probabilities of a trained learner mean what they say, on trials it never saw.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/baseline/learner.hpp"
+#include "classifier/evaluate/confusion.hpp"
+#include "classifier/evaluate/interval.hpp"
+#include "classifier/evaluate/splits.hpp"
+#include "classifier/features/feature_matrix.hpp"
+#include "classifier/vote/reliability.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// Answers on test trials with the probability that each was given, over all splits.
+struct CalibrationCheck {
+  Reliability reliability;
+  std::size_t recordings = 0;  ///< different ones among the test trials
+  /// Of reliability.calibration_error: percentiles of draws of whole recordings. Chance alone makes
+  /// the error of few trials larger than 0.
+  Interval calibration_error_ci95;
+};
+
+/// Collects test answers, split after split.
+class CalibrationTally {
+ public:
+  /// `labels`: all that any split trains, sorted.
+  explicit CalibrationTally(std::vector<std::string> labels) : labels_(std::move(labels)) {}
+
+  /// Learns the aids of `learner` from the split's training part and asks it for the test part.
+  Status add(const FeatureMatrix& matrix, const Split& split, const TrainedLearner& learner,
+             const TrainOptions& options);
+  /// Refuses to finish before anything was added.
+  [[nodiscard]] Result<CalibrationCheck> finish(std::size_t bins = 10) const;
+
+ private:
+  std::vector<std::string> labels_;
+  std::vector<std::vector<double>> probability_;  // [answers x labels_]
+  std::vector<std::size_t> answer_, truth_;
+  std::vector<std::string> recording_;
+};
+
+/// Error of each draw of recordings: 2.5 % and 97.5 % of 1000 draws with replacement, fixed seed.
+/// `said` and `right` (0 or 1) per answer; answers of one `recording` are drawn together.
+Interval calibration_error_interval(std::span<const double> said, std::span<const double> right,
+                                    std::span<const std::string> recording, std::size_t bins);
+
+}  // namespace weft::classifier

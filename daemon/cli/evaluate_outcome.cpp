@@ -1,0 +1,133 @@
+#include "daemon/cli/evaluate_outcome.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "daemon/loop/wall_clock.hpp"
+#include "daemon/report/format.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using classifier::Learner;
+using classifier::LearnerEvaluation;
+
+Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
+                                          const std::vector<Learner>& learners,
+                                          const classifier::FeatureMatrix& features,
+                                          const std::vector<classifier::Split>& splits,
+                                          bool calibration) {
+  std::vector<Outcome> out;
+  for (const Learner learner : learners) {
+    auto evaluation = classifier::evaluate(features, splits, learner, options_of(args),
+                                           steady_wall_seconds, calibration);
+    if (!evaluation) return pass(evaluation.error(), args.dataset.string());
+    out.push_back({learner, std::move(*evaluation)});
+  }
+  return out;
+}
+
+std::vector<GroupLeftOut> by_group(const classifier::FeatureMatrix& features,
+                                   const Measured& measured) {
+  std::vector<GroupLeftOut> out;
+  for (std::size_t s = 0; s < measured.splits.size(); ++s) {
+    const auto& test = measured.splits[s].test;
+    GroupLeftOut one{features.groups[test.front()], test.size(), {}};
+    for (const Outcome& outcome : measured.outcomes)
+      one.accuracy.push_back(outcome.evaluation.splits[s].accuracy);
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+Result<std::vector<CurvePoint>> curve_of(const EvaluateArgs& args,
+                                         const std::vector<Learner>& learners,
+                                         const classifier::FeatureMatrix& features,
+                                         const std::vector<classifier::Split>& splits) {
+  std::vector<CurvePoint> out;
+  for (const std::size_t trials : args.curve) {
+    const auto thin = classifier::thinned(splits, features.labels, features.files, trials,
+                                          args.curve_draws, args.training.seed);
+    if (!thin) return pass(thin.error(), "--learning-curve");
+    const auto outcomes = evaluate_all(args, learners, features, *thin, false);
+    if (!outcomes) return pass(outcomes.error());
+    CurvePoint point{trials, thin->size(), {}};
+    for (const Outcome& outcome : *outcomes)
+      point.values.push_back({outcome.name(), outcome.evaluation.accuracy,
+                              outcome.evaluation.deviation, outcome.evaluation.ci95});
+    out.push_back(std::move(point));
+  }
+  return out;
+}
+
+}  // namespace
+
+// "every" leaves cores-best out: best tries the same candidates and two more kinds.
+Result<std::vector<Learner>> learners_of(const std::vector<std::string>& words) {
+  std::vector<Learner> out;
+  for (const std::string& word : words) {
+    if (word == "every") {
+      out = classifier::all_learners();
+      std::erase(out, Learner::cores_best);
+      return out;
+    }
+    const auto one = classifier::learner_from(word);
+    if (!one) return pass(one.error(), "--learner");
+    if (std::find(out.begin(), out.end(), *one) == out.end()) out.push_back(*one);
+  }
+  return out;
+}
+
+classifier::TrainOptions options_of(const EvaluateArgs& args) {
+  return train_options(args.training, classifier::Reduction::pvalue);
+}
+
+bool is_choice(Learner learner) {
+  return learner == Learner::best || learner == Learner::cores_best;
+}
+
+Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
+  const auto learners = learners_of(args.learners);
+  if (!learners) return pass(learners.error());
+  auto splits = splits_of(args, chosen.features);
+  if (!splits) return pass(splits.error());
+  Measured out{std::move(*splits), {}, {}, {}};
+  const bool calibration = args.calibration || !args.report.empty();
+  auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
+  if (!outcomes) return pass(outcomes.error());
+  out.outcomes = std::move(*outcomes);
+  if (args.leave_one_group_out) {
+    for (Outcome& outcome : out.outcomes)
+      outcome.evaluation.ci95.method =
+          "Student t with the Nadeau-Bengio variance, over the groups left out";
+    out.groups = by_group(chosen.features, out);
+  }
+  auto curve = curve_of(args, *learners, chosen.features, out.splits);
+  if (!curve) return pass(curve.error());
+  out.curve = std::move(*curve);
+  return out;
+}
+
+// "lda" or "lda 4, svc 1": what a choice came to, and how often.
+std::string chosen_text(const LearnerEvaluation& e) {
+  std::map<std::string, std::size_t> count;
+  for (const auto& recipe : e.recipes) ++count[to_string(recipe)];
+  std::vector<std::string> out;
+  for (const auto& [name, splits] : count)
+    out.push_back(count.size() == 1 ? name : name + " (" + std::to_string(splits) + " splits)");
+  return joined(out);
+}
+
+std::string split_text(const EvaluateArgs& args, const std::vector<classifier::Split>& splits) {
+  const std::string sizes = std::to_string(splits.front().train.size()) + " train, " +
+                            std::to_string(splits.front().test.size()) + " test";
+  if (args.leave_one_group_out)
+    return "each of " + std::to_string(splits.size()) + " groups left out in turn; first: " + sizes;
+  if (args.train_fraction == 0.0)
+    return "groups " + joined(args.train_groups, ",") + " train, groups " +
+           joined(args.test_groups, ",") + " test: " + sizes;
+  return std::to_string(args.repeats) + " random splits of " + percent(args.train_fraction, 0) +
+         " % of each label: " + sizes;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,44 @@
+#pragma once
+// What `weft evaluate` measures, before it is shown.
+
+#include <string>
+#include <vector>
+
+#include "classifier/evaluate/evaluate.hpp"
+#include "daemon/cli/evaluate_command.hpp"
+#include "daemon/report/evaluation_page.hpp"
+
+namespace weft::daemon::cli {
+
+struct Outcome {
+  classifier::Learner learner = classifier::Learner::pvalue;
+  classifier::LearnerEvaluation evaluation;
+  [[nodiscard]] std::string name() const { return std::string(classifier::to_string(learner)); }
+};
+
+/// Everything that was measured on the splits.
+struct Measured {
+  std::vector<classifier::Split> splits;
+  std::vector<Outcome> outcomes;     ///< in the order asked for
+  std::vector<GroupLeftOut> groups;  ///< with --leave-one-group-out
+  std::vector<CurvePoint> curve;     ///< with --learning-curve
+};
+
+/// Of the words of --learner; "every" is all but cores-best.
+Result<std::vector<classifier::Learner>> learners_of(const std::vector<std::string>& words);
+
+/// best or cores-best.
+bool is_choice(classifier::Learner learner);
+
+classifier::TrainOptions options_of(const EvaluateArgs& args);
+
+/// Refuses what splits_of(), evaluate() and thinned() refuse.
+Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen);
+
+/// "lda" or "lda (4 splits), svc (1 splits)": what a choice came to, and how often.
+std::string chosen_text(const classifier::LearnerEvaluation& evaluation);
+
+/// How the trials were split, in words.
+std::string split_text(const EvaluateArgs& args, const std::vector<classifier::Split>& splits);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,136 @@
+#include "daemon/cli/evaluate_text.hpp"
+
+#include "daemon/cli/table.hpp"
+#include "daemon/report/format.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using classifier::Learner;
+using classifier::LearnerEvaluation;
+
+std::string candidates_text(const LearnerEvaluation& e) {
+  std::vector<std::string> out;
+  for (const auto& score : e.candidates.front())
+    out.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
+                  std::to_string(score.tested));
+  return joined(out, "; ");
+}
+
+std::string accuracy_table(const std::vector<Outcome>& outcomes) {
+  Table table;
+  table.row(
+      {"learner", "accuracy %", "95 % interval", "of all answers %", "training", "test, each"});
+  std::vector<std::pair<std::string, std::string>> methods;
+  std::string choices;
+  for (const Outcome& outcome : outcomes) {
+    const LearnerEvaluation& e = outcome.evaluation;
+    table.row({outcome.name(), percent(e.accuracy, 2),
+               percent(e.ci95.low, 2) + " to " + percent(e.ci95.high, 2),
+               percent(e.confusion.accuracy(), 2), duration(e.train_s),
+               fixed(e.test_s_per_sample * 1e6, 1) + " us"});
+    methods.emplace_back(outcome.name(), e.ci95.method);
+    if (is_choice(outcome.learner))
+      choices += "  " + outcome.name() + " chose " + chosen_text(e) +
+                 "; errors in cross-validation of the first training part: " + candidates_text(e) +
+                 "\n";
+  }
+  return table.text() + choices + "  interval: " + methods_text(methods) + "\n";
+}
+
+// A simple learner that does at least as well as every kind of cores, in words.
+std::string simple_wins_text(const std::vector<Outcome>& outcomes) {
+  const Outcome* simple = nullptr;
+  const Outcome* cores = nullptr;
+  for (const Outcome& outcome : outcomes) {
+    if (is_choice(outcome.learner)) continue;
+    const bool baseline = outcome.learner == Learner::lda || outcome.learner == Learner::svc;
+    const Outcome*& top = baseline ? simple : cores;
+    if (top == nullptr || outcome.evaluation.accuracy > top->evaluation.accuracy) top = &outcome;
+  }
+  if (simple == nullptr || cores == nullptr ||
+      simple->evaluation.accuracy < cores->evaluation.accuracy)
+    return {};
+  return "  The simple thing is not beaten: " + simple->name() + " " +
+         percent(simple->evaluation.accuracy, 2) + " %, cores (" + cores->name() + ") " +
+         percent(cores->evaluation.accuracy, 2) + " %.\n";
+}
+
+std::string calibration_text(const std::vector<Outcome>& outcomes) {
+  std::string out;
+  for (const Outcome& outcome : outcomes) {
+    if (!outcome.evaluation.calibration) continue;
+    const classifier::CalibrationCheck& check = *outcome.evaluation.calibration;
+    Table table;
+    table.row({"said", "answers", "mean said", "right", "95 % interval"});
+    for (const auto& row : reliability_rows(check.reliability)) table.row(row);
+    out += "Reliability of " + outcome.name() + ", " + thousands(check.reliability.trials) +
+           " answers on test trials of " + thousands(check.recordings) +
+           " recordings: calibration error " + calibration_words(check) + "\n" + table.text();
+  }
+  return out;
+}
+
+std::string groups_text(const Measured& measured) {
+  if (measured.groups.empty()) return {};
+  Table table;
+  std::vector<std::string> head{"group left out", "test"};
+  for (const Outcome& outcome : measured.outcomes) head.push_back(outcome.name());
+  table.row(head);
+  for (const GroupLeftOut& group : measured.groups) {
+    std::vector<std::string> row{group.group, std::to_string(group.trials)};
+    for (const double accuracy : group.accuracy) row.push_back(percent(accuracy, 2));
+    table.row(row);
+  }
+  return "Accuracy % of each group left out:\n" + table.text();
+}
+
+std::string curve_text(const std::vector<CurvePoint>& curve) {
+  if (curve.empty()) return {};
+  Table table;
+  std::vector<std::string> head{"trials of each"};
+  for (const CurveValue& value : curve.front().values) head.push_back(value.learner);
+  table.row(head);
+  for (const CurvePoint& point : curve) {
+    std::vector<std::string> line{std::to_string(point.trials)};
+    for (const CurveValue& value : point.values)
+      line.push_back(percent(value.accuracy, 2) + " +- " + percent(value.deviation, 2));
+    table.row(line);
+  }
+  return "Learning curve, accuracy % and deviation over " + std::to_string(curve.front().splits) +
+         " draws of training trials:\n" + table.text();
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
+                                                          const ChosenTrials& chosen,
+                                                          const Measured& measured) {
+  const std::size_t labels = measured.outcomes.front().evaluation.confusion.classes();
+  const bool windows = args.trials.window_s != 0.0;
+  const std::string bench(to_string(chosen.dataset.info.kind));
+  return {{"data", args.dataset.string() + " (" + bench + "), " + thousands(chosen.strokes) +
+                       " trials" +
+                       (windows ? ", " + thousands(chosen.features.size()) + " windows" : "") +
+                       ", " + std::to_string(labels) + " labels"},
+          {"features", std::to_string(chosen.features.names.size()) + " of " +
+                           std::to_string(chosen.setup.taxels) + " taxels" +
+                           (args.trials.remove_level.empty() ? "" : ", level removed")},
+          {"split", split_text(args, measured.splits)},
+          {"training", describe(args.training)}};
+}
+
+std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
+                        const Measured& measured) {
+  Table facts(Align::left);
+  for (const auto& [name, value] : facts_of(args, chosen, measured)) facts.row({name, value});
+  std::string out = bench_banner(chosen.dataset.info.kind) + facts.text() +
+                    accuracy_table(measured.outcomes) + simple_wins_text(measured.outcomes);
+  for (const Outcome& outcome : measured.outcomes)
+    out += "Confusion, " + outcome.name() + " (row: true label, column: answer):\n" +
+           confusion_text(outcome.evaluation.confusion);
+  return out + groups_text(measured) + calibration_text(measured.outcomes) +
+         curve_text(measured.curve);
+}
+
+}  // namespace weft::daemon::cli

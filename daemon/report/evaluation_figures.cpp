@@ -1,0 +1,104 @@
+#include "daemon/report/evaluation_figures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "daemon/report/format.hpp"
+#include "daemon/report/svg.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using svg::Anchor;
+using svg::Axes;
+using svg::Canvas;
+
+constexpr double width = 560;
+
+// Marks tell the learners apart without colour: each has its own letter beside its points.
+constexpr std::array<std::string_view, 2> curve_classes = {"curve first", "curve second"};
+
+void draw_counts(Canvas& canvas, const Axes& axes, const classifier::Reliability& figures) {
+  std::size_t most = 1;
+  for (const auto& bin : figures.bins) most = std::max(most, bin.count);
+  for (const auto& bin : figures.bins) {
+    const double share = static_cast<double>(bin.count) / static_cast<double>(most);
+    const double left = axes.x(bin.low) + 2, right = axes.x(bin.high) - 2;
+    const double top = axes.y(share);
+    canvas.rect({left, top, right - left, axes.y(0) - top}, "bar", 0.5);
+    if (bin.count > 0)
+      canvas.text({(left + right) / 2, top - 4}, std::to_string(bin.count), "tick", Anchor::middle);
+  }
+}
+
+void draw_bins(Canvas& canvas, const Axes& axes, const classifier::Reliability& figures) {
+  for (const auto& bin : figures.bins) {
+    if (bin.count == 0) continue;
+    const auto right =
+        static_cast<std::size_t>(std::llround(bin.observed * static_cast<double>(bin.count)));
+    const classifier::Interval sure = classifier::wilson_interval(right, bin.count);
+    canvas.line(axes.at(bin.predicted, sure.low), axes.at(bin.predicted, sure.high), "interval");
+    canvas.circle(axes.at(bin.predicted, bin.observed), 4.5, "mark");
+  }
+}
+
+svg::Range accuracy_range(const std::vector<CurvePoint>& curve) {
+  std::vector<double> values;
+  for (const CurvePoint& point : curve)
+    for (const CurveValue& value : point.values) {
+      values.push_back((value.accuracy - value.deviation) * 100);
+      values.push_back((value.accuracy + value.deviation) * 100);
+    }
+  svg::Range out = svg::range_of(values);
+  out.high = std::min(out.high, 100.5);
+  return out;
+}
+
+// The points of learner `k`, in pixels.
+std::vector<svg::Point> points_of(const Axes& axes, const std::vector<CurvePoint>& curve,
+                                  std::size_t k) {
+  std::vector<svg::Point> out;
+  for (const CurvePoint& point : curve)
+    out.push_back(axes.at(static_cast<double>(point.trials), point.values[k].accuracy * 100));
+  return out;
+}
+
+}  // namespace
+
+std::string reliability_figure(const classifier::Reliability& figures, std::string_view title) {
+  Canvas canvas(width, 470, title, "plot narrow");
+  const Axes axes({60, 16, width - 84, 280}, {0, 1}, {0, 1});
+  axes.draw_x(canvas, "probability said", 10);
+  axes.draw_y(canvas, "share that was right", 5);
+  canvas.line(axes.at(0, 0), axes.at(1, 1), "limit");
+  draw_bins(canvas, axes, figures);
+  const Axes counts({60, 370, width - 84, 80}, {0, 1}, {0, 1});
+  canvas.line(counts.at(0, 0), counts.at(1, 0), "axis");
+  canvas.text({60, 356}, "answers", "key");
+  draw_counts(canvas, counts, figures);
+  return canvas.finish();
+}
+
+std::string learning_curve_figure(const std::vector<CurvePoint>& curve) {
+  if (curve.empty()) return {};
+  Canvas canvas(width, 330, "Accuracy against training trials of each label", "plot narrow");
+  const double last = static_cast<double>(curve.back().trials);
+  const Axes axes({60, 16, width - 170, 256}, {0, last * 1.04}, accuracy_range(curve));
+  axes.draw_x(canvas, "training trials of each label", 8);
+  axes.draw_y(canvas, "accuracy [%]", 6);
+  for (std::size_t k = 0; k < curve.front().values.size(); ++k) {
+    const std::vector<svg::Point> points = points_of(axes, curve, k);
+    canvas.polyline(points, curve_classes[k % curve_classes.size()]);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const CurveValue& value = curve[i].values[k];
+      const double low = axes.y((value.accuracy - value.deviation) * 100);
+      const double high = axes.y(std::min(1.0, value.accuracy + value.deviation) * 100);
+      canvas.line({points[i].x, low}, {points[i].x, high}, "axis");
+    }
+    canvas.text({points.back().x + 8, points.back().y + 4}, curve.back().values[k].learner, "key");
+  }
+  return canvas.finish();
+}
+
+}  // namespace weft::daemon

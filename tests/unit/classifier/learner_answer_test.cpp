@@ -1,0 +1,164 @@
+// Learners as they are trained in parts, stored and asked.
+
+#include <catch2/catch.hpp>
+#include <numeric>
+
+#include "classifier/evaluate/calibration_check.hpp"
+#include "classifier/evaluate/evaluate.hpp"
+#include "classifier/vote/learner_answer.hpp"
+#include "tests/unit/classifier/support.hpp"
+
+namespace weft::classifier {
+namespace {
+
+using testing::gaussian_classes;
+
+// Two shares of every task, put together as two processes would.
+TaskTrainer in_two_shares(const FeatureMatrix& matrix, const TrainOptions& options,
+                          std::size_t& tasks) {
+  return [&](const CoreTask& task) -> Result<std::vector<FabricCore>> {
+    ++tasks;
+    auto even = train_task(matrix, task, options, 0, 2);
+    auto odd = train_task(matrix, task, options, 1, 2);
+    if (!even) return even;
+    if (!odd) return odd;
+    std::vector<FabricCore> out;
+    for (std::size_t i = 0; i < even->size() + odd->size(); ++i)
+      out.push_back(i % 2 == 0 ? (*even)[i / 2] : (*odd)[i / 2]);
+    return out;
+  };
+}
+
+TEST_CASE("A learner whose cores are trained in shares is the one trained in one piece") {
+  const FeatureMatrix data = gaussian_classes(4, 8, 6, 1.2, 5);
+  const FeatureMatrix fresh = gaussian_classes(4, 8, 6, 1.2, 6);
+  const TrainOptions options;
+  for (const Learner learner :
+       {Learner::pvalue, Learner::all, Learner::cores_best, Learner::best, Learner::lda}) {
+    CAPTURE(to_string(learner));
+    std::size_t tasks = 0;
+    const auto whole = train_learner(data, learner, options);
+    const auto shared = train_learner(data, learner, options, in_two_shares(data, options, tasks));
+    REQUIRE((whole && shared));
+    CHECK((tasks > 0) == (learner != Learner::lda));
+    CHECK(whole->recipe == shared->recipe);
+    for (std::size_t r = 0; r < fresh.size(); ++r)
+      CHECK(*whole->trained.classify(fresh.values.row(r)) ==
+            *shared->trained.classify(fresh.values.row(r)));
+  }
+}
+
+TEST_CASE("Compressed cores trained in shares decide bit for bit as in one piece") {
+  const FeatureMatrix data = gaussian_classes(3, 8, 5, 1.0, 7);
+  const TrainOptions options;
+  const auto whole = train_recipe(data, {Learner::all, 20, true}, options);
+  const auto cores = train_task(data, {Reduction::all, true, {}}, options);
+  REQUIRE((whole && cores));
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const auto own = whole->prepared(data.values.row(r));
+    REQUIRE(own);
+    for (std::size_t i = 0; i < cores->size(); ++i)
+      CHECK((*cores)[i].decide(*own) == whole->cores()->cores()[i].decide(*own));
+  }
+  CHECK_FALSE(train_task(data, {Reduction::all, false, 99}, options));
+}
+
+TEST_CASE("Probabilities of every learner are distributions, and say more of nearer classes") {
+  const FeatureMatrix data = gaussian_classes(4, 15, 6, 2.0, 11);
+  const FeatureMatrix fresh = gaussian_classes(4, 40, 6, 2.0, 12);
+  for (const Learner kind : {Learner::lda, Learner::svc, Learner::all}) {
+    CAPTURE(to_string(kind));
+    const TrainOptions options;
+    const auto learner = train_recipe(data, {kind, 20, kind == Learner::all}, options);
+    REQUIRE(learner);
+    auto aids = learn_aids(*learner, data, options);
+    REQUIRE(aids);
+    const std::optional<VoteAids> some = std::move(*aids);
+    double of_truth = 0.0;
+    for (std::size_t r = 0; r < fresh.size(); ++r) {
+      const auto said = answer(*learner, some, fresh.values.row(r));
+      REQUIRE(said);
+      CHECK(said->ballot.winner == *learner->classify(fresh.values.row(r)));
+      CHECK(std::accumulate(said->probability.begin(), said->probability.end(), 0.0) ==
+            Approx(1.0));
+      of_truth += said->probability[r / 40];
+    }
+    CHECK(of_truth / 160.0 > 0.5);  // chance: 0.25
+  }
+}
+
+TEST_CASE("A trial far from every class is none of these, whichever learner is asked") {
+  const FeatureMatrix data = gaussian_classes(3, 15, 6, 3.0, 21);
+  for (const Learner kind : {Learner::lda, Learner::svc, Learner::pvalue}) {
+    const auto learner = train_recipe(data, {kind, 20, false}, {});
+    REQUIRE(learner);
+    auto aids = learn_aids(*learner, data, {});
+    REQUIRE(aids);
+    const std::optional<VoteAids> some = std::move(*aids);
+    CHECK(answer(*learner, some, std::vector<double>(6, 60.0))->none_of_these);
+    std::size_t refused = 0;
+    for (std::size_t r = 0; r < data.size(); ++r)
+      refused += answer(*learner, some, data.values.row(r))->none_of_these ? 1 : 0;
+    CHECK(refused <= 4);  // asked for: 5 % of 45
+  }
+}
+
+TEST_CASE("A label with a single trial is refused by every learner, by name") {
+  FeatureMatrix data = gaussian_classes(3, 4, 3, 1, 31);
+  data.labels.back() = "lonely";
+  for (const Learner learner : all_learners()) {
+    const auto trained = train_learner(data, learner, {});
+    REQUIRE_FALSE(trained);
+    CHECK(to_string(trained.error()).find("label lonely") != std::string::npos);
+  }
+}
+
+TEST_CASE("The calibration error of answers that are all right when said 0.9 is 0.1") {
+  const std::vector<double> said(200, 0.9), right(200, 1.0);
+  std::vector<std::string> recording;
+  for (std::size_t i = 0; i < 200; ++i) recording.push_back(std::to_string(i));
+  const Interval sure = calibration_error_interval(said, right, recording, 10);
+  CHECK(sure.low == Approx(0.1));
+  CHECK(sure.high == Approx(0.1));
+}
+
+TEST_CASE("The interval of a calibration error widens when answers come from few recordings") {
+  std::vector<double> said, right;
+  std::vector<std::string> own, few;
+  for (std::size_t i = 0; i < 480; ++i) {
+    said.push_back(0.75);
+    right.push_back((i / 40) % 4 == 0 ? 0.0 : 1.0);  // whole recordings of 40 are wrong
+    own.push_back(std::to_string(i));
+    few.push_back(std::to_string(i / 40));
+  }
+  const Interval narrow = calibration_error_interval(said, right, own, 10);
+  const Interval wide = calibration_error_interval(said, right, few, 10);
+  CHECK(wide.high > 2.0 * narrow.high);
+  CHECK(narrow.high < 0.06);  // 1.96 sqrt(0.75 0.25 / 480) = 0.039
+}
+
+TEST_CASE("Calibration is checked on test answers alone, each once") {
+  const FeatureMatrix data = gaussian_classes(3, 20, 4, 2.0, 41);
+  const auto splits = stratified_splits(data.labels, 0.5, 2, 1);
+  REQUIRE(splits);
+  const auto plain = evaluate(data, *splits, Learner::lda, {});
+  const auto checked = evaluate(data, *splits, Learner::lda, {}, {}, true);
+  REQUIRE((plain && checked));
+  CHECK_FALSE(plain->calibration);
+  REQUIRE(checked->calibration);
+  const Reliability& figures = checked->calibration->reliability;
+  CHECK(figures.trials == 60);
+  std::size_t count = 0;
+  double right = 0.0;
+  for (const ReliabilityBin& bin : figures.bins) {
+    count += bin.count;
+    right += bin.observed * static_cast<double>(bin.count);
+  }
+  CHECK(count == 60);
+  CHECK(right / 60.0 == Approx(checked->confusion.accuracy()));
+  CHECK(checked->confusion.count == plain->confusion.count);
+  CHECK(checked->calibration->calibration_error_ci95.low <= figures.calibration_error + 0.05);
+}
+
+}  // namespace
+}  // namespace weft::classifier
