@@ -5,10 +5,12 @@
 
 Simulated M1 and M2, fabricslide (repetition 0 trains, 1 tests) and icub20 (folds 0-2 train, 3 tests); features chosen once
 (the paper's wording) or in each fold, p-value, PCA and all features. The reference extracts the features itself. Without
---full three fabrics of each set (about a minute); with it all fabrics of the recordings and all 17 simulated.
+--full three fabrics of each set and half their recordings (about a minute); with it everything (an hour).
 
-A core may differ from the reference's only where the two grid points have equally few errors and losses nearer than
-libsvm's stopping tolerance resolves, see oracle_explains().
+libsvm stops when no pair of multipliers violates the optimum by more than 1e-3, and the last digit of a kernel can decide
+after which step that is. So decisions that differ by more than rounding must be as near the reference's own solution at
+1e-9 (solved_further()), and a core may have another grid point only where both have equally few errors and losses that the
+tolerance does not tell apart (oracle_explains()).
 """
 import csv
 import pathlib
@@ -18,7 +20,8 @@ import tempfile
 
 from oracle_agreement_data import need_reference, real_trials, simulated_trials, skip
 
-TIE_TOLERANCE = 2e-3  # of the hinge loss of one held-out row; libsvm stops at a violation of 1e-3
+ROUNDING = 1e-9
+SOLVER = 5e-3  # of a decision, and of the hinge loss of one held-out row: libsvm stops at a violation of 1e-3
 KINDS = {"pvalue": "pvalue", "pca": "pca", "all": "none"}
 
 
@@ -63,47 +66,67 @@ def oracle_explains(oracle, core, X, y, folds, ours):
     (_, t1), (_, t2) = [score(oracle, core, X, y, folds, *p, 1e-9) for p in points]
     print(f"    theirs {points[0]}: {e1} errors, loss {l1:.9g} (tolerance 1e-9: {t1:.9g}); "
           f"ours {points[1]}: {e2} errors, loss {l2:.9g} (1e-9: {t2:.9g})")
-    return e1 == e2 and abs(l1 - l2) <= TIE_TOLERANCE * len(y)
+    return e1 == e2 and abs(l1 - l2) <= SOLVER * len(y)
+
+
+def solved_further(oracle, core, X, y, folds):
+    """The reference's core with its chosen parameters, solved to 1e-9."""
+    reduce = {"pvalue": "deltas", "pca": "pca_var"}.get(core.cfg["reduce"])
+    one = {reduce: [members(core.cfg)[core.iview]]} if reduce else {}
+    return oracle.Core(0, 1, dict(core.cfg, C=[core.C], gamma=[core.gamma], tol=1e-9, **one)).train(X, y, folds)
+
+
+def compare_core(oracle, core, X, y, folds, F, info, mine):
+    """What is to be said of a core: "equal", "stopped elsewhere", "another point" or "unexplained"; and the difference of its
+    decisions on the test rows F."""
+    import numpy as np
+    C, gamma, threshold, errors, _, inputs = map(float, info)
+    if (C, gamma, threshold) != (core.C, core.gamma, members(core.cfg)[core.iview]):
+        explained = oracle_explains(oracle, core, X, y, folds, (C, gamma, threshold))
+        return ("another point" if explained else "unexplained"), 0.0
+    assert (errors, inputs) == (core.cv_errors, core.nfeat), f"{info} against {core.cv_errors}, {core.nfeat}"
+    theirs = core.decide(F)
+    difference = np.abs(theirs - mine).max()
+    if difference < ROUNDING:
+        return "equal", difference
+    exact = solved_further(oracle, core, X, y, folds).decide(F)
+    print(f"    decisions {difference:.1e} apart: theirs {np.abs(theirs - exact).max():.1e} and ours "
+          f"{np.abs(mine - exact).max():.1e} from the solution at 1e-9")
+    return ("stopped elsewhere" if np.abs(mine - exact).max() < SOLVER else "unexplained"), difference
 
 
 def compare_cores(oracle, tool, index, F, train, test, reduction):
-    """`F` features of the trials in the order of the index; train and test: lists of groups."""
+    """Number of unexplained differences. `F` features of the trials in the order of the index; train and test: lists of
+    groups."""
     import numpy as np
     kind, _, paper = reduction.partition("-")
     cfg = dict(oracle.DEFAULT, reduce=KINDS[kind], nested=not paper)
     with open(index) as f:
         trials = list(csv.DictReader(f))
     label, group = (np.array([t[k] for t in trials]) for k in ("label", "group"))
-    names = sorted(set(label))
-    in_test = np.isin(group, test.split(","))
+    names, in_test = sorted(set(label)), np.isin(group, test.split(","))
     ours = ours_of(tool, index, train, test, reduction)
-    pairs, decisions, worst, other, unexplained = [], [], 0.0, 0, 0
-    for (what, a, b), values in ours.items():
-        if what != "core":
-            continue
+    pairs, decisions, said, worst = [], [], [], 0.0
+    for a, b in [key[1:] for key in ours if key[0] == "core"]:
         rows = [np.flatnonzero((label == k) & np.isin(group, train.split(","))) for k in (a, b)]
         X, y = F[np.concatenate(rows)], np.repeat([1, -1], [len(r) for r in rows])
         folds = folds_from(ours["folds", a, b])
         core = oracle.Core(0, 1, cfg).train(X, y, folds)
-        C, gamma, threshold, errors, _, inputs = map(float, values)
-        f = core.decide(F[in_test])
-        pairs.append((names.index(a), names.index(b)))
-        decisions.append(f)
-        if (C, gamma, threshold) == (core.C, core.gamma, members(cfg)[core.iview]):
-            assert (errors, inputs) == (core.cv_errors, core.nfeat), f"{a} {b}: {values} against {core.cv_errors}, {core.nfeat}"
-            difference = np.abs(f - np.array(ours["decisions", a, b], float)).max()
-            assert difference < 1e-9, f"{a} {b}: decisions differ by {difference}"
-            worst = max(worst, difference)
+        mine = np.array(ours["decisions", a, b], float)
+        kind_of, difference = compare_core(oracle, core, X, y, folds, F[in_test], ours["core", a, b], mine)
+        if kind_of != "equal":
+            print(f"    {a} {b}: {kind_of}")
         else:
-            other += 1
-            print(f"  {a} {b} chose another point")
-            unexplained += not oracle_explains(oracle, core, X, y, folds, (C, gamma, threshold))
+            worst = max(worst, difference)
+        said.append(kind_of)
+        pairs.append((names.index(a), names.index(b)))
+        decisions.append(core.decide(F[in_test]))
     theirs = [names[oracle.vote(pairs, f, len(names))] for f in np.array(decisions).T]
     differing = sum(a != b for a, b in zip(theirs, ours["winners", "", ""]))
-    right = (np.array(theirs) == label[in_test]).mean()
-    print(f"  {reduction}: {len(pairs)} cores, {other} with another (C, gamma, delta); {len(theirs)} predictions, {differing} "
-          f"differ, {right:.4f} right; decisions of equal cores within {worst:.1e}", flush=True)
-    return dict(unexplained=unexplained, other=other, differing=differing, worst=worst)
+    counts = ", ".join(f"{said.count(k)} {k}" for k in ("equal", "stopped elsewhere", "another point", "unexplained") if k in said)
+    print(f"  {reduction}: cores {counts}, decisions of the equal ones within {worst:.1e}; {len(theirs)} predictions, {differing} "
+          f"differ, {(np.array(theirs) == label[in_test]).mean():.4f} right", flush=True)
+    return said.count("unexplained") + (differing if "another point" not in said else 0)
 
 
 def features_of(oracle, index):
@@ -114,36 +137,33 @@ def features_of(oracle, index):
 
 def sets(shared, weft, root, full):
     """Name, and what writes an index into a folder, groups that train, groups that test."""
-    three = None if full else ("satin", "denim", "velvet")
-    for exploration in ("m1", "m2"):
-        yield (f"simulated {exploration}", lambda folder: simulated_trials(weft, root, folder, exploration, three, 16), "0", "1")
-
     def some(rows):
-        labels = sorted({r[1] for r in rows})
-        return [r for r in rows if full or r[1] in labels[:6:2]]
+        labels = sorted({r[1] for r in rows})[:6:2]
+        return [r for i, r in enumerate(rows) if full or (r[1] in labels and i // 2 % 2 == 0)]  # strokes come in pairs
 
     for kind, train, test in (("fabricslide", "0", "1"), ("icub20", "0,1,2", "3")):
         if (shared / "data" / kind).exists():
             yield kind, lambda folder: real_trials(kind, shared / "data" / kind, folder, some), train, test
         else:
             print(f"no {shared / 'data' / kind}: left out")
+    fabrics = None if full else ("satin", "denim", "velvet")
+    for exploration in ("m1", "m2"):
+        yield f"simulated {exploration}", lambda folder: simulated_trials(weft, root, folder, exploration, fabrics, 16), "0", "1"
 
 
 def main():
     tool, shared, weft, root = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3], pathlib.Path(sys.argv[4])
     full = "--full" in sys.argv[5:]
     oracle = need_reference(shared)
-    bad = []
+    bad = 0
     for name, write, train, test in sets(shared, weft, root, full):
         with tempfile.TemporaryDirectory() as folder:
             index = write(pathlib.Path(folder))
             F = features_of(oracle, index)
             print(f"{name}: {len(F)} trials", flush=True)
             for reduction in ("pvalue", "pvalue-paper", "pca", "pca-paper", "all"):
-                found = compare_cores(oracle, tool, index, F, train, test, reduction)
-                if found["unexplained"] or (found["differing"] and not found["other"]):
-                    bad.append((name, reduction, found))
-    assert not bad, bad
+                bad += compare_cores(oracle, tool, index, F, train, test, reduction)
+    assert not bad, f"{bad} differences without a reason"
 
 
 main()
