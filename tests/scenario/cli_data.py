@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import xml.etree.ElementTree
 
 from cli_support import Checks
 
@@ -161,6 +162,34 @@ def splits_and_curves(t, d):
     t.refuses("train", "d.h5", "-o", "bad.weft", "--remove-level", "motion", cwd=d, says=["--remove-level"], status=2)
 
 
+def page(t, d):
+    """Everything of an evaluation in one place: text, JSON and a page that says which bench it is of."""
+    command = ["evaluate", "d.h5", "--leave-one-group-out", "--learner", "lda,pvalue,best", "--learning-curve", "2,3"]
+    e = t.succeeds(*command, "--report", "page.html", cwd=d)
+    t.expect([g["group"] for g in e["groups"]] == ["A", "B"] and e["groups"][0]["trials"] == 12, f"groups: {e['groups']}")
+    for name, result in e["results"].items():
+        found = result["calibration"]
+        t.expect(found["answers"] == 24 and sum(b["answers"] for b in found["bins"]) == 24, f"{name}: {found}")
+        right = sum(b["right"] * b["answers"] for b in found["bins"]) / 24
+        t.expect(abs(right - result["pooled_accuracy"]) < 1e-9, f"{name}: bins hold {right} right answers")
+        low, high = found["ci95"]
+        t.expect(0 <= low <= high <= 1 and found["ci95_method"], f"{name}: {found}")
+    text = t.run(*command, "--calibration", cwd=d).stdout
+    for words in ("Reliability of best", "calibration error", "Accuracy % of each group left out", "Learning curve"):
+        t.expect(words in text, f"no '{words}' in the text")
+    t.expect("Reliability" not in t.run(*command, cwd=d).stdout, "calibration is asked for")
+    html = (d / "page.html").read_text()
+    entities = '<!DOCTYPE html [<!ENTITY times "x"><!ENTITY minus "-">]>'
+    root = xml.etree.ElementTree.fromstring(html.replace("<!DOCTYPE html>", entities, 1))
+    figures = list(root.iter("figure"))
+    t.expect(len(figures) >= 9, f"{len(figures)} figures")
+    t.expect(all("BENCH UNKNOWN" in "".join(f.itertext()) for f in figures), "a figure without the bench's word")
+    for words in ("Table II", "Table III", "Table IV", "Reliability of pvalue", "group left out", "training trials of each label"):
+        t.expect(words in "".join(root.itertext()), f"no '{words}' on the page")
+    t.refuses(*command, "--report", "d.h5", cwd=d, says=["d.h5", "the output would take the place of the input"])
+    t.refuses(*command, "--report", "no/such/page.html", cwd=d, says=["no/such"])
+
+
 def windows(t, d):
     t.succeeds("train", "d.h5", "-o", "w.weft", "--window-s", "1", cwd=d)
     answers = t.succeeds("classify", "w.weft", "new.csv", cwd=d)["trials"]
@@ -281,6 +310,7 @@ def main():
         through_a_pipe(t, d)
         evaluations(t, d)
         splits_and_curves(t, d)
+        page(t, d)
         windows(t, d)
         bad_trials(t, d)
         bad_manifests(t, d)
