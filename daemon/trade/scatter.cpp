@@ -84,7 +84,8 @@ svg::Range share_range(const Scatter& scatter) {
     }
   low = std::max(0.0, std::floor(low * 20 - 0.1) / 20);
   high = std::min(1.0, std::ceil(high * 20 + 0.1) / 20);
-  return {low * 100, std::max(high, low + 0.05) * 100 + 0.5};
+  high = std::max(high, low + 0.05);
+  return {low * 100, (high + 0.06 * (high - low)) * 100};  // room for a name above the topmost
 }
 
 svg::Range time_range(const ScatterPanel& panel) {

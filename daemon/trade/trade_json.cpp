@@ -1,3 +1,5 @@
+#include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 #include "daemon/trade/trade_page.hpp"
@@ -9,10 +11,20 @@ using nlohmann::ordered_json;
 
 constexpr int schema_version = 1;
 
+ordered_json number_json(double value) {
+  constexpr double most = 1e15;  // whole numbers up to here look like whole numbers
+  if (std::nearbyint(value) == value && std::abs(value) < most)
+    return static_cast<std::int64_t>(value);
+  return value;
+}
+
 ordered_json settings_json(const std::vector<Setting>& settings) {
   ordered_json out = ordered_json::object();
-  for (const auto& [name, value] : settings)
-    std::visit([&, key = name](const auto& v) { out[key] = v; }, value);
+  for (const auto& [name, value] : settings) {
+    const double* number = std::get_if<double>(&value);
+    out[name] =
+        number != nullptr ? number_json(*number) : ordered_json(std::get<std::string>(value));
+  }
   return out;
 }
 
