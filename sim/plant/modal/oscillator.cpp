@@ -122,12 +122,7 @@ Result<OscillatorStep> OscillatorStep::make(const Oscillator& oscillator, double
   const Wide kappa = h * h * oscillator.stiffness_n_m / m;
   const Response r = response(q, kappa);
   const auto row = [](Wide x, Wide v, Wide begin, Wide end) {
-    const auto high_x = static_cast<double>(x), high_v = static_cast<double>(v);
-    return Row{high_x,
-               high_v,
-               static_cast<double>(x - high_x),
-               static_cast<double>(v - high_v),
-               static_cast<double>(begin),
+    return Row{static_cast<double>(x), static_cast<double>(v), static_cast<double>(begin),
                static_cast<double>(end)};
   };
   OscillatorStep step;
