@@ -110,6 +110,20 @@ def every_learner(t, d):
     t.refuses("train", "d.h5", "-o", "x.weft", "--learner", "forest", cwd=d, says=["--learner"], status=2)
 
 
+def kept_as_evaluated(t, d, rows):
+    """The learner that wins in evaluate is the one that train stores: the same answers on the same test trials."""
+    for group in "AB":
+        write_manifest(d / f"{group}.csv", [r for r in rows if r[2] == group])
+        t.succeeds("dataset", "import", f"{group}.csv", "-o", f"{group}.h5", cwd=d)
+    for learner in ("best", "cores-best", "svc"):
+        ran = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--learner", learner,
+                         "--answers", cwd=d)["results"][learner]
+        trained = t.succeeds("train", "A.h5", "-o", "kept.weft", "--learner", learner, cwd=d)
+        t.expect(ran["chosen"][0]["learner"] == trained["learner"], f"{learner}: {ran['chosen']} is not {trained['learner']}")
+        said = {a["file"]: a["label"] for a in t.succeeds("classify", "kept.weft", "B.h5", cwd=d)["trials"]}
+        t.expect(said == dict(ran["answers"][0]), f"{learner}: {said} is not {ran['answers']}")
+
+
 def through_a_pipe(t, d):
     def piped(data, *arguments):
         return subprocess.run([t.weft, "classify", *arguments], input=data, cwd=d, capture_output=True, timeout=60)
@@ -307,6 +321,7 @@ def main():
         rows = write_set(d)
         good_path(t, d, rows)
         every_learner(t, d)
+        kept_as_evaluated(t, d, rows)
         through_a_pipe(t, d)
         evaluations(t, d)
         splits_and_curves(t, d)
