@@ -12,8 +12,8 @@ FtSensor::FtSensor(const FtSensorParams& params, std::uint64_t seed)
 
 Wrench FtSensor::load(const ContactState& contact) const {
   const double fx = contact.friction_n[0], fy = contact.friction_n[1], fz = contact.normal_n;
-  const double rx = contact.pose.x_m - params_.centre_x_m;
-  const double ry = contact.pose.y_m - params_.centre_y_m;
+  const double rx = contact.face_x_m() - params_.centre_x_m;
+  const double ry = contact.face_y_m() - params_.centre_y_m;
   const double rz = -params_.height_m;  // above the sensor, z counts down
   const double weight_n = params_.plate_mass_kg * standard_gravity_mps2;
   return {fx,

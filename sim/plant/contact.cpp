@@ -82,7 +82,6 @@ struct ContactModel::Balance {
   }
 };
 
-/// Height of the cloth's mean surface under the face's centre, downwards, in the z stage's scale.
 double ContactModel::surface_z_m(const Pose& pose) const {
   return geometry_.plate_z_m - material_.thickness_m -
          pose.rx_rad * (pose.y_m - geometry_.tilt_axis_y_m);
@@ -161,7 +160,8 @@ void ContactModel::slide(ContactState& state, const Pose& from) const {
 double ContactModel::pressure_pa(const ContactState& state, double dx_m, double dy_m,
                                  double texture) const {
   if (!(state.normal_n > 0)) return 0;
-  const double height_m = material_.waviness.height_m(state.pose.x_m + dx_m, state.pose.y_m + dy_m);
+  const double height_m =
+      material_.waviness.height_m(state.face_x_m() + dx_m, state.face_y_m() + dy_m);
   const double local_m =
       state.indentation_m + state.slope_x * dx_m + state.slope_y * dy_m + height_m;
   const double growth = std::exp(std::min(local_m / material_.law.lambda_m, largest_exponent));

@@ -3,6 +3,8 @@
 //   weight + mount force = cloth force,
 // no inertia. Source: reference sim.md 1.1 and 3.1 (L1).
 
+#include <array>
+
 #include "sim/plant/fabric_law.hpp"
 #include "sim/plant/friction.hpp"
 #include "sim/plant/hysteresis.hpp"
@@ -49,8 +51,15 @@ struct ContactState {
   double slope_x = 0;  ///< of the face against the cloth: extra indentation per metre along x
   double slope_y = 0;
   Vector2 friction_n{};  ///< force on the cloth along the fabric frame's axes
+  Vector2 lag_m{};       ///< of the probe's face behind the stages; 0 at level L1
+  /// Of the probe in the room, which is not where the plate is at rest: x and y are minus the rate
+  /// of the lag. 0 at level L1.
+  std::array<double, 3> velocity_mps{};
 
   [[nodiscard]] double probe_z_m() const { return pose.z_m - extension_m; }
+  /// Where the face's centre is over the cloth.
+  [[nodiscard]] double face_x_m() const { return pose.x_m - lag_m[0]; }
+  [[nodiscard]] double face_y_m() const { return pose.y_m - lag_m[1]; }
 };
 
 /// Immutable law of motion; states are values, so that a step can be tried and thrown away.
@@ -66,12 +75,14 @@ class ContactModel {
   [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,
                                    double texture) const;
 
+  /// Height of the cloth's mean surface under a face at `pose`, downwards, in the z stage's scale.
+  [[nodiscard]] double surface_z_m(const Pose& pose) const;
+
   [[nodiscard]] const ContactMaterial& material() const { return material_; }
   [[nodiscard]] const Mount& mount() const { return mount_; }
 
  private:
   struct Balance;
-  [[nodiscard]] double surface_z_m(const Pose& pose) const;
   [[nodiscard]] double log_average(const ContactState& state) const;
   void press(ContactState& state, const RelaxationStep& relaxation, double log_average) const;
   void hang(ContactState& state, const RelaxationStep& relaxation, double log_average) const;

@@ -41,7 +41,7 @@ void Plant::convert(int stage, std::uint64_t frame) {
 void Plant::convert_pad(std::size_t pad, std::uint64_t frame) {
   double pressure = 0;
   if (contact_.normal_n > 0) {
-    const double x = contact_.pose.x_m + pad_dx_m(pad), y = contact_.pose.y_m + pad_dy_m(pad);
+    const double x = contact_.face_x_m() + pad_dx_m(pad), y = contact_.face_y_m() + pad_dy_m(pad);
     const double response = texture_.response(skew_cos_ * x + skew_sin_ * y,
                                               skew_cos_ * y - skew_sin_ * x, cursors_[pad]);
     pressure = model_.pressure_pa(contact_, pad_dx_m(pad), pad_dy_m(pad), response);

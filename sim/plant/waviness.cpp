@@ -28,4 +28,17 @@ double Waviness::height_m(double x_m, double y_m) const {
   return height;
 }
 
+Waviness::Tangent Waviness::tangent(double x_m, double y_m) const {
+  Tangent tangent;
+  if (flat_) return tangent;
+  for (const Wave& wave : waves_) {
+    const double angle = wave.kx * x_m + wave.ky * y_m + wave.phase;
+    const double fall = -wave.amplitude_m * std::sin(angle);
+    tangent.height_m += wave.amplitude_m * std::cos(angle);
+    tangent.slope_x += wave.kx * fall;
+    tangent.slope_y += wave.ky * fall;
+  }
+  return tangent;
+}
+
 }  // namespace weft::sim

@@ -22,6 +22,11 @@ class Waviness {
 
   /// Height of the cloth above its mean thickness at a point of the fabric frame [m].
   [[nodiscard]] double height_m(double x_m, double y_m) const;
+  /// Height and its slopes along x and y: the plane that touches the waves at a point.
+  struct Tangent {
+    double height_m = 0, slope_x = 0, slope_y = 0;
+  };
+  [[nodiscard]] Tangent tangent(double x_m, double y_m) const;
 
  private:
   struct Wave {

@@ -97,7 +97,7 @@ Truth Rig::truth(TimePoint now) {
   return {.contact_force_n = contact.normal_n,
           .indentation_m = contact.indentation_m,
           .probe_z_m = contact.probe_z_m(),
-          .fabric_point_m = {contact.pose.x_m, contact.pose.y_m},
+          .fabric_point_m = {contact.face_x_m(), contact.face_y_m()},
           .friction_n = contact.friction_n,
           .pad_pressure_pa = parts_->world.plant().pad_pressures_pa()};
 }

@@ -1,0 +1,360 @@
+#include "sim/plant/dynamic/dynamic_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/plant/dynamic/tr_bdf2.hpp"
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double furthest_m = 1e3, longest_s = 3600, most_substeps = 1e8;
+constexpr int most_cuts = 8;          // events in one substep; more is chatter and is stepped over
+constexpr int event_iterations = 60;  // 4 to 6 in use
+constexpr double event_exponent = 1e-9;  // s at which an event counts as located
+constexpr double least_share = 1e-9;     // of a substep; an event nearer to its ends is at the end
+
+bool usable(const Pose& pose) {
+  const auto near = [](double x) { return std::abs(x) <= furthest_m; };  // false for NaN
+  return near(pose.x_m) && near(pose.y_m) && near(pose.z_m) && near(pose.rx_rad) &&
+         near(pose.ry_rad);
+}
+
+Vector2 sum(double a, const Vector2& x, double b, const Vector2& y) {
+  return {a * x[0] + b * y[0], a * x[1] + b * y[1]};
+}
+
+}  // namespace
+
+/// A substep's length and the cloth's memory over its two parts.
+struct DynamicContact::Span {
+  double h_s;
+  RelaxationStep first, second;
+
+  Span(const Relaxation& relaxation, double length_s, double first_share)
+      : h_s(length_s),
+        first(relaxation, first_share * length_s),
+        second(relaxation, (1 - first_share) * length_s) {}
+  [[nodiscard]] static double first_share(Integrator integrator) {
+    return integrator == Integrator::midpoint ? 0.5 : tr_bdf2::share;
+  }
+};
+
+/// State within a step of the stages.
+struct DynamicContact::Motion {
+  double z_m, v_mps;
+  PressMemory memory;
+  bool touching;
+  double normal_n;
+  GlideState glide;
+};
+
+/// What a substep does along z: the motion at its end, the load at its inner stage and end.
+struct DynamicContact::Pressed {
+  double z_m, v_mps;
+  PressMemory memory;
+  double inner_normal_n, normal_n;
+};
+
+DynamicContact::DynamicContact(const ContactGeometry& geometry, const Mount& mount,
+                               const ContactMaterial& material, const DynamicsParams& params)
+    : statics_(geometry, mount, material),
+      geometry_(geometry),
+      material_(material),
+      params_(params),
+      law_{.lambda_m = material.law.lambda_m,
+           .top_n = geometry.face_area_m2() * material.law.pressure_pa,
+           .hysteresis = material.hysteresis,
+           .mount = mount,
+           .damper_n_s_m =
+               2 * params.normal_damping * std::sqrt(mount.stiffness_n_m * mount.mass_kg)},
+      glide_law_{
+          mount.mass_kg, params.lateral_stiffness_n_m,
+          2 * params.lateral_damping * std::sqrt(params.lateral_stiffness_n_m * mount.mass_kg)},
+      kinetic_share_(
+          1 / LuGre{.static_ratio = params.static_ratio, .stribeck_mps = params.stribeck_speed_mps}
+                  .limit_ratio(params.friction_speed_mps)) {}
+
+ContactState DynamicContact::step(const ContactState& from, const Pose& to, double dt_s) const {
+  if (!usable(from.pose) || !usable(to) || !(dt_s >= 0 && dt_s <= longest_s)) return from;
+  const Approach path = approach(from, to, dt_s);
+  Motion motion = begin(from, path);
+  if (dt_s > 0) {
+    const double count =
+        std::clamp(std::ceil(dt_s / params_.step_s * (1 - 1e-12)), 1.0, most_substeps);
+    const Span span(material_.relaxation, dt_s / count, Span::first_share(params_.integrator));
+    for (double i = 0; i < count; ++i) advance(motion, path, i * span.h_s, span);
+  } else {
+    settle_memory(motion.memory, (motion.z_m - path.touch_z_m) / law_.lambda_m,
+                  RelaxationStep(material_.relaxation, 0));
+    motion.normal_n = force_n(motion.memory);
+  }
+  return finish(from, to, motion, path, dt_s);
+}
+
+Approach DynamicContact::approach(const ContactState& from, const Pose& to, double dt_s) const {
+  const double per_s = dt_s > 0 ? 1 / dt_s : 0, lambda_m = material_.law.lambda_m;
+  // With dt_s = 0 the probe stays in the room, and the lag takes the stages' jump.
+  Vector2 lag = from.lag_m;
+  if (!(dt_s > 0)) lag = {lag[0] + to.x_m - from.pose.x_m, lag[1] + to.y_m - from.pose.y_m};
+  const Vector2 moved{to.x_m - from.pose.x_m, to.y_m - from.pose.y_m};
+  // One plane for the whole step touches the waves where its middle will be, so that the planes of
+  // successive steps meet to the third order.
+  Pose middle = from.pose;
+  middle.x_m += 0.5 * moved[0] - from.lag_m[0];
+  middle.y_m += 0.5 * moved[1] - from.lag_m[1];
+  const Waviness::Tangent waves = material_.waviness.tangent(middle.x_m, middle.y_m);
+  const auto touch = [&](const Pose& pose, double side) {
+    Pose face = pose;
+    face.y_m -= lag[1];
+    const double half = geometry_.face_half_width_m / lambda_m;
+    const double tilt = log_sinhc((geometry_.tilt_x - pose.ry_rad) * half) +
+                        log_sinhc((geometry_.tilt_y + pose.rx_rad) * half);
+    return statics_.surface_z_m(face) - lambda_m * tilt - waves.height_m -
+           side * 0.5 * (waves.slope_x * moved[0] + waves.slope_y * moved[1]);
+  };
+  const double at_begin = dt_s > 0 ? touch(from.pose, -1) : touch(to, 0);
+  const double at_end = dt_s > 0 ? touch(to, 1) : at_begin;
+  return {.stage_z_m = dt_s > 0 ? from.pose.z_m : to.z_m,
+          .stage_z_mps = (to.z_m - from.pose.z_m) * per_s,
+          .stage_mps = {moved[0] * per_s, moved[1] * per_s},
+          .touch_z_m = at_begin,
+          .touch_mps = (at_end - at_begin) * per_s,
+          .touch_per_lag = {waves.slope_x, waves.slope_y + from.pose.rx_rad},
+          .lag_m = lag};
+}
+
+DynamicContact::Motion DynamicContact::begin(const ContactState& from,
+                                             const Approach& approach) const {
+  return {.z_m = from.probe_z_m(),
+          .v_mps = from.velocity_mps[2],
+          .memory = {from.exponent, from.branch, from.relaxation},
+          .touching = from.exponent > 0,
+          .normal_n = from.normal_n,
+          .glide = {approach.lag_m, {from.velocity_mps[0], from.velocity_mps[1]}, from.bristle}};
+}
+
+ContactState DynamicContact::finish(const ContactState& from, const Pose& to, const Motion& motion,
+                                    const Approach& approach, double dt_s) const {
+  ContactState state = from;
+  state.pose = to;
+  state.slope_x = geometry_.tilt_x - to.ry_rad;
+  state.slope_y = geometry_.tilt_y + to.rx_rad;
+  state.lag_m = motion.glide.lag_m;
+  state.velocity_mps = {motion.glide.room_mps[0], motion.glide.room_mps[1], motion.v_mps};
+  state.exponent = (motion.z_m - approach.touch_at(dt_s, motion.glide.lag_m)) / law_.lambda_m;
+  state.branch = motion.memory.branch;
+  state.relaxation = motion.memory.relaxation;
+  state.bristle = motion.glide.bristle;
+  state.normal_n = motion.normal_n;
+  state.extension_m = to.z_m - motion.z_m;
+  Pose face = to;
+  face.y_m = state.face_y_m();
+  state.indentation_m = motion.z_m - statics_.surface_z_m(face);
+  state.load_ratio =
+      motion.normal_n > 0
+          ? motion.normal_n / (law_.top_n * std::expm1(std::clamp(state.exponent, 1e-12, 600.0)))
+          : 0;
+  state.friction_n = {};
+  if (motion.normal_n > 0 && material_.friction.coefficient > 0)
+    state.friction_n =
+        friction(motion.normal_n)
+            .force_n(motion.glide.bristle, sum(1, approach.stage_mps, 1, motion.glide.room_mps));
+  return state;
+}
+
+/// One substep, cut where the face touches or leaves the cloth.
+void DynamicContact::advance(Motion& motion, const Approach& approach, double t_s,
+                             const Span& whole) const {
+  const double first_share = Span::first_share(params_.integrator);
+  double at_s = t_s, left_s = whole.h_s;
+  const auto crosses = [&](const Pressed& pressed) {
+    return motion.touching != (pressed.memory.exponent > 0);
+  };
+  Pressed pressed = press(motion, approach, at_s, whole);
+  for (int cut = 0; crosses(pressed) && cut < most_cuts; ++cut) {
+    const double share = event_share(motion, approach, at_s, left_s, pressed.memory.exponent);
+    if (share > 1 - least_share) break;
+    if (share > least_share) {
+      const Span span(material_.relaxation, share * left_s, first_share);
+      const Pressed before = press(motion, approach, at_s, span);
+      glide(motion, approach, span.h_s, before);
+      at_s += span.h_s;
+      left_s -= span.h_s;
+    }
+    motion.touching = !motion.touching;
+    settle_memory(motion.memory, 0, RelaxationStep(material_.relaxation, 0));
+    pressed = press(motion, approach, at_s, Span(material_.relaxation, left_s, first_share));
+  }
+  motion.touching = pressed.memory.exponent > 0;
+  glide(motion, approach, left_s, pressed);
+}
+
+/// The share of the substep after which s = 0: false position with Illinois' weights.
+double DynamicContact::event_share(const Motion& motion, const Approach& approach, double t_s,
+                                   double h_s, double exponent_at_end) const {
+  const double first_share = Span::first_share(params_.integrator);
+  double low = 0, high = 1, at_high = exponent_at_end;
+  double at_low = (motion.z_m - approach.touch_at(t_s, motion.glide.lag_m)) / law_.lambda_m;
+  if (!(at_low * at_high < 0)) return 0;  // the last event is where this substep begins
+  double share = 0;
+  for (int i = 0; i < event_iterations; ++i) {
+    share = low + (high - low) * at_low / (at_low - at_high);
+    const double s =
+        press(motion, approach, t_s, Span(material_.relaxation, share * h_s, first_share))
+            .memory.exponent;
+    if (std::abs(s) < event_exponent || high - low < least_share) break;
+    const bool is_low = s * at_low > 0;
+    (is_low ? low : high) = share;
+    (is_low ? at_low : at_high) = s;
+    (is_low ? at_high : at_low) *= 0.5;
+  }
+  return share;
+}
+
+/// The memory moves on to s = `exponent`; off the cloth its hysteresis starts afresh.
+void DynamicContact::settle_memory(PressMemory& memory, double exponent,
+                                   const RelaxationStep& relaxation) const {
+  double elastic_n = 0;
+  if (exponent > 0) {
+    elastic_n = law_.top_n * std::expm1(std::min(exponent, 600.0));
+    if (law_.hysteresis.eta > 0) {
+      memory.branch =
+          branch_after(memory.branch, std::max(memory.exponent, 0.0), exponent, law_.hysteresis);
+      elastic_n *= branch_factor(memory.branch, law_.hysteresis.eta);
+    }
+  } else {
+    memory.branch = -1;
+  }
+  memory.exponent = exponent;
+  relaxation.advance(memory.relaxation, elastic_n);
+}
+
+double DynamicContact::force_n(const PressMemory& memory) const {
+  double force = memory.relaxation.elastic_n;
+  for (const double relaxed : memory.relaxation.relaxed_n) force -= relaxed;
+  return memory.exponent > 0 ? std::max(0.0, force) : 0;
+}
+
+DynamicContact::Pressed DynamicContact::press(const Motion& motion, const Approach& approach,
+                                              double t_s, const Span& span) const {
+  return params_.integrator == Integrator::midpoint ? press_midpoint(motion, approach, t_s, span)
+                                                    : press_tr_bdf2(motion, approach, t_s, span);
+}
+
+DynamicContact::Pressed DynamicContact::press_midpoint(const Motion& motion,
+                                                       const Approach& approach, double t_s,
+                                                       const Span& span) const {
+  const double half_s = 0.5 * span.h_s;
+  const double touch_m =
+      approach.touch_at(t_s + half_s, sum(1, motion.glide.lag_m, -half_s, motion.glide.room_mps));
+  const PressStage stage{.law = law_,
+                         .memory = motion.memory,
+                         .relaxation = span.first,
+                         .z_m = motion.z_m,
+                         .stage_z_m = approach.stage_at(t_s + half_s),
+                         .stage_mps = approach.stage_z_mps,
+                         .exponent_at_z = (motion.z_m - touch_m) / law_.lambda_m,
+                         .velocity_0 = 0,
+                         .velocity_d = 1 / half_s,
+                         .accel_0 = -motion.v_mps / half_s,
+                         .accel_d = 1 / (half_s * half_s)};
+  double d_m = motion.v_mps * half_s;
+  const PressStage::Value middle = stage.solve(d_m);
+  Pressed out{.z_m = motion.z_m + 2 * d_m,
+              .v_mps = 2 * d_m / half_s - motion.v_mps,
+              .memory = {middle.exponent, middle.branch, motion.memory.relaxation},
+              .inner_normal_n = middle.force_n,
+              .normal_n = 0};
+  span.first.advance(out.memory.relaxation, middle.elastic_n);
+  const double end_touch_m = approach.touch_at(
+      t_s + span.h_s, sum(1, motion.glide.lag_m, -span.h_s, motion.glide.room_mps));
+  settle_memory(out.memory, (out.z_m - end_touch_m) / law_.lambda_m, span.second);
+  out.normal_n = force_n(out.memory);
+  return out;
+}
+
+DynamicContact::Pressed DynamicContact::press_tr_bdf2(const Motion& motion,
+                                                      const Approach& approach, double t_s,
+                                                      const Span& span) const {
+  const double first_s = tr_bdf2::share * span.h_s, tau_s = tr_bdf2::implicit * span.h_s;
+  const auto exponent_after = [&](double after_s) {
+    const Vector2 lag = sum(1, motion.glide.lag_m, -after_s, motion.glide.room_mps);
+    return (motion.z_m - approach.touch_at(t_s + after_s, lag)) / law_.lambda_m;
+  };
+  const Mount& mount = law_.mount;
+  const double accel_mps2 =
+      (mount.weight_n() + mount.force_n(approach.stage_at(t_s) - motion.z_m) +
+       law_.damper_n_s_m * (approach.stage_z_mps - motion.v_mps) - motion.normal_n) /
+      mount.mass_kg;
+  const PressStage trapezium{.law = law_,
+                             .memory = motion.memory,
+                             .relaxation = span.first,
+                             .z_m = motion.z_m,
+                             .stage_z_m = approach.stage_at(t_s + first_s),
+                             .stage_mps = approach.stage_z_mps,
+                             .exponent_at_z = exponent_after(first_s),
+                             .velocity_0 = -motion.v_mps,
+                             .velocity_d = 1 / tau_s,
+                             .accel_0 = -2 * motion.v_mps / tau_s - accel_mps2,
+                             .accel_d = 1 / (tau_s * tau_s)};
+  double d1_m = motion.v_mps * first_s;
+  const PressStage::Value middle = trapezium.solve(d1_m);
+  const double middle_mps = d1_m / tau_s - motion.v_mps;
+  PressMemory memory{middle.exponent, middle.branch, motion.memory.relaxation};
+  span.first.advance(memory.relaxation, middle.elastic_n);
+  const double past_m = tr_bdf2::middle * d1_m;
+  const double past_mps = tr_bdf2::middle * middle_mps - tr_bdf2::begin * motion.v_mps;
+  const PressStage backward{.law = law_,
+                            .memory = memory,
+                            .relaxation = span.second,
+                            .z_m = motion.z_m,
+                            .stage_z_m = approach.stage_at(t_s + span.h_s),
+                            .stage_mps = approach.stage_z_mps,
+                            .exponent_at_z = exponent_after(span.h_s),
+                            .velocity_0 = -past_m / tau_s,
+                            .velocity_d = 1 / tau_s,
+                            .accel_0 = -(past_m / tau_s + past_mps) / tau_s,
+                            .accel_d = 1 / (tau_s * tau_s)};
+  double d_m = d1_m / tr_bdf2::share;
+  const PressStage::Value end = backward.solve(d_m);
+  Pressed out{.z_m = motion.z_m + d_m,
+              .v_mps = (d_m - past_m) / tau_s,
+              .memory = {end.exponent, end.branch, memory.relaxation},
+              .inner_normal_n = middle.force_n,
+              .normal_n = end.force_n};
+  if (!(end.exponent > 0)) out.memory.branch = -1;
+  span.second.advance(out.memory.relaxation, end.elastic_n);
+  return out;
+}
+
+LuGre DynamicContact::friction(double normal_n) const {
+  const Friction& friction = material_.friction;
+  const double kinetic_n = kinetic_share_ * friction.sliding_n(normal_n);
+  return {.kinetic_n = kinetic_n,
+          .static_ratio = params_.static_ratio,
+          .stribeck_mps = params_.stribeck_speed_mps,
+          .length_m = friction.bristle_length_m,
+          .damping_n_s_m = 2 * params_.bristle_damping *
+                           std::sqrt(kinetic_n / friction.bristle_length_m * law_.mount.mass_kg),
+          .viscous_n_s_m = normal_n > 0 ? params_.viscous_n_s_m : 0};
+}
+
+/// The substep along x and y, and what press() has found along z.
+void DynamicContact::glide(Motion& motion, const Approach& approach, double h_s,
+                           const Pressed& pressed) const {
+  if (!(h_s > 0)) return;
+  const LuGre inner = friction(pressed.inner_normal_n);
+  if (params_.integrator == Integrator::midpoint)
+    motion.glide = glide_midpoint(glide_law_, inner, motion.glide, approach.stage_mps, h_s);
+  else
+    motion.glide = glide_tr_bdf2(glide_law_, friction(motion.normal_n), inner,
+                                 friction(pressed.normal_n), motion.glide, approach.stage_mps, h_s);
+  motion.z_m = pressed.z_m;
+  motion.v_mps = pressed.v_mps;
+  motion.memory = pressed.memory;
+  motion.normal_n = pressed.normal_n;
+}
+
+}  // namespace weft::sim

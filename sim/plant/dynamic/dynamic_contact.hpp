@@ -1,0 +1,63 @@
+#pragma once
+// Level L2 of the probe on the cloth: inertia, LuGre friction, touch-down and lift-off. Same cloth,
+// mount and waviness as level L1 (contact.hpp), which it goes over into when the motion is slow.
+//
+// Along z the probe moves in the room (press_stage.hpp), along x and y it lags behind the stages
+// (glide.hpp).
+// The two are coupled at the step's middle: the normal force there sets the friction, the face's
+// place there the cloth's height.
+
+#include "sim/plant/dynamic/approach.hpp"
+#include "sim/plant/dynamic/dynamics_params.hpp"
+#include "sim/plant/dynamic/glide.hpp"
+#include "sim/plant/dynamic/press_stage.hpp"
+
+namespace weft::sim {
+
+class DynamicContact {
+ public:
+  /// The parameters must pass check().
+  DynamicContact(const ContactGeometry& geometry, const Mount& mount,
+                 const ContactMaterial& material, const DynamicsParams& params);
+
+  /// The state `dt_s` later with the stages at `to`, moved there in a straight line, in equal
+  /// substeps of at most `step_s`; a substep in which the face touches or leaves the cloth is cut
+  /// there. 0 lets the stages jump and the probe stay. A pose that is not finite or further than
+  /// 1 km away, a negative dt_s and one above an hour change nothing. No more than 1e8 substeps.
+  [[nodiscard]] ContactState step(const ContactState& from, const Pose& to, double dt_s) const;
+
+  [[nodiscard]] const DynamicsParams& params() const { return params_; }
+
+ private:
+  struct Span;
+  struct Motion;
+  struct Pressed;
+
+  [[nodiscard]] Approach approach(const ContactState& from, const Pose& to, double dt_s) const;
+  [[nodiscard]] Motion begin(const ContactState& from, const Approach& approach) const;
+  [[nodiscard]] ContactState finish(const ContactState& from, const Pose& to, const Motion& motion,
+                                    const Approach& approach, double dt_s) const;
+  void advance(Motion& motion, const Approach& approach, double t_s, const Span& whole) const;
+  [[nodiscard]] Pressed press(const Motion& motion, const Approach& approach, double t_s,
+                              const Span& span) const;
+  [[nodiscard]] Pressed press_midpoint(const Motion& motion, const Approach& approach, double t_s,
+                                       const Span& span) const;
+  [[nodiscard]] Pressed press_tr_bdf2(const Motion& motion, const Approach& approach, double t_s,
+                                      const Span& span) const;
+  [[nodiscard]] double event_share(const Motion& motion, const Approach& approach, double t_s,
+                                   double h_s, double exponent_at_end) const;
+  void settle_memory(PressMemory& memory, double exponent, const RelaxationStep& relaxation) const;
+  void glide(Motion& motion, const Approach& approach, double h_s, const Pressed& pressed) const;
+  [[nodiscard]] LuGre friction(double normal_n) const;
+  [[nodiscard]] double force_n(const PressMemory& memory) const;
+
+  ContactModel statics_;
+  ContactGeometry geometry_;
+  ContactMaterial material_;
+  DynamicsParams params_;
+  PressLaw law_;
+  GlideLaw glide_law_;
+  double kinetic_share_;  ///< F_C over the friction at the speed of the friction test
+};
+
+}  // namespace weft::sim

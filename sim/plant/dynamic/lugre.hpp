@@ -1,0 +1,60 @@
+#pragma once
+// LuGre friction of a cloth in two dimensions: bristles that give way before they slide, a static
+// limit above the kinetic one, and a fall between the two with speed. With b = z/l, the bristles'
+// deflection in lengths of full sliding (the `bristle` of ContactState), sigma_0 = F_C/l and
+// r(u) = g(u)/F_C = 1 + (F_S/F_C - 1) e^{-(u/v_s)^2},
+//   l db/dt = v - |v| b/r,   F = F_C b + sigma_1 l db/dt + sigma_2 v.
+// For a constant v the bristles have the closed form b(t) = r n + (b_0 - r n) e^{-|v| t/(l r)}, n
+// the direction of v. Source: reference sim.md 2.3, 3.2 (5); Canudas de Wit et al. 1995 for the
+// model. Known of the model and so of this: under a load below the limit the bristles creep when
+// it oscillates, never when it is steady.
+
+#include <cmath>
+
+#include "sim/plant/friction.hpp"
+
+namespace weft::sim {
+
+/// The cloth under one normal load.
+struct LuGre {
+  double kinetic_n = 0;        ///< F_C; 0 switches all but sigma_2 off
+  double static_ratio = 1;     ///< F_S/F_C >= 1
+  double stribeck_mps = 5e-3;  ///< v_s
+  double length_m = 150e-6;    ///< l
+  double damping_n_s_m = 0;    ///< sigma_1
+  double viscous_n_s_m = 0;    ///< sigma_2
+
+  /// r(u) = g/F_C at the speed `u_mps` >= 0.
+  [[nodiscard]] double limit_ratio(double u_mps) const {
+    const double x = u_mps / stribeck_mps;
+    return 1 + (static_ratio - 1) * std::exp(-x * x);
+  }
+  /// Friction of steady sliding: g(u) + sigma_2 u.
+  [[nodiscard]] double steady_n(double u_mps) const {
+    return kinetic_n * limit_ratio(u_mps) + viscous_n_s_m * u_mps;
+  }
+  /// db/dt [1/s].
+  [[nodiscard]] Vector2 bristle_rate(const Vector2& bristle, const Vector2& v_mps) const;
+  /// Force on the cloth, along the motion of the probe over it.
+  [[nodiscard]] Vector2 force_n(const Vector2& bristle, const Vector2& v_mps) const;
+};
+
+/// How bristles move within a step: both are shares of x = |v| t/(l r).
+enum class BristleRule {
+  exact,    ///< closed form at constant v; the step's force is the mean over it
+  implicit  ///< end of an implicit Euler stage, for DIRK methods; the force is that at its end
+};
+
+/// The bristles after `t_s` at the constant velocity `v_mps`.
+Vector2 bristle_after(const Vector2& bristle, const Vector2& v_mps, double t_s, const LuGre& lugre,
+                      BristleRule rule = BristleRule::exact);
+
+/// Solves a w + F(w; b, t) = q for the slip velocity w [m/s], where F is the friction force of a
+/// step of t_s > 0 from the bristles b, and a > 0 [N s/m] stands for inertia, guide and spring. The
+/// force is P(|w|) n + Q(|w|) b, so that one scalar equation for |w| is left:
+///   a u + P(u) = |q - Q(u) b|.
+/// `guess_mps` chooses between roots where a falling friction gives several.
+Vector2 solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
+                   const Vector2& bristle, double t_s, double guess_mps);
+
+}  // namespace weft::sim

@@ -1,0 +1,85 @@
+#include "sim/plant/dynamic/press_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double largest_exponent = 600;  // leaves room for the law's factors below 1e308
+constexpr double deep_exponent = 40;      // no bench presses so far (0.1 GPa on the softest cloth)
+constexpr int newton_limit = 100;         // 2 or 3 in use
+constexpr double tolerance = 1e-8;        // in s, of a quadratic method: what is left is its square
+
+}  // namespace
+
+PressStage::Value PressStage::at(double d_m) const {
+  const double s = exponent_at_z + d_m / law.lambda_m;
+  const double extension = stage_z_m - z_m - d_m;
+  Value value{0, 0, s, 0, 0, memory.branch};
+  const double inertia_n = law.mount.mass_kg * (accel_0 + accel_d * d_m);
+  const double damper_n = law.damper_n_s_m * (stage_mps - velocity_0 - velocity_d * d_m);
+  value.residual_n = law.mount.weight_n() + law.mount.force_n(extension) + damper_n - inertia_n;
+  value.slope_n_m =
+      -law.mount.slope_n_m(extension) - law.damper_n_s_m * velocity_d - law.mount.mass_kg * accel_d;
+  if (!(s > 0)) return value;
+  const double growth = std::exp(std::min(s, largest_exponent));
+  value.elastic_n = law.top_n * (growth - 1);
+  double slope = law.top_n * growth;
+  if (const Hysteresis& h = law.hysteresis; h.eta > 0) {
+    const double from = std::max(memory.exponent, 0.0);  // in the air nothing turns
+    value.branch = branch_after(memory.branch, from, s, h);
+    const double factor = branch_factor(value.branch, h.eta);
+    const double turning = (s > from ? 1 - value.branch : 1 + value.branch) / h.length;
+    slope = slope * factor + value.elastic_n * h.eta / (1 + h.eta) * turning;
+    value.elastic_n *= factor;
+  }
+  value.force_n = relaxation.gain * value.elastic_n - relaxation.offset_n(memory.relaxation);
+  if (value.force_n > 0) {
+    value.residual_n -= value.force_n;
+    value.slope_n_m -= relaxation.gain * slope / law.lambda_m;
+  } else {
+    value.force_n = 0;
+  }
+  return value;
+}
+
+/// No load leads deeper than this: at the root the cloth carries no more than what acts at s = 0.
+double PressStage::highest_m(double offset_n) const {
+  const double at_touch_m = -exponent_at_z * law.lambda_m;
+  const double load_n = at(at_touch_m).residual_n;
+  if (!(load_n > 0)) return at_touch_m;
+  const double weakest = relaxation.gain * branch_factor(-1, law.hysteresis.eta) * law.top_n;
+  return at_touch_m + law.lambda_m * std::log1p((load_n + offset_n) / weakest);
+}
+
+PressStage::Value PressStage::solve(double& d_m) const {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double low = -infinity, high = infinity;
+  double d = d_m;
+  // A guess or a Newton step that goes far up the exponential is held below the bracket's top.
+  const double guess = exponent_at_z + d / law.lambda_m;
+  if (guess > std::min(std::max(memory.exponent, 0.0) + 1, deep_exponent))
+    d = std::min(d, high = highest_m(relaxation.offset_n(memory.relaxation)));
+  Value value = at(d);
+  for (int i = 0; i < newton_limit; ++i) {
+    (value.residual_n > 0 ? low : high) = d;
+    double next = d - value.residual_n / value.slope_n_m;
+    if (high == infinity && exponent_at_z + next / law.lambda_m > std::max(value.exponent, 0.0) + 1)
+      high = std::max(d, highest_m(relaxation.offset_n(memory.relaxation)));
+    if (!(next >= low && next <= high))
+      next = std::isfinite(low) && std::isfinite(high) ? 0.5 * (low + high)
+                                                       : std::clamp(next, low, high);
+    const double moved = std::abs(next - d);
+    if (!(moved > 0)) break;
+    d = next;
+    value = at(d);
+    if (moved < tolerance * law.lambda_m) break;
+  }
+  d_m = d;
+  return value;
+}
+
+}  // namespace weft::sim
