@@ -10,6 +10,8 @@ namespace weft::sim {
 namespace {
 
 constexpr double furthest_m = 1e3, longest_s = 3600, most_substeps = 1e8;
+constexpr double shortest_s = 1e-12;          // below this a step of the stages is a jump
+constexpr double largest_pressure_pa = 1e12;  // the law is held there: nothing presses so hard
 constexpr int most_cuts = 8;          // events in one substep; more is chatter and is stepped over
 constexpr int event_iterations = 60;  // 4 to 6 in use
 constexpr double event_exponent = 1e-9;  // s at which an event counts as located
@@ -65,6 +67,7 @@ DynamicContact::DynamicContact(const ContactGeometry& geometry, const Mount& mou
       params_(params),
       law_{.lambda_m = material.law.lambda_m,
            .top_n = geometry.face_area_m2() * material.law.pressure_pa,
+           .largest_exponent = std::log(largest_pressure_pa / material.law.pressure_pa),
            .hysteresis = material.hysteresis,
            .mount = mount,
            .damper_n_s_m =
@@ -80,7 +83,7 @@ ContactState DynamicContact::step(const ContactState& from, const Pose& to, doub
   if (!usable(from.pose) || !usable(to) || !(dt_s >= 0 && dt_s <= longest_s)) return from;
   const Approach path = approach(from, to, dt_s);
   Motion motion = begin(from, path);
-  if (dt_s > 0) {
+  if (dt_s >= shortest_s) {
     const double count =
         std::clamp(std::ceil(dt_s / params_.step_s * (1 - 1e-12)), 1.0, most_substeps);
     const Span span(material_.relaxation, dt_s / count, Span::first_share(params_.integrator));
@@ -94,10 +97,11 @@ ContactState DynamicContact::step(const ContactState& from, const Pose& to, doub
 }
 
 Approach DynamicContact::approach(const ContactState& from, const Pose& to, double dt_s) const {
-  const double per_s = dt_s > 0 ? 1 / dt_s : 0, lambda_m = material_.law.lambda_m;
-  // With dt_s = 0 the probe stays in the room, and the lag takes the stages' jump.
+  const bool jump = !(dt_s >= shortest_s);
+  const double per_s = jump ? 0 : 1 / dt_s, lambda_m = material_.law.lambda_m;
+  // In a jump the probe stays in the room, and the lag takes the stages' jump.
   Vector2 lag = from.lag_m;
-  if (!(dt_s > 0)) lag = {lag[0] + to.x_m - from.pose.x_m, lag[1] + to.y_m - from.pose.y_m};
+  if (jump) lag = {lag[0] + to.x_m - from.pose.x_m, lag[1] + to.y_m - from.pose.y_m};
   const Vector2 moved{to.x_m - from.pose.x_m, to.y_m - from.pose.y_m};
   // One plane for the whole step touches the waves where its middle will be, so that the planes of
   // successive steps meet to the third order.
@@ -114,9 +118,9 @@ Approach DynamicContact::approach(const ContactState& from, const Pose& to, doub
     return statics_.surface_z_m(face) - lambda_m * tilt - waves.height_m -
            side * 0.5 * (waves.slope_x * moved[0] + waves.slope_y * moved[1]);
   };
-  const double at_begin = dt_s > 0 ? touch(from.pose, -1) : touch(to, 0);
-  const double at_end = dt_s > 0 ? touch(to, 1) : at_begin;
-  return {.stage_z_m = dt_s > 0 ? from.pose.z_m : to.z_m,
+  const double at_begin = jump ? touch(to, 0) : touch(from.pose, -1);
+  const double at_end = jump ? at_begin : touch(to, 1);
+  return {.stage_z_m = jump ? to.z_m : from.pose.z_m,
           .stage_z_mps = (to.z_m - from.pose.z_m) * per_s,
           .stage_mps = {moved[0] * per_s, moved[1] * per_s},
           .touch_z_m = at_begin,
@@ -154,7 +158,8 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, co
   state.indentation_m = motion.z_m - statics_.surface_z_m(face);
   state.load_ratio =
       motion.normal_n > 0
-          ? motion.normal_n / (law_.top_n * std::expm1(std::clamp(state.exponent, 1e-12, 600.0)))
+          ? motion.normal_n /
+                (law_.top_n * std::expm1(std::clamp(state.exponent, 1e-12, law_.largest_exponent)))
           : 0;
   state.friction_n = {};
   if (motion.normal_n > 0 && material_.friction.coefficient > 0)
@@ -218,7 +223,7 @@ void DynamicContact::settle_memory(PressMemory& memory, double exponent,
                                    const RelaxationStep& relaxation) const {
   double elastic_n = 0;
   if (exponent > 0) {
-    elastic_n = law_.top_n * std::expm1(std::min(exponent, 600.0));
+    elastic_n = law_.top_n * std::expm1(std::min(exponent, law_.largest_exponent));
     if (law_.hysteresis.eta > 0) {
       memory.branch =
           branch_after(memory.branch, std::max(memory.exponent, 0.0), exponent, law_.hysteresis);

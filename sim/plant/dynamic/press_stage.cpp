@@ -8,10 +8,9 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double largest_exponent = 600;  // leaves room for the law's factors below 1e308
-constexpr double deep_exponent = 40;      // no bench presses so far (0.1 GPa on the softest cloth)
-constexpr int newton_limit = 100;         // 2 or 3 in use
-constexpr double tolerance = 1e-8;        // in s, of a quadratic method: what is left is its square
+constexpr double deep_exponent = 40;  // no bench presses so far (0.1 GPa on the softest cloth)
+constexpr int newton_limit = 100;     // 2 or 3 in use
+constexpr double tolerance = 1e-8;    // in s, of a quadratic method: what is left is its square
 
 }  // namespace
 
@@ -25,7 +24,7 @@ PressStage::Value PressStage::at(double d_m) const {
   value.slope_n_m =
       -law.mount.slope_n_m(extension) - law.damper_n_s_m * velocity_d - law.mount.mass_kg * accel_d;
   if (!(s > 0)) return value;
-  const double growth = std::exp(std::min(s, largest_exponent));
+  const double growth = std::exp(std::min(s, law.largest_exponent));
   value.elastic_n = law.top_n * (growth - 1);
   double slope = law.top_n * growth;
   if (const Hysteresis& h = law.hysteresis; h.eta > 0) {

@@ -12,7 +12,8 @@ namespace weft::sim {
 /// What is the same in all stages.
 struct PressLaw {
   double lambda_m = 1;
-  double top_n = 0;  ///< law's force per unit of e^s - 1: face area times p_s
+  double top_n = 0;               ///< law's force per unit of e^s - 1: face area times p_s
+  double largest_exponent = 700;  ///< the law stays there beyond
   Hysteresis hysteresis;
   Mount mount;
   double damper_n_s_m = 0;

@@ -1,0 +1,496 @@
+#include "sim/plant/dynamic/dynamic_contact.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "protocols/base/units.hpp"
+#include "tests/unit/plant/support.hpp"
+
+using namespace weft;
+using namespace weft::sim;
+
+namespace {
+
+constexpr double plate_z = 0.06;
+constexpr Integrator both[] = {Integrator::midpoint, Integrator::tr_bdf2};
+
+ContactGeometry level_plate() {
+  ContactGeometry geometry;
+  geometry.plate_z_m = plate_z;
+  return geometry;
+}
+
+ContactGeometry far_plate() {
+  ContactGeometry geometry;
+  geometry.plate_z_m = 9;
+  return geometry;
+}
+
+ContactMaterial plain(const std::string& name) {
+  return test::patch_of(test::library(), name, 1, test::plain_cloth).material;
+}
+
+ContactMaterial whole(const std::string& name) {
+  return test::patch_of(test::library(), name, 1).material;
+}
+
+DynamicsParams with_step(double step_s, Integrator integrator = Integrator::midpoint) {
+  DynamicsParams params;
+  params.step_s = step_s;
+  params.integrator = integrator;
+  return params;
+}
+
+/// Hanging at rest, the stage at `z_m`.
+ContactState hanging(const ContactMaterial& material, double z_m, const Mount& mount = {}) {
+  return ContactModel(level_plate(), mount, material).step({}, {.z_m = z_m}, 0);
+}
+
+/// A spring that pulls and pushes: the mount without slack, far above any cloth.
+struct Swing {
+  Mount mount;
+  double rest_m;  ///< of the extension
+
+  Swing(double stiffness_n_m, double mass_kg) {
+    mount = {mass_kg, stiffness_n_m, 0, stiffness_n_m};
+    rest_m = -mount.weight_n() / stiffness_n_m;
+  }
+  [[nodiscard]] ContactState pulled(double from_rest_m) const {
+    ContactState state;
+    state.extension_m = rest_m - from_rest_m;  // z = stage - extension
+    return state;
+  }
+  [[nodiscard]] double swing_m(const ContactState& state) const {
+    return rest_m - state.extension_m;
+  }
+  [[nodiscard]] double energy_j(const ContactState& state) const {
+    const double x = swing_m(state), v = state.velocity_mps[2];
+    return 0.5 * mount.stiffness_n_m * x * x + 0.5 * mount.mass_kg * v * v;
+  }
+};
+
+DynamicsParams undamped(double step_s, Integrator integrator = Integrator::midpoint) {
+  DynamicsParams params = with_step(step_s, integrator);
+  params.normal_damping = params.lateral_damping = 0;
+  return params;
+}
+
+}  // namespace
+
+TEST_CASE("a press to 5 N comes to rest at the closed form's indentation") {
+  const ContactMaterial material = plain("denim");
+  const Mount mount;
+  const double top_n = level_plate().face_area_m2() * material.law.pressure_pa;
+  const double delta_m = material.law.lambda_m * std::log1p(5 / top_n);
+  const double stage_z =
+      plate_z - material.thickness_m + delta_m + (5 - mount.weight_n()) / mount.stiffness_n_m;
+  for (const Integrator integrator : both)
+    for (const double step_s : {2e-4, 3e-3}) {
+      const DynamicContact contact(level_plate(), mount, material, with_step(step_s, integrator));
+      ContactState state = hanging(material, stage_z - 1.5e-3);
+      for (int i = 1; i <= 1000; ++i)
+        state = contact.step(state, {.z_m = stage_z - 1.5e-3 * (1 - i / 1000.0)}, 3e-3);
+      state = contact.step(state, state.pose, 5);
+      CHECK(state.normal_n == Approx(5).epsilon(1e-9));
+      CHECK(state.indentation_m == Approx(delta_m).epsilon(1e-9));
+      CHECK(state.load_ratio == Approx(1).epsilon(1e-9));
+      CHECK(std::abs(state.velocity_mps[2]) < 1e-9);
+    }
+}
+
+TEST_CASE("an undamped mass on a spring keeps amplitude and energy at every step") {
+  for (const double stiffness : {1e1, 1e4, 1e8})
+    for (const double h_omega : {1e-2, 0.2, 2.0}) {
+      const Swing swing(stiffness, 0.2);
+      const double step_s = h_omega * std::sqrt(0.2 / stiffness);
+      const DynamicContact contact(far_plate(), swing.mount, plain("felt"), undamped(step_s));
+      ContactState state = swing.pulled(1e-5);
+      const double before = swing.energy_j(state);
+      double highest = 0;
+      for (int i = 0; i < 2000; ++i) {
+        state = contact.step(state, state.pose, 10 * step_s);
+        if (i > 1000) highest = std::max(highest, std::abs(swing.swing_m(state)));
+      }
+      CAPTURE(stiffness, h_omega);
+      CHECK(swing.energy_j(state) == Approx(before).epsilon(1e-6));
+      CHECK(highest == Approx(1e-5).epsilon(h_omega < 0.1 ? 0.01 : 0.02));
+    }
+}
+
+TEST_CASE("a damped swing follows its closed form to second order") {
+  const double k = 1e4, m = 0.2, zeta = 0.1;
+  const Swing swing(k, m);
+  const double omega = std::sqrt(k / m), damped = omega * std::sqrt(1 - zeta * zeta), t_s = 0.08;
+  const double exact_m = 1e-4 * std::exp(-zeta * omega * t_s) *
+                         (std::cos(damped * t_s) + zeta * omega / damped * std::sin(damped * t_s));
+  for (const Integrator integrator : both) {
+    double last = 0;
+    for (const double step_s : {4e-4, 2e-4, 1e-4}) {
+      DynamicsParams params = with_step(step_s, integrator);
+      params.normal_damping = zeta;
+      const DynamicContact contact(far_plate(), swing.mount, plain("felt"), params);
+      const ContactState state = contact.step(swing.pulled(1e-4), {}, t_s);
+      const double error = std::abs(swing.swing_m(state) - exact_m);
+      if (last > 0) CHECK(std::log2(last / error) == Approx(2).margin(0.1));
+      last = error;
+    }
+    CHECK(last < 1e-4 * 2e-3);
+  }
+}
+
+TEST_CASE("a half swing returns the velocity by e^{-pi zeta/sqrt(1 - zeta^2)}") {
+  for (const double zeta : {0.0, 0.05, 0.3}) {
+    const Swing swing(1e4, 0.2);
+    DynamicsParams params = undamped(1e-6);
+    params.normal_damping = zeta;
+    const DynamicContact contact(far_plate(), swing.mount, plain("felt"), params);
+    ContactState state = swing.pulled(0);
+    state.velocity_mps[2] = 0.01;
+    const double root = std::sqrt(1 - zeta * zeta);
+    state = contact.step(state, {}, std::numbers::pi / (std::sqrt(1e4 / 0.2) * root));
+    CHECK(-state.velocity_mps[2] ==
+          Approx(0.01 * std::exp(-std::numbers::pi * zeta / root)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("a probe dropped on a cloth without losses bounces back to where it fell from") {
+  const ContactMaterial material = plain("felt");
+  Mount mount;
+  mount.slack_m = 20e-3;  // free to fall and to rise
+  const double surface = plate_z - material.thickness_m;
+  for (const double step_s : {1e-5, 2e-4}) {
+    const DynamicContact contact(level_plate(), mount, material, undamped(step_s));
+    ContactState state;
+    state.pose.z_m = surface - 1e-3 - 5e-3;  // 5 mm into the slack, 1 mm above the cloth
+    state.extension_m = -5e-3;
+    double highest = 1, hardest = 0;
+    int bounces = 0;
+    double last = 0;
+    for (int i = 0; i < 2000; ++i) {
+      state = contact.step(state, state.pose, 2e-4);
+      hardest = std::max(hardest, state.normal_n);
+      if (last < 0 && state.velocity_mps[2] >= 0) {  // top of a flight
+        ++bounces;
+        highest = surface - state.probe_z_m();
+        CHECK(highest == Approx(1e-3).epsilon(step_s < 1e-4 ? 2e-3 : 0.03));
+      }
+      last = state.velocity_mps[2];
+    }
+    CHECK(bounces >= 5);
+    CHECK(hardest > 2 * mount.weight_n());
+  }
+}
+
+TEST_CASE("losses of the cloth make every bounce lower") {
+  const ContactMaterial material = whole("felt");
+  Mount mount;
+  mount.slack_m = 20e-3;
+  const DynamicContact contact(level_plate(), mount, material, undamped(5e-5));
+  ContactState state;
+  state.pose.z_m = plate_z - material.thickness_m - 6e-3;
+  state.extension_m = -5e-3;
+  double top = state.probe_z_m(), last = 0;
+  int bounces = 0;
+  for (int i = 0; i < 3000; ++i) {
+    state = contact.step(state, state.pose, 1e-4);
+    if (last < 0 && state.velocity_mps[2] >= 0) {
+      ++bounces;
+      CHECK(state.probe_z_m() > top);
+      top = state.probe_z_m();
+    }
+    last = state.velocity_mps[2];
+  }
+  CHECK(bounces >= 2);
+  state = contact.step(state, state.pose, 3);
+  CHECK(state.normal_n == Approx(mount.weight_n()).epsilon(0.01));
+}
+
+TEST_CASE("touch-down is found inside a step: a fall of 1 mm within one substep of 20 ms") {
+  const ContactMaterial material = plain("denim");
+  Mount mount;
+  mount.slack_m = 20e-3;
+  const double exact_s = std::sqrt(2 * 1e-3 / standard_gravity_mps2);
+  for (const Integrator integrator : both) {
+    const DynamicContact contact(level_plate(), mount, material, undamped(0.02, integrator));
+    ContactState state;
+    state.pose.z_m = plate_z - material.thickness_m - 6e-3;
+    state.extension_m = -5e-3;
+    CHECK(contact.step(state, state.pose, exact_s - 1e-9).normal_n == 0);
+    const ContactState after = contact.step(state, state.pose, exact_s + 1e-6);
+    CHECK(after.normal_n > 0);
+    CHECK(after.velocity_mps[2] == Approx(standard_gravity_mps2 * exact_s).epsilon(1e-4));
+    CHECK(after.indentation_m == Approx(1e-6 * after.velocity_mps[2]).epsilon(0.01));
+  }
+}
+
+TEST_CASE("both methods are of second order across touch-down, impact and lift-off") {
+  const ContactMaterial material = plain("felt");
+  Mount mount;
+  mount.slack_m = 20e-3;
+  ContactState start;
+  start.pose.z_m = plate_z - material.thickness_m - 6e-3;
+  start.extension_m = -5e-3;
+  const auto landed = [&](double step_s, Integrator integrator, double t_s) {
+    const DynamicContact contact(level_plate(), mount, material, with_step(step_s, integrator));
+    return contact.step(start, start.pose, t_s).probe_z_m();
+  };
+  for (const double t_s : {0.02, 0.06}) {  // in contact; after several flights
+    const double truth = landed(1e-6, Integrator::midpoint, t_s);
+    for (const Integrator integrator : both) {
+      const double coarse = std::abs(landed(2e-4, integrator, t_s) - truth);
+      const double fine = std::abs(landed(5e-5, integrator, t_s) - truth);
+      CAPTURE(t_s, integrator == Integrator::midpoint, coarse, fine);
+      CHECK(std::log2(coarse / fine) / 2 == Approx(2).margin(0.2));
+    }
+  }
+}
+
+TEST_CASE("a press on a cloth with memory converges with second order") {
+  const ContactMaterial material = whole("wool");
+  const auto pressed = [&](double step_s, Integrator integrator) {
+    const DynamicContact contact(level_plate(), {}, material, with_step(step_s, integrator));
+    ContactState state = hanging(material, plate_z - material.thickness_m - 0.1e-3);
+    for (int i = 1; i <= 60; ++i) {
+      const Pose pose{.y_m = 1e-5 * i, .z_m = plate_z - material.thickness_m + 1e-5 * i};
+      state = contact.step(state, pose, 0.01);
+    }
+    return state;
+  };
+  const ContactState truth = pressed(2e-6, Integrator::midpoint);
+  REQUIRE(truth.normal_n > 4);
+  for (const Integrator integrator : both) {
+    const ContactState coarse = pressed(1e-4, integrator), fine = pressed(2.5e-5, integrator);
+    const double a = std::abs(coarse.normal_n - truth.normal_n);
+    const double b = std::abs(fine.normal_n - truth.normal_n);
+    CAPTURE(integrator == Integrator::midpoint, a, b);
+    CHECK(std::abs(pressed(1e-3, integrator).normal_n - truth.normal_n) < 1e-3);
+    CHECK(std::log2(a / b) / 2 > 1.8);
+    CHECK(fine.friction_n[1] == Approx(truth.friction_n[1]).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("in slow motion level L2 goes over into level L1") {
+  for (const char* name : {"denim", "silk", "jersey"}) {
+    const ContactMaterial material = whole(name);
+    const ContactModel statics(level_plate(), {}, material);
+    double last_error = 0;
+    for (const double speed : {1e-3, 1e-4}) {
+      DynamicsParams params = with_step(speed > 5e-4 ? 2e-4 : 1e-3);
+      params.static_ratio = 1;
+      params.lateral_stiffness_n_m = 1e7;
+      const DynamicContact contact(level_plate(), {}, material, params);
+      ContactState dynamic = hanging(material, plate_z - material.thickness_m - 0.1e-3);
+      ContactState quasistatic = dynamic;
+      double error = 0;
+      const double dt_s = 3e-6 / speed;
+      for (int i = 0; i < 350; ++i) {
+        const bool pressing = quasistatic.normal_n < 5;
+        Pose pose = quasistatic.pose;
+        (pressing ? pose.z_m : pose.y_m) += 3e-6;
+        dynamic = contact.step(dynamic, pose, dt_s);
+        quasistatic = statics.step(quasistatic, pose, dt_s);
+        error = std::max(error, std::abs(dynamic.normal_n - quasistatic.normal_n));
+      }
+      CAPTURE(name, speed, error);
+      REQUIRE(quasistatic.normal_n > 4.5);
+      // What a mass that is stopped from that speed does to a spring as stiff as the cloth at 5 N.
+      const double bound = speed * std::sqrt(5 / material.law.lambda_m * Mount{}.mass_kg);
+      CHECK(error < 2 * bound);
+      CHECK(dynamic.friction_n[1] == Approx(quasistatic.friction_n[1]).margin(0.2 * bound));
+      if (last_error > 0) CHECK(error < last_error);
+      last_error = error;
+    }
+  }
+}
+
+TEST_CASE("a run that is stopped and taken up again has the same bits") {
+  const ContactMaterial material = whole("terry");
+  for (const Integrator integrator : both) {
+    const DynamicContact contact(level_plate(), {}, material, with_step(2e-4, integrator));
+    const auto path = [&](int i) {
+      return Pose{.x_m = 1e-6 * i,
+                  .y_m = 3e-6 * i,
+                  .z_m = plate_z - material.thickness_m + 2.5e-3 * std::sin(0.003 * i)};
+    };
+    ContactState single = hanging(material, path(0).z_m), split = single;
+    for (int i = 1; i <= 600; ++i) single = contact.step(single, path(i), 3.072e-3);
+    for (int i = 1; i <= 600; ++i) {
+      static_cast<void>(contact.step(split, path(i), 1.7e-3));  // somebody looks in between
+      const DynamicContact again = contact;
+      split = again.step(split, path(i), 3.072e-3);
+    }
+    CHECK(split.normal_n == single.normal_n);
+    CHECK(split.extension_m == single.extension_m);
+    CHECK(split.velocity_mps == single.velocity_mps);
+    CHECK(split.bristle == single.bristle);
+    CHECK(split.lag_m == single.lag_m);
+    CHECK(split.relaxation.relaxed_n == single.relaxation.relaxed_n);
+  }
+}
+
+TEST_CASE("contact is lost and found again without a trace of the first") {
+  const ContactMaterial material = whole("cotton");
+  const double touch = plate_z - material.thickness_m;
+  for (const Integrator integrator : both) {
+    const DynamicContact contact(level_plate(), {}, material, with_step(2e-4, integrator));
+    ContactState state = hanging(material, touch - 0.8e-3);
+    double peaks[2] = {};
+    for (double& peak : peaks) {
+      for (int i = 1; i <= 400; ++i) {
+        state = contact.step(state, {.y_m = 0, .z_m = touch - 0.8e-3 + 3.5e-6 * i}, 3e-3);
+        peak = std::max(peak, state.normal_n);
+      }
+      for (int i = 1; i <= 400; ++i)
+        state = contact.step(state, {.y_m = 0, .z_m = touch + 0.6e-3 - 3.5e-6 * i}, 3e-3);
+      state = contact.step(state, {.z_m = touch - 0.8e-3}, 3e-3);
+      CHECK(state.normal_n == 0);
+      CHECK(state.branch == -1);
+      CHECK(state.bristle == Vector2{});
+      state = contact.step(state, state.pose, 60);  // the cloth and the probe come to rest
+    }
+    CHECK(peaks[0] > 4);
+    CHECK(peaks[1] == Approx(peaks[0]).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("no stiffness, step, load or speed makes level L2 leave the numbers") {
+  for (const Integrator integrator : both)
+    for (const double stiffness : {1e1, 1e4, 1e8})
+      for (const double step_s : {1e-6, 2e-4, 0.05})
+        for (const double lambda : {1e-9, 1e-6, 5e-3})
+          for (const double speed : {0.0, 4e-3, 4.0001e-3, 3.0}) {
+            Mount mount;
+            mount.stiffness_n_m = stiffness;
+            ContactMaterial material = whole("wool");
+            material.law.lambda_m = lambda;
+            DynamicsParams params = undamped(step_s, integrator);
+            params.lateral_stiffness_n_m = stiffness;
+            REQUIRE(check(level_plate(), mount, material, params));
+            const DynamicContact contact(level_plate(), mount, material, params);
+            ContactState state = hanging(material, plate_z - 2e-3, mount);
+            const double dt_s = std::min(20 * step_s, 0.05);
+            for (int i = 0; i < 40; ++i) {
+              const double way = speed * dt_s * (i < 20 ? 1 : -1);
+              state = contact.step(state,
+                                   {.x_m = state.pose.x_m + way,
+                                    .y_m = state.pose.y_m - way,
+                                    .z_m = i == 5 ? plate_z : state.pose.z_m + way,
+                                    .rx_rad = 0.05,
+                                    .ry_rad = -0.05},
+                                   i % 7 == 3 ? 0 : dt_s);
+              CAPTURE(stiffness, step_s, lambda, speed, i);
+              REQUIRE(std::isfinite(state.normal_n));
+              REQUIRE(state.normal_n >= 0);
+              REQUIRE(std::isfinite(state.indentation_m));
+              REQUIRE(std::isfinite(state.velocity_mps[2]));
+              REQUIRE(std::isfinite(state.velocity_mps[1]));
+              REQUIRE(std::isfinite(state.friction_n[0]));
+              REQUIRE(std::isfinite(state.lag_m[0]));
+              REQUIRE(std::isfinite(state.load_ratio));
+            }
+          }
+}
+
+TEST_CASE("a pressed probe without damping neither gains energy nor loses its rest in 1e5 steps") {
+  const ContactMaterial material = plain("nylon");
+  for (const double step_s : {2e-4, 3e-3}) {
+    const DynamicContact contact(level_plate(), {}, material, undamped(step_s));
+    ContactState state = hanging(material, plate_z - material.thickness_m - 0.1e-3);
+    for (int i = 1; i <= 200; ++i)
+      state = contact.step(state, {.z_m = plate_z - material.thickness_m + 3e-6 * i}, 3e-3);
+    double early = 0, late = 0;
+    for (int i = 0; i < 1000; ++i) {
+      state = contact.step(state, state.pose, 100 * step_s);
+      double& swing = i < 200 ? early : late;
+      swing = std::max(swing, std::abs(state.velocity_mps[2]));
+    }
+    CHECK(late < 1.1 * early);
+    CHECK(late > 0.5 * early);
+  }
+}
+
+TEST_CASE("poses and times that cannot be change nothing") {
+  const ContactMaterial material = whole("velvet");
+  const DynamicContact contact(level_plate(), {}, material, {});
+  const ContactState state = hanging(material, plate_z);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const double bad : {nan, inf, -inf, 1e308, -1e308})
+    for (int axis = 0; axis < 5; ++axis) {
+      Pose pose = state.pose;
+      double* fields[] = {&pose.x_m, &pose.y_m, &pose.z_m, &pose.rx_rad, &pose.ry_rad};
+      *fields[axis] = bad;
+      const ContactState after = contact.step(state, pose, 0.01);
+      CHECK(after.pose.z_m == state.pose.z_m);
+      CHECK(after.normal_n == state.normal_n);
+    }
+  for (const double bad : {nan, inf, 1e308, -1.0})
+    CHECK(contact.step(state, {}, bad).pose.z_m == state.pose.z_m);
+  const ContactState denormal = contact.step(state, {.z_m = plate_z}, 5e-324);
+  CHECK(std::isfinite(denormal.velocity_mps[2]));
+  CHECK(std::isfinite(denormal.normal_n));
+}
+
+TEST_CASE("parameters that cannot be are refused with a sentence that names them") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  CHECK(check(level_plate(), {}, whole("silk"), {}));
+  const auto fields = [](ContactGeometry& g, Mount& m, ContactMaterial& c, DynamicsParams& d) {
+    return std::vector<double*>{&g.plate_z_m,
+                                &g.face_half_width_m,
+                                &g.tilt_axis_y_m,
+                                &g.tilt_x,
+                                &g.tilt_y,
+                                &m.mass_kg,
+                                &m.stiffness_n_m,
+                                &m.slack_m,
+                                &m.stop_stiffness_n_m,
+                                &c.law.lambda_m,
+                                &c.law.pressure_pa,
+                                &c.thickness_m,
+                                &c.hysteresis.eta,
+                                &c.hysteresis.length,
+                                &c.relaxation.share[0],
+                                &c.relaxation.share[1],
+                                &c.relaxation.time_s[0],
+                                &c.relaxation.time_s[1],
+                                &c.friction.coefficient,
+                                &c.friction.reference_load_n,
+                                &c.friction.exponent,
+                                &c.friction.bristle_length_m,
+                                &d.step_s,
+                                &d.normal_damping,
+                                &d.lateral_stiffness_n_m,
+                                &d.lateral_damping,
+                                &d.static_ratio,
+                                &d.stribeck_speed_mps,
+                                &d.friction_speed_mps,
+                                &d.bristle_damping,
+                                &d.viscous_n_s_m};
+  };
+  ContactGeometry geometry = level_plate();
+  Mount mount;
+  ContactMaterial material = whole("silk");
+  DynamicsParams dynamics;
+  const std::size_t count = fields(geometry, mount, material, dynamics).size();
+  for (std::size_t i = 0; i < count; ++i)
+    for (const double bad : {nan, inf, -inf, 1e308, -1e308}) {
+      ContactGeometry g = geometry;
+      Mount m = mount;
+      ContactMaterial c = material;
+      DynamicsParams d = dynamics;
+      *fields(g, m, c, d)[i] = bad;
+      const Status refused = check(g, m, c, d);
+      CAPTURE(i, bad);
+      REQUIRE_FALSE(refused);
+      CHECK(refused.error().message.find("outside") != std::string::npos);
+      CHECK_FALSE(refused.error().where.empty());
+      CHECK_FALSE(refused.error().got.empty());
+    }
+  dynamics.integrator = static_cast<Integrator>(9);
+  CHECK_FALSE(check(geometry, mount, material, dynamics));
+}
