@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/plant/lanes.hpp"
+
 namespace weft::sim {
 
 namespace {
@@ -12,25 +14,53 @@ namespace {
 constexpr std::size_t lanes = ColumnFft::lanes;
 
 /// Rows a, b become a + b and (a - b) w.
-void split(double* re_a, double* im_a, double* re_b, double* im_b, double c, double s) {
-  for (std::size_t l = 0; l < lanes; ++l) {
-    const double re = re_a[l] - re_b[l], im = im_a[l] - im_b[l];
-    re_a[l] += re_b[l];
-    im_a[l] += im_b[l];
-    re_b[l] = re * c - im * s;
-    im_b[l] = re * s + im * c;
+WEFT_SIM_INLINE void split(double* re_a, double* im_a, double* re_b, double* im_b, double c,
+                           double s) {
+  for (std::size_t l = 0; l < lanes; l += simd::width) {
+    const simd::Lanes ra = simd::load(re_a + l), ia = simd::load(im_a + l);
+    const simd::Lanes rb = simd::load(re_b + l), ib = simd::load(im_b + l);
+    const simd::Lanes re = ra - rb, im = ia - ib;
+    simd::store(re_a + l, ra + rb);
+    simd::store(im_a + l, ia + ib);
+    simd::store(re_b + l, re * c - im * s);
+    simd::store(im_b + l, re * s + im * c);
   }
 }
 
 /// Rows a, b become a + b w and a - b w.
-void join(double* re_a, double* im_a, double* re_b, double* im_b, double c, double s) {
-  for (std::size_t l = 0; l < lanes; ++l) {
-    const double re = re_b[l] * c - im_b[l] * s, im = re_b[l] * s + im_b[l] * c;
-    re_b[l] = re_a[l] - re;
-    im_b[l] = im_a[l] - im;
-    re_a[l] += re;
-    im_a[l] += im;
+WEFT_SIM_INLINE void join(double* re_a, double* im_a, double* re_b, double* im_b, double c,
+                          double s) {
+  for (std::size_t l = 0; l < lanes; l += simd::width) {
+    const simd::Lanes ra = simd::load(re_a + l), ia = simd::load(im_a + l);
+    const simd::Lanes rb = simd::load(re_b + l), ib = simd::load(im_b + l);
+    const simd::Lanes re = rb * c - ib * s, im = rb * s + ib * c;
+    simd::store(re_a + l, ra + re);
+    simd::store(im_a + l, ia + im);
+    simd::store(re_b + l, ra - re);
+    simd::store(im_b + l, ia - im);
   }
+}
+
+WEFT_SIM_CLONES void run_forward(std::size_t length, const double* cosine, const double* sine,
+                                 double* re, double* im) {
+  for (std::size_t half = length / 2; half > 0; half /= 2)
+    for (std::size_t j = 0; j < half; ++j) {
+      const std::size_t turn = j * (length / 2 / half);
+      for (std::size_t a = j; a < length; a += 2 * half)
+        split(re + a * lanes, im + a * lanes, re + (a + half) * lanes, im + (a + half) * lanes,
+              cosine[turn], -sine[turn]);
+    }
+}
+
+WEFT_SIM_CLONES void run_backward(std::size_t length, const double* cosine, const double* sine,
+                                  double* re, double* im) {
+  for (std::size_t half = 1; half < length; half *= 2)
+    for (std::size_t j = 0; j < half; ++j) {
+      const std::size_t turn = j * (length / 2 / half);
+      for (std::size_t a = j; a < length; a += 2 * half)
+        join(re + a * lanes, im + a * lanes, re + (a + half) * lanes, im + (a + half) * lanes,
+             cosine[turn], sine[turn]);
+    }
 }
 
 std::size_t blocks_of(std::size_t count) {
@@ -57,23 +87,11 @@ ColumnFft::ColumnFft(std::size_t length)
 }
 
 void ColumnFft::forward(double* re, double* im) const {
-  for (std::size_t half = length_ / 2; half > 0; half /= 2)
-    for (std::size_t j = 0; j < half; ++j) {
-      const std::size_t turn = j * (length_ / 2 / half);
-      for (std::size_t a = j; a < length_; a += 2 * half)
-        split(re + a * lanes, im + a * lanes, re + (a + half) * lanes, im + (a + half) * lanes,
-              cosine_[turn], -sine_[turn]);
-    }
+  run_forward(length_, cosine_.data(), sine_.data(), re, im);
 }
 
 void ColumnFft::backward(double* re, double* im) const {
-  for (std::size_t half = 1; half < length_; half *= 2)
-    for (std::size_t j = 0; j < half; ++j) {
-      const std::size_t turn = j * (length_ / 2 / half);
-      for (std::size_t a = j; a < length_; a += 2 * half)
-        join(re + a * lanes, im + a * lanes, re + (a + half) * lanes, im + (a + half) * lanes,
-             cosine_[turn], sine_[turn]);
-    }
+  run_backward(length_, cosine_.data(), sine_.data(), re, im);
 }
 
 EvenConvolution::EvenConvolution(std::size_t rows, std::size_t cols,

@@ -1,0 +1,194 @@
+#include "sim/plant/modal/modal_bank.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <string>
+
+#include "sim/plant/lanes.hpp"
+
+namespace weft::sim {
+
+namespace {
+
+using simd::Lanes;
+constexpr std::size_t lanes = simd::width;
+
+constexpr double largest_force_n = 1e9;
+constexpr double smallest_force_n = 1e-100;
+// Added to every mode's force: a bank in silence decays to the rest under it, not through
+// denormals, without touching the processor's rounding modes. In m/s2: nothing.
+constexpr double standing_force = 1e-30;
+
+constexpr std::size_t per_group(std::size_t channels) {
+  return (2 + bank_inputs + 2 * channels) * lanes;
+}
+
+double limited(double force_n) {
+  const double size = std::abs(force_n);
+  if (!(size >= smallest_force_n)) return 0;  // NaN too
+  return std::clamp(force_n, -largest_force_n, largest_force_n);
+}
+
+/// One sample: moves all modes on and adds up what each channel sees of them.
+template <std::size_t channels>
+WEFT_SIM_INLINE void advance_groups(const double* coefficients, double* state, std::size_t groups,
+                                    const Force& force, double* out) {
+  Lanes sums[channels]{};
+  for (std::size_t g = 0; g < groups; ++g) {
+    const double* c = coefficients + g * per_group(channels);
+    double* w = state + g * 2 * lanes;
+    const Lanes turn_re = simd::load(c), turn_im = simd::load(c + lanes);
+    const Lanes driven = simd::load(c + 2 * lanes) * force[0] +
+                         simd::load(c + 3 * lanes) * force[1] +
+                         simd::load(c + 4 * lanes) * force[2] + standing_force;
+    const Lanes re = simd::load(w), im = simd::load(w + lanes);
+    const Lanes next_re = turn_re * re - turn_im * im + driven;
+    const Lanes next_im = turn_im * re + turn_re * im;
+    simd::store(w, next_re);
+    simd::store(w + lanes, next_im);
+    const double* weight = c + (2 + bank_inputs) * lanes;
+    for (std::size_t k = 0; k < channels; ++k)
+      sums[k] += simd::load(weight + 2 * k * lanes) * next_re +
+                 simd::load(weight + (2 * k + 1) * lanes) * next_im;
+  }
+  for (std::size_t k = 0; k < channels; ++k) {
+    const Lanes s = sums[k];
+    out[k] = (s[0] + s[2]) + (s[1] + s[3]);
+  }
+}
+
+WEFT_SIM_CLONES void advance_1(const double* c, double* w, std::size_t groups, const Force& force,
+                               double* out) {
+  advance_groups<1>(c, w, groups, force, out);
+}
+WEFT_SIM_CLONES void advance_2(const double* c, double* w, std::size_t groups, const Force& force,
+                               double* out) {
+  advance_groups<2>(c, w, groups, force, out);
+}
+WEFT_SIM_CLONES void advance_3(const double* c, double* w, std::size_t groups, const Force& force,
+                               double* out) {
+  advance_groups<3>(c, w, groups, force, out);
+}
+
+/// What one step of a mode under a piecewise-linear force comes to, with w scaled and turned so
+/// that the force enters it with weight 1.
+struct ExactMode {
+  std::complex<long double> turn;     // e^{s h}
+  std::complex<long double> reading;  // acceleration = Im(reading w) + direct f
+  long double direct;
+};
+
+using Complex = std::complex<long double>;
+
+/// (e^z - 1)/z and its own successor (that - 1)/z: by series where the difference would cancel.
+Complex mean_of_exp(Complex z) {
+  Complex sum = 0, term = 1;
+  if (std::abs(z) > 0.5L) return (std::exp(z) - 1.0L) / z;
+  for (int n = 2; n < 25; ++n) sum += term, term *= z / static_cast<long double>(n);
+  return sum;
+}
+Complex ramp_of_exp(Complex z) {
+  Complex sum = 0, term = 0.5L;
+  if (std::abs(z) > 0.5L) return (mean_of_exp(z) - 1.0L) / z;
+  for (int n = 3; n < 25; ++n) sum += term, term *= z / static_cast<long double>(n);
+  return sum;
+}
+
+ExactMode exact(const Mode& mode, double step_s) {
+  const long double h = step_s;
+  const long double natural = 2 * std::numbers::pi_v<long double> * mode.frequency_hz;
+  const long double damped =
+      natural * std::sqrt((1.0L - mode.damping_ratio) * (1.0L + mode.damping_ratio));
+  const Complex s(-natural * mode.damping_ratio, damped);
+  const Complex turn = std::exp(s * h);
+  const Complex ramp = h * ramp_of_exp(s * h);          // weight of the force at the end
+  const Complex begin = h * mean_of_exp(s * h) - ramp;  // and at the begin
+  const Complex carried = begin / turn;                 // kept in w for the next step
+  const Complex entry = ramp + carried;
+  return {turn, s * s * entry / damped, 1 - (s * s * carried).imag() / damped};
+}
+
+bool inside(double value, double low, double high) {
+  return value >= low && value <= high;  // NaN is not
+}
+
+template <std::size_t n>
+bool bounded(const std::array<double, n>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::abs(v) <= 1e9; });
+}
+
+Status check(const Mode& mode, double rate_hz) {
+  if (!inside(mode.frequency_hz, 1e-6 * rate_hz, 0.49 * rate_hz))
+    return fail(Errc::range, "a mode is not within the band", "frequency_hz",
+                std::to_string(1e-6 * rate_hz) + " to " + std::to_string(0.49 * rate_hz),
+                std::to_string(mode.frequency_hz), "Raise the rate or leave the mode out");
+  if (!inside(mode.damping_ratio, 0, 0.9))
+    return fail(Errc::range, "a mode does not ring", "damping_ratio", "0 to 0.9",
+                std::to_string(mode.damping_ratio));
+  if (!bounded(mode.drive_1_kg) || !bounded(mode.weight))
+    return fail(Errc::range, "a drive or weight is absurd", "drive_1_kg, weight", "up to 1e9");
+  return {};
+}
+
+}  // namespace
+
+ModalBank::ModalBank(std::size_t modes, std::size_t channels)
+    : channels_(channels),
+      groups_((modes + lanes - 1) / lanes),
+      coefficients_(groups_ * per_group(channels), 0.0),
+      state_(groups_ * 2 * lanes, 0.0) {}
+
+Result<ModalBank> ModalBank::make(std::span<const Mode> modes, std::size_t channels,
+                                  double rate_hz) {
+  if (modes.empty() || modes.size() > 4096)
+    return fail(Errc::range, "not a bank of modes", "modes", "1 to 4096",
+                std::to_string(modes.size()));
+  if (channels < 1 || channels > bank_channels)
+    return fail(Errc::range, "no bank has as many channels", "channels", "1 to 3",
+                std::to_string(channels));
+  if (!inside(rate_hz, 1, 1e7))
+    return fail(Errc::range, "no bank runs at this rate", "rate_hz", "1 to 1e7",
+                std::to_string(rate_hz));
+  ModalBank bank(modes.size(), channels);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (auto ok = check(modes[i], rate_hz); !ok)
+      return pass(ok.error(), "mode " + std::to_string(i));
+    bank.set(i, modes[i], 1 / rate_hz);
+  }
+  return bank;
+}
+
+void ModalBank::set(std::size_t index, const Mode& mode, double step_s) {
+  const ExactMode m = exact(mode, step_s);
+  double* c = coefficients_.data() + index / lanes * per_group(channels_) + index % lanes;
+  c[0] = static_cast<double>(m.turn.real());
+  c[lanes] = static_cast<double>(m.turn.imag());
+  for (std::size_t i = 0; i < bank_inputs; ++i) c[(2 + i) * lanes] = mode.drive_1_kg[i];
+  for (std::size_t k = 0; k < channels_; ++k) {
+    double* weight = c + (2 + bank_inputs + 2 * k) * lanes;
+    weight[0] = static_cast<double>(mode.weight[k] * m.reading.imag());
+    weight[lanes] = static_cast<double>(mode.weight[k] * m.reading.real());
+    for (std::size_t i = 0; i < bank_inputs; ++i)
+      direct_[k][i] += static_cast<double>(mode.weight[k] * m.direct * mode.drive_1_kg[i]);
+  }
+}
+
+void ModalBank::advance(std::span<const Force> force_n, std::span<double> out) {
+  WEFT_ASSERT(out.size() == force_n.size() * channels_);
+  const auto run = channels_ == 1 ? advance_1 : channels_ == 2 ? advance_2 : advance_3;
+  for (std::size_t n = 0; n < force_n.size(); ++n) {
+    const Force force{limited(force_n[n][0]), limited(force_n[n][1]), limited(force_n[n][2])};
+    double* sample = out.data() + n * channels_;
+    run(coefficients_.data(), state_.data(), groups_, force, sample);
+    for (std::size_t k = 0; k < channels_; ++k)
+      sample[k] += direct_[k][0] * force[0] + direct_[k][1] * force[1] + direct_[k][2] * force[2];
+  }
+}
+
+void ModalBank::reset() {
+  std::fill(state_.begin(), state_.end(), 0.0);
+}
+
+}  // namespace weft::sim
