@@ -21,6 +21,8 @@ void Plant::mount(const Patch& patch, const Pose& pose) {
   geometry.tilt_x += rig_tilt_x_ + patch.tilt_x;
   geometry.tilt_y += rig_tilt_y_ + patch.tilt_y;
   model_ = ContactModel(geometry, params_.mount, patch.material);
+  if (params_.level >= Level::dynamic)
+    dynamic_.emplace(geometry, params_.mount, patch.material, params_.dynamics);
   texture_ = TextureMap(patch.field, patch.material.law.lambda_m);
   cursors_ = {};
   skew_cos_ = std::cos(patch.skew_rad);

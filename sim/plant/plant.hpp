@@ -4,15 +4,20 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "sim/plant/contact.hpp"
+#include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/pads.hpp"
+#include "sim/plant/scene/level.hpp"
 #include "sim/plant/texture_map.hpp"
 
 namespace weft::sim {
 
 struct PlantParams {
+  Level level = Level::quasistatic;  ///< L2 and L3 move the probe with its mass, others as L1
+  DynamicsParams dynamics;           ///< used from L2 on
   ContactGeometry geometry;
   Mount mount;
   PadParams pads;
@@ -27,10 +32,10 @@ class Plant {
   /// A fresh patch under the probe at `pose`: no memory of what was there before.
   void mount(const Patch& patch, const Pose& pose);
   /// Moves in a straight line to `pose` within `dt_s` >= 0.
-  void advance(const Pose& pose, double dt_s) { contact_ = model_.step(contact_, pose, dt_s); }
+  void advance(const Pose& pose, double dt_s) { contact_ = peek(pose, dt_s); }
   /// What advance() would lead to; changes nothing.
   [[nodiscard]] ContactState peek(const Pose& pose, double dt_s) const {
-    return model_.step(contact_, pose, dt_s);
+    return dynamic_ ? dynamic_->step(contact_, pose, dt_s) : model_.step(contact_, pose, dt_s);
   }
   /// Converts the two pads of one stage of frame `frame` in the present state.
   void convert(int stage, std::uint64_t frame);
@@ -51,6 +56,7 @@ class Plant {
   std::uint64_t rig_seed_;
   double rig_tilt_x_, rig_tilt_y_;
   ContactModel model_;
+  std::optional<DynamicContact> dynamic_;
   ContactState contact_;
   TextureMap texture_;
   double skew_cos_ = 1, skew_sin_ = 0;

@@ -10,6 +10,8 @@ struct Pose {
   double z_m = 0;     ///< z stage, downwards, from its home
   double rx_rad = 0;  ///< plate about the fabric frame's x axis; > 0 raises the plate at larger y
   double ry_rad = 0;  ///< probe about the fabric frame's y axis; > 0 raises the face at larger x
+
+  friend bool operator==(const Pose&, const Pose&) = default;
 };
 
 }  // namespace weft::sim

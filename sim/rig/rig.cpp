@@ -69,6 +69,10 @@ Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint n
   const auto patch = cut_patch(*found, parts_->library.params, parts_->library.spread,
                                parts_->config.switches, patch_seed);
   if (!patch) return pass(patch.error());
+  const PlantParams& plant = parts_->config.world.plant;
+  if (plant.level >= Level::dynamic)
+    if (Status s = check(plant.geometry, plant.mount, patch->material, plant.dynamics); !s)
+      return pass(s.error(), fabric);
   parts_->world.mount(*patch, now);
   return {};
 }

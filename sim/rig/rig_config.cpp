@@ -84,6 +84,33 @@ Status read_switches(const json& object, MaterialSwitches& switches) {
   return reader.finish();
 }
 
+Status read_dynamics(const json& object, DynamicsParams& dynamics) {
+  FieldReader reader(object, "/simulation/dynamics");
+  std::string integrator = "midpoint";
+  reader.text("integrator", integrator);
+  reader.number("normal_damping", dynamics.normal_damping, 0, 100);
+  reader.number("lateral_stiffness_n_m", dynamics.lateral_stiffness_n_m, 1, 1e9);
+  reader.number("lateral_damping", dynamics.lateral_damping, 0, 100);
+  reader.number("static_ratio", dynamics.static_ratio, 1, 10);
+  reader.number("stribeck_speed_mm_s", dynamics.stribeck_speed_mps, 1e-3, 1e4, m_per_mm);
+  reader.number("friction_speed_mm_s", dynamics.friction_speed_mps, 0, 1e4, m_per_mm);
+  reader.number("bristle_damping", dynamics.bristle_damping, 0, 100);
+  reader.number("viscous_n_s_m", dynamics.viscous_n_s_m, 0, 1e4);
+  if (Status s = reader.finish(); !s) return s;
+  if (integrator != "midpoint" && integrator != "tr_bdf2")
+    return fail(Errc::parse, "no such integrator", "/simulation/dynamics/integrator",
+                "midpoint or tr_bdf2", integrator);
+  dynamics.integrator = integrator == "midpoint" ? Integrator::midpoint : Integrator::tr_bdf2;
+  return {};
+}
+
+Result<Level> read_level(const std::string& text) {
+  const auto level = level_from(text);
+  if (level && (*level == Level::quasistatic || *level == Level::dynamic)) return *level;
+  return fail(Errc::unsupported, "a bench cannot be simulated at this level of fidelity",
+              "/simulation/level", "L1 or L2", text);
+}
+
 Status read_simulation(const json& object, RigConfig& config) {
   PlantParams& plant = config.world.plant;
   FieldReader reader(object, "/simulation");
@@ -93,11 +120,16 @@ Status read_simulation(const json& object, RigConfig& config) {
   reader.number("stop_stiffness_n_m", plant.mount.stop_stiffness_n_m, 1, 1e9);
   reader.number("slack_mm", plant.mount.slack_m, 0, 50, m_per_mm);
   reader.number("rig_tilt_mrad", plant.rig_tilt, 0, 100, 1e-3);
+  reader.number("step_us", plant.dynamics.step_s, 1, 50000, 1e-6);
+  const json* dynamics = reader.child("dynamics");
   const json* pads = reader.child("pads");
   const json* switches = reader.child("switches");
   if (Status s = reader.finish(); !s) return s;
-  if (level != "L1")
-    return fail(Errc::unsupported, "no such fidelity level", "/simulation/level", "L1", level);
+  const auto chosen = read_level(level);
+  if (!chosen) return pass(chosen.error());
+  plant.level = *chosen;
+  if (dynamics != nullptr)
+    if (Status s = read_dynamics(*dynamics, plant.dynamics); !s) return s;
   if (pads != nullptr)
     if (Status s = read_pads(*pads, plant.pads); !s) return s;
   if (switches != nullptr)

@@ -81,6 +81,7 @@ DynamicContact::DynamicContact(const ContactGeometry& geometry, const Mount& mou
 
 ContactState DynamicContact::step(const ContactState& from, const Pose& to, double dt_s) const {
   if (!usable(from.pose) || !usable(to) || !(dt_s >= 0 && dt_s <= longest_s)) return from;
+  if (dt_s < shortest_s && to == from.pose) return from;
   const Approach path = approach(from, to, dt_s);
   Motion motion = begin(from, path);
   if (dt_s >= shortest_s) {

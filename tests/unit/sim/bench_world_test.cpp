@@ -21,8 +21,11 @@ WorldParams world_params() {
 }
 
 /// A press and a slide, looked at `extra` times more than needed; returns all counts and forces.
-std::vector<double> press_and_slide(std::uint64_t seed, std::uint64_t patch, int extra) {
-  BenchWorld world(world_params(), seed);
+std::vector<double> press_and_slide(std::uint64_t seed, std::uint64_t patch, int extra,
+                                    Level level = Level::quasistatic) {
+  WorldParams params = world_params();
+  params.plant.level = level;
+  BenchWorld world(params, seed);
   Random random(extra);
   std::vector<double> seen;
   world.mount(test::patch_of(test::library(), "jersey", patch), {});
@@ -45,6 +48,9 @@ TEST_CASE("what the world does not depend on is who looks at it, and when") {
   CHECK(once == press_and_slide(1, 1, 3));
   CHECK(once != press_and_slide(2, 1, 0));
   CHECK(once != press_and_slide(1, 2, 0));
+  const auto dynamic = press_and_slide(1, 1, 0, Level::dynamic);
+  CHECK(dynamic == press_and_slide(1, 1, 3, Level::dynamic));
+  CHECK(dynamic != once);
 }
 
 TEST_CASE("pads are converted two at a time, 3.072 ms apart") {

@@ -95,10 +95,10 @@ struct Host {
 };
 
 /// Everything the devices said in one short trial.
-Bytes trial(std::uint64_t seed, std::uint64_t patch, const std::string& fabric = "terry") {
-  Host host(test::bench17_text(), seed);
+Bytes trial(std::uint64_t seed, std::uint64_t patch, const std::string& level = "L1") {
+  Host host(test::bench17_with({{"/simulation/level", '"' + level + '"'}}), seed);
   host.start_force();
-  REQUIRE(host.rig->mount(fabric, patch, host.loop.now()).has_value());
+  REQUIRE(host.rig->mount("terry", patch, host.loop.now()).has_value());
   host.touch();
   host.lower_to(host.z_target_mm + 0.5, 1);
   host.loop.run_for(2);
@@ -125,9 +125,13 @@ TEST_CASE("the probe rests with its own weight whatever the stage does within th
 }
 
 TEST_CASE("a press is regulated through the bytes, standing and sliding, on soft and stiff cloth") {
-  for (const char* fabric : {"pile", "cotton", "nylon"}) {
-    CAPTURE(fabric);
-    Host host;
+  for (const auto& [fabric, level] : {std::pair{"pile", R"("L1")"},
+                                      {"cotton", R"("L1")"},
+                                      {"nylon", R"("L1")"},
+                                      {"pile", R"("L2")"},
+                                      {"nylon", R"("L2")"}}) {
+    CAPTURE(fabric, level);
+    Host host(test::bench17_with({{"/simulation/level", level}}));
     host.start_force();
     REQUIRE(host.rig->mount(fabric, 2, host.loop.now()).has_value());
     host.touch();
@@ -147,6 +151,9 @@ TEST_CASE("the same seeds give the same bytes, another seed of either kind other
   CHECK(bytes == trial(1, 1));
   CHECK(bytes != trial(2, 1));
   CHECK(bytes != trial(1, 2));
+  const Bytes dynamic = trial(1, 1, "L2");
+  CHECK(dynamic == trial(1, 1, "L2"));
+  CHECK(dynamic != bytes);
 }
 
 TEST_CASE("a rig knows its devices and its fabrics, and refuses others") {
@@ -195,6 +202,16 @@ TEST_CASE("a rig file with a fault is refused, with the place of the fault") {
   CHECK(where("[1, 2]") == "rig file: rig file");
   CHECK(where(bench17_with({{"/simulation/slackk_mm", "1"}})) == "rig file: /simulation/slackk_mm");
   CHECK(where(bench17_with({{"/simulation/level", R"("L7")"}})) == "rig file: /simulation/level");
+  for (const char* level : {R"("L0")", R"("L3")", R"("Z+")"})
+    CHECK(where(bench17_with({{"/simulation/level", level}})) == "rig file: /simulation/level");
+  for (const char* step : {"0", "-1", "60000", "1e308", R"("fine")"})
+    CHECK(where(bench17_with({{"/simulation/step_us", step}})) == "rig file: /simulation/step_us");
+  CHECK(where(bench17_with({{"/simulation/dynamics", R"({"lateral_stifness_n_m": 1e4})"}})) ==
+        "rig file: /simulation/dynamics/lateral_stifness_n_m");
+  CHECK(where(bench17_with({{"/simulation/dynamics", R"({"static_ratio": 0.5})"}})) ==
+        "rig file: /simulation/dynamics/static_ratio");
+  CHECK(where(bench17_with({{"/simulation/dynamics", R"({"integrator": "euler"})"}})) ==
+        "rig file: /simulation/dynamics/integrator");
   CHECK(where(bench17_with({{"/simulation/mount_stiffness_n_m", "1e300"}})) ==
         "rig file: /simulation/mount_stiffness_n_m");
   CHECK(where(bench17_with({{"/simulation/pads/noise_counts", R"("much")"}})) ==
