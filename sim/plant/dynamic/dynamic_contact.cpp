@@ -50,6 +50,7 @@ struct DynamicContact::Motion {
   bool touching;
   double normal_n;
   GlideState glide;
+  NearPower power;  ///< of the load that friction follows
 };
 
 /// What a substep does along z: the motion at its end, the load at its inner stage and end.
@@ -75,9 +76,10 @@ DynamicContact::DynamicContact(const ContactGeometry& geometry, const Mount& mou
       glide_law_{
           mount.mass_kg, params.lateral_stiffness_n_m,
           2 * params.lateral_damping * std::sqrt(params.lateral_stiffness_n_m * mount.mass_kg)},
-      kinetic_share_(
-          1 / LuGre{.static_ratio = params.static_ratio, .stribeck_mps = params.stribeck_speed_mps}
-                  .limit_ratio(params.friction_speed_mps)) {}
+      kinetic_at_reference_n_(
+          material.friction.coefficient * material.friction.reference_load_n /
+          LuGre{.static_ratio = params.static_ratio, .stribeck_mps = params.stribeck_speed_mps}
+              .limit_ratio(params.friction_speed_mps)) {}
 
 ContactState DynamicContact::step(const ContactState& from, const Pose& to, double dt_s) const {
   if (!usable(from.pose) || !usable(to) || !(dt_s >= 0 && dt_s <= longest_s)) return from;
@@ -134,13 +136,15 @@ DynamicContact::Motion DynamicContact::begin(const ContactState& from,
                                              const Approach& approach) const {
   return {.z_m = from.probe_z_m(),
           .v_mps = from.velocity_mps[2],
-          .memory = {from.exponent, from.branch, from.relaxation},
+          .memory = {from.exponent, std::exp(std::clamp(from.exponent, 0.0, law_.largest_exponent)),
+                     from.branch, from.relaxation},
           .touching = from.exponent > 0,
           .normal_n = from.normal_n,
-          .glide = {approach.lag_m, {from.velocity_mps[0], from.velocity_mps[1]}, from.bristle}};
+          .glide = {approach.lag_m, {from.velocity_mps[0], from.velocity_mps[1]}, from.bristle},
+          .power = NearPower(material_.friction.exponent)};
 }
 
-ContactState DynamicContact::finish(const ContactState& from, const Pose& to, const Motion& motion,
+ContactState DynamicContact::finish(const ContactState& from, const Pose& to, Motion& motion,
                                     const Approach& approach, double dt_s) const {
   ContactState state = from;
   state.pose = to;
@@ -165,7 +169,7 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, co
   state.friction_n = {};
   if (motion.normal_n > 0 && material_.friction.coefficient > 0)
     state.friction_n =
-        friction(motion.normal_n)
+        friction(motion.normal_n, motion.power)
             .force_n(motion.glide.bristle, sum(1, approach.stage_mps, 1, motion.glide.room_mps));
   return state;
 }
@@ -224,14 +228,16 @@ void DynamicContact::settle_memory(PressMemory& memory, double exponent,
                                    const RelaxationStep& relaxation) const {
   double elastic_n = 0;
   if (exponent > 0) {
-    elastic_n = law_.top_n * std::expm1(std::min(exponent, law_.largest_exponent));
+    const double growth = law_.growth(memory, exponent);
+    elastic_n = law_.top_n * (growth - 1);
     if (law_.hysteresis.eta > 0) {
-      memory.branch =
-          branch_after(memory.branch, std::max(memory.exponent, 0.0), exponent, law_.hysteresis);
+      memory.branch = law_.branch(memory, exponent);
       elastic_n *= branch_factor(memory.branch, law_.hysteresis.eta);
     }
+    memory.growth = growth;
   } else {
     memory.branch = -1;
+    memory.growth = 1;
   }
   memory.exponent = exponent;
   relaxation.advance(memory.relaxation, elastic_n);
@@ -270,7 +276,7 @@ DynamicContact::Pressed DynamicContact::press_midpoint(const Motion& motion,
   const PressStage::Value middle = stage.solve(d_m);
   Pressed out{.z_m = motion.z_m + 2 * d_m,
               .v_mps = 2 * d_m / half_s - motion.v_mps,
-              .memory = {middle.exponent, middle.branch, motion.memory.relaxation},
+              .memory = {middle.exponent, middle.growth, middle.branch, motion.memory.relaxation},
               .inner_normal_n = middle.force_n,
               .normal_n = 0};
   span.first.advance(out.memory.relaxation, middle.elastic_n);
@@ -308,7 +314,7 @@ DynamicContact::Pressed DynamicContact::press_tr_bdf2(const Motion& motion,
   double d1_m = motion.v_mps * first_s;
   const PressStage::Value middle = trapezium.solve(d1_m);
   const double middle_mps = d1_m / tau_s - motion.v_mps;
-  PressMemory memory{middle.exponent, middle.branch, motion.memory.relaxation};
+  PressMemory memory{middle.exponent, middle.growth, middle.branch, motion.memory.relaxation};
   span.first.advance(memory.relaxation, middle.elastic_n);
   const double past_m = tr_bdf2::middle * d1_m;
   const double past_mps = tr_bdf2::middle * middle_mps - tr_bdf2::begin * motion.v_mps;
@@ -327,7 +333,7 @@ DynamicContact::Pressed DynamicContact::press_tr_bdf2(const Motion& motion,
   const PressStage::Value end = backward.solve(d_m);
   Pressed out{.z_m = motion.z_m + d_m,
               .v_mps = (d_m - past_m) / tau_s,
-              .memory = {end.exponent, end.branch, memory.relaxation},
+              .memory = {end.exponent, end.growth, end.branch, memory.relaxation},
               .inner_normal_n = middle.force_n,
               .normal_n = end.force_n};
   if (!(end.exponent > 0)) out.memory.branch = -1;
@@ -335,9 +341,10 @@ DynamicContact::Pressed DynamicContact::press_tr_bdf2(const Motion& motion,
   return out;
 }
 
-LuGre DynamicContact::friction(double normal_n) const {
+LuGre DynamicContact::friction(double normal_n, NearPower& power) const {
   const Friction& friction = material_.friction;
-  const double kinetic_n = kinetic_share_ * friction.sliding_n(normal_n);
+  const double kinetic_n =
+      normal_n > 0 ? kinetic_at_reference_n_ * power(normal_n / friction.reference_load_n) : 0;
   return {.kinetic_n = kinetic_n,
           .static_ratio = params_.static_ratio,
           .stribeck_mps = params_.stribeck_speed_mps,
@@ -351,12 +358,13 @@ LuGre DynamicContact::friction(double normal_n) const {
 void DynamicContact::glide(Motion& motion, const Approach& approach, double h_s,
                            const Pressed& pressed) const {
   if (!(h_s > 0)) return;
-  const LuGre inner = friction(pressed.inner_normal_n);
+  const LuGre inner = friction(pressed.inner_normal_n, motion.power);
   if (params_.integrator == Integrator::midpoint)
     motion.glide = glide_midpoint(glide_law_, inner, motion.glide, approach.stage_mps, h_s);
   else
-    motion.glide = glide_tr_bdf2(glide_law_, friction(motion.normal_n), inner,
-                                 friction(pressed.normal_n), motion.glide, approach.stage_mps, h_s);
+    motion.glide = glide_tr_bdf2(glide_law_, friction(motion.normal_n, motion.power), inner,
+                                 friction(pressed.normal_n, motion.power), motion.glide,
+                                 approach.stage_mps, h_s);
   motion.z_m = pressed.z_m;
   motion.v_mps = pressed.v_mps;
   motion.memory = pressed.memory;

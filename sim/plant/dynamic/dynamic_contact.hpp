@@ -10,6 +10,7 @@
 #include "sim/plant/dynamic/approach.hpp"
 #include "sim/plant/dynamic/dynamics_params.hpp"
 #include "sim/plant/dynamic/glide.hpp"
+#include "sim/plant/dynamic/near.hpp"
 #include "sim/plant/dynamic/press_stage.hpp"
 
 namespace weft::sim {
@@ -36,7 +37,7 @@ class DynamicContact {
 
   [[nodiscard]] Approach approach(const ContactState& from, const Pose& to, double dt_s) const;
   [[nodiscard]] Motion begin(const ContactState& from, const Approach& approach) const;
-  [[nodiscard]] ContactState finish(const ContactState& from, const Pose& to, const Motion& motion,
+  [[nodiscard]] ContactState finish(const ContactState& from, const Pose& to, Motion& motion,
                                     const Approach& approach, double dt_s) const;
   void advance(Motion& motion, const Approach& approach, double t_s, const Span& whole) const;
   [[nodiscard]] Pressed press(const Motion& motion, const Approach& approach, double t_s,
@@ -49,7 +50,7 @@ class DynamicContact {
                                    double h_s, double exponent_at_end) const;
   void settle_memory(PressMemory& memory, double exponent, const RelaxationStep& relaxation) const;
   void glide(Motion& motion, const Approach& approach, double h_s, const Pressed& pressed) const;
-  [[nodiscard]] LuGre friction(double normal_n) const;
+  [[nodiscard]] LuGre friction(double normal_n, NearPower& power) const;
   [[nodiscard]] double force_n(const PressMemory& memory) const;
 
   ContactModel statics_;
@@ -58,7 +59,7 @@ class DynamicContact {
   DynamicsParams params_;
   PressLaw law_;
   GlideLaw glide_law_;
-  double kinetic_share_;  ///< F_C over the friction at the speed of the friction test
+  double kinetic_at_reference_n_;  ///< F_C at the reference load
 };
 
 }  // namespace weft::sim

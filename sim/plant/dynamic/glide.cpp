@@ -16,27 +16,22 @@ double size(const Vector2& x) {
 
 /// The slip that solves m (v - v_0)/tau = k (u_0 - tau v) - c v - F. `friction_s` is the time over
 /// which the bristles move.
-Vector2 slip(const GlideLaw& law, const LuGre& lugre, BristleRule rule, const GlideState& from,
-             const Vector2& stage_mps, double tau_s, double friction_s, double guess_mps) {
+Slip slip(const GlideLaw& law, const LuGre& lugre, BristleRule rule, const GlideState& from,
+          const Vector2& stage_mps, double tau_s, double friction_s, double guess_mps) {
   const double inertia = law.mass_kg / tau_s;
   const double a = inertia + law.damper_n_s_m + law.stiffness_n_m * tau_s;
   const Vector2 held = sum(inertia, from.room_mps, law.stiffness_n_m, from.lag_m);
   const Vector2 q = sum(1, held, a, stage_mps);
-  if (!(lugre.kinetic_n > 0)) return {q[0] / a, q[1] / a};
+  if (!(lugre.kinetic_n > 0)) return {{q[0] / a, q[1] / a}, {}};
   return solve_slip(lugre, rule, a, q, from.bristle, friction_s, guess_mps);
 }
 
 /// An implicit Euler step of tau_s: both stages of TR-BDF2, with what came before put into `from`.
 GlideState implicit_stage(const GlideLaw& law, const LuGre& lugre, const GlideState& from,
                           const Vector2& stage_mps, double tau_s, double guess_mps) {
-  const Vector2 w =
-      slip(law, lugre, BristleRule::implicit, from, stage_mps, tau_s, tau_s, guess_mps);
-  GlideState to;
-  to.room_mps = sum(1, w, -1, stage_mps);
-  to.lag_m = sum(1, from.lag_m, -tau_s, to.room_mps);
-  if (lugre.kinetic_n > 0)
-    to.bristle = bristle_after(from.bristle, w, tau_s, lugre, BristleRule::implicit);
-  return to;
+  const Slip to = slip(law, lugre, BristleRule::implicit, from, stage_mps, tau_s, tau_s, guess_mps);
+  const Vector2 room_mps = sum(1, to.w_mps, -1, stage_mps);
+  return {sum(1, from.lag_m, -tau_s, room_mps), room_mps, to.bristle};
 }
 
 /// `from` moved on by tau_s with its present rates.
@@ -59,14 +54,9 @@ GlideState explicit_part(const GlideLaw& law, const LuGre& lugre, const GlideSta
 GlideState glide_midpoint(const GlideLaw& law, const LuGre& lugre, const GlideState& from,
                           const Vector2& stage_mps, double h_s) {
   const double guess_mps = size(sum(1, stage_mps, 1, from.room_mps));
-  const Vector2 w =
-      slip(law, lugre, BristleRule::exact, from, stage_mps, 0.5 * h_s, h_s, guess_mps);
-  const Vector2 middle_mps = sum(1, w, -1, stage_mps);
-  GlideState to;
-  to.lag_m = sum(1, from.lag_m, -h_s, middle_mps);
-  to.room_mps = sum(2, middle_mps, -1, from.room_mps);
-  if (lugre.kinetic_n > 0) to.bristle = bristle_after(from.bristle, w, h_s, lugre);
-  return to;
+  const Slip to = slip(law, lugre, BristleRule::exact, from, stage_mps, 0.5 * h_s, h_s, guess_mps);
+  const Vector2 middle_mps = sum(1, to.w_mps, -1, stage_mps);
+  return {sum(1, from.lag_m, -h_s, middle_mps), sum(2, middle_mps, -1, from.room_mps), to.bristle};
 }
 
 GlideState glide_tr_bdf2(const GlideLaw& law, const LuGre& begin, const LuGre& middle,

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 
+#include "sim/plant/dynamic/near.hpp"
+
 namespace weft::sim {
 
 namespace {
 
-constexpr int newton_limit = 80;              // 2 or 3 in use
-constexpr double relative_tolerance = 1e-10;  // of a quadratic method: what is left is its square
+constexpr int newton_limit = 80;             // 2 or 3 in use
+constexpr double relative_tolerance = 1e-8;  // of a quadratic method: what is left is its square
 constexpr double absolute_tolerance_mps = 1e-16;
-constexpr double series_below = 2e-3;  // x^5/720 is below the rounding there
+constexpr double series_below = 0.02;
 
 /// What a step takes off the old bristles: at its end and in its force, with both derivatives.
 struct Shares {
@@ -22,14 +24,21 @@ Shares shares_taken(BristleRule rule, double x) {
     return {x * kept, x * kept, kept * kept, kept * kept};
   }
   if (x < series_below) {
-    const double end = x * (1 - x / 2 * (1 - x / 3 * (1 - x / 4 * (1 - x / 5))));
-    const double force = x / 2 * (1 - x / 3 * (1 - x / 4 * (1 - x / 5)));
-    const double slope = 0.5 - x / 3 * (1 - 3 * x / 8 * (1 - 4 * x / 15));
-    return {end, force, 1 - end, slope};
+    // t = 2 (e^-x - 1 + x)/x^2, whose terms fall by x/3, x/4, ...: what is left out is below 1e-17.
+    const double t =
+        1 - x * (1.0 / 3 -
+                 x * (1.0 / 12 -
+                      x * (1.0 / 60 - x * (1.0 / 360 - x * (1.0 / 2520 - x * (1.0 / 20160))))));
+    const double force = 0.5 * x * t, end = x * (1 - force);
+    return {end, force, 1 - end, 1 - 0.5 * t - 0.5 * x * t};
   }
   const double end = -std::expm1(-x);
   const double mean = end / x;
   return {end, 1 - mean, 1 - end, (mean - (1 - end)) / x};
+}
+
+double size(const Vector2& x) {
+  return std::sqrt(x[0] * x[0] + x[1] * x[1]);
 }
 
 /// The scalar equation for the slip speed u and its derivative.
@@ -38,34 +47,52 @@ struct SlipEquation {
   BristleRule rule;
   double a, t_s;
   Vector2 q, b;
+  double sigma1_l = lugre.damping_n_s_m * lugre.length_m / t_s;
+  double per_stribeck = 1 / lugre.stribeck_mps, per_length = t_s / lugre.length_m;
 
   struct Value {
     double residual, slope;
-    Vector2 rest;  // q - Q b: its direction is the slip's
+    double over_squared, excess;  // (u/v_s)^2 and r - 1
+    double end;                   // share taken off the bristles at the step's end
+    Vector2 rest;                 // q - Q b: its direction is the slip's
     double rest_size;
   };
 
-  [[nodiscard]] Value at(double u) const {
-    const double over = u / lugre.stribeck_mps;
-    const double excess = (lugre.static_ratio - 1) * std::exp(-over * over);
-    const double r = 1 + excess, r_slope = -2 * over / lugre.stribeck_mps * excess;
-    const double rate = t_s / (lugre.length_m * r);
-    const double x = u * rate, x_slope = rate * (1 - u * r_slope / r);
+  [[nodiscard]] Value start(double u) const {
+    const double over = u * per_stribeck;
+    return at(u, over * over, (lugre.static_ratio - 1) * std::exp(-over * over));
+  }
+  [[nodiscard]] Value next(double u, const Value& last) const {
+    const double over = u * per_stribeck, squared = over * over;
+    // What has underflowed stays so in a product: then in full.
+    if (!(last.over_squared < 600)) return start(u);
+    return at(u, squared, last.excess * near_exp(last.over_squared - squared));
+  }
+  [[nodiscard]] Value at(double u, double over_squared, double excess) const {
+    const double r = 1 + excess, per_r = 1 / r;
+    const double r_slope = -2 * u * per_stribeck * per_stribeck * excess;
+    const double rate = per_length * per_r;
+    const double x = u * rate, x_slope = rate * (1 - u * r_slope * per_r);
     const Shares s = shares_taken(rule, x);
-    const double f = lugre.kinetic_n, d = lugre.damping_n_s_m * lugre.length_m / t_s;
-    const double taken = f * s.force + d * s.end;  // P = r taken, Q = F_C - taken
-    const double taken_slope = x_slope * (f * s.force_slope + d * s.end_slope);
+    const double f = lugre.kinetic_n;
+    const double taken = f * s.force + sigma1_l * s.end;  // P = r taken, Q = F_C - taken
+    const double taken_slope = x_slope * (f * s.force_slope + sigma1_l * s.end_slope);
     const double left = f - taken;
     const Vector2 rest{q[0] - left * b[0], q[1] - left * b[1]};
-    const double size = std::sqrt(rest[0] * rest[0] + rest[1] * rest[1]);
-    const double along = size > 0 ? (rest[0] * b[0] + rest[1] * b[1]) / size : 0;
-    return {a * u + r * taken - size, a + r_slope * taken + (r - along) * taken_slope, rest, size};
+    const double rest_size = size(rest);
+    const double along = rest_size > 0 ? (rest[0] * b[0] + rest[1] * b[1]) / rest_size : 0;
+    return {a * u + r * taken - rest_size,
+            a + r_slope * taken + (r - along) * taken_slope,
+            over_squared,
+            excess,
+            s.end,
+            rest,
+            rest_size};
   }
 
   /// No slip is faster: P cannot be negative and |Q| is bounded.
   [[nodiscard]] double fastest() const {
-    const double most = lugre.kinetic_n + lugre.damping_n_s_m * lugre.length_m / t_s;
-    return (std::hypot(q[0], q[1]) + most * std::hypot(b[0], b[1])) / a;
+    return (size(q) + (lugre.kinetic_n + sigma1_l) * size(b)) / a;
   }
 };
 
@@ -94,23 +121,27 @@ Vector2 bristle_after(const Vector2& bristle, const Vector2& v_mps, double t_s, 
           bristle[1] + end * (full * v_mps[1] - bristle[1])};
 }
 
-Vector2 solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
-                   const Vector2& bristle, double t_s, double guess_mps) {
+Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
+                const Vector2& bristle, double t_s, double guess_mps) {
   const SlipEquation equation{lugre, rule, a_n_s_m + lugre.viscous_n_s_m, t_s, q_n, bristle};
   double low = 0, high = equation.fastest();
-  double u = std::clamp(guess_mps, low, high);
-  SlipEquation::Value value = equation.at(u);
+  double u = std::min(guess_mps, high);
+  SlipEquation::Value value = equation.start(u);
   for (int i = 0; i < newton_limit; ++i) {
     (value.residual > 0 ? high : low) = u;
     double next = u - value.residual / value.slope;
     if (!(next >= low && next <= high)) next = 0.5 * (low + high);
     const double moved = std::abs(next - u);
     u = next;
-    value = equation.at(u);
+    value = equation.next(u, value);
     if (moved <= relative_tolerance * u + absolute_tolerance_mps) break;
   }
-  if (!(value.rest_size > 0)) return {};
-  return {u * value.rest[0] / value.rest_size, u * value.rest[1] / value.rest_size};
+  if (!(value.rest_size > 0)) return {{}, bristle};
+  const Vector2 along{value.rest[0] / value.rest_size, value.rest[1] / value.rest_size};
+  const double full = 1 + value.excess;
+  return {{u * along[0], u * along[1]},
+          {bristle[0] + value.end * (full * along[0] - bristle[0]),
+           bristle[1] + value.end * (full * along[1] - bristle[1])}};
 }
 
 }  // namespace weft::sim

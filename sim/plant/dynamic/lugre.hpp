@@ -49,12 +49,18 @@ enum class BristleRule {
 Vector2 bristle_after(const Vector2& bristle, const Vector2& v_mps, double t_s, const LuGre& lugre,
                       BristleRule rule = BristleRule::exact);
 
+/// A slip and the bristles that it leaves.
+struct Slip {
+  Vector2 w_mps{};
+  Vector2 bristle{};
+};
+
 /// Solves a w + F(w; b, t) = q for the slip velocity w [m/s], where F is the friction force of a
 /// step of t_s > 0 from the bristles b, and a > 0 [N s/m] stands for inertia, guide and spring. The
 /// force is P(|w|) n + Q(|w|) b, so that one scalar equation for |w| is left:
 ///   a u + P(u) = |q - Q(u) b|.
 /// `guess_mps` chooses between roots where a falling friction gives several.
-Vector2 solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
-                   const Vector2& bristle, double t_s, double guess_mps);
+Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
+                const Vector2& bristle, double t_s, double guess_mps);
 
 }  // namespace weft::sim

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/plant/dynamic/near.hpp"
+
 namespace weft::sim {
 
 namespace {
@@ -14,28 +16,40 @@ constexpr double tolerance = 1e-8;    // in s, of a quadratic method: what is le
 
 }  // namespace
 
-PressStage::Value PressStage::at(double d_m) const {
+double PressLaw::growth(const PressMemory& memory, double s) const {
+  const double held = std::min(s, largest_exponent);
+  if (!(memory.exponent >= 0 && memory.exponent < largest_exponent)) return std::exp(held);
+  return memory.growth * near_exp(held - memory.exponent);
+}
+
+double PressLaw::branch(const PressMemory& memory, double s) const {
+  const double moved = s - std::max(memory.exponent, 0.0);  // in the air nothing turns
+  const double target = moved > 0 ? 1 : -1;
+  return target + (memory.branch - target) * near_exp(-std::abs(moved) / hysteresis.length);
+}
+
+PressStage::Value PressStage::at(double d_m, double offset_n) const {
   const double s = exponent_at_z + d_m / law.lambda_m;
   const double extension = stage_z_m - z_m - d_m;
-  Value value{0, 0, s, 0, 0, memory.branch};
+  Value value{0, 0, s, 1, 0, 0, memory.branch};
   const double inertia_n = law.mount.mass_kg * (accel_0 + accel_d * d_m);
   const double damper_n = law.damper_n_s_m * (stage_mps - velocity_0 - velocity_d * d_m);
   value.residual_n = law.mount.weight_n() + law.mount.force_n(extension) + damper_n - inertia_n;
   value.slope_n_m =
       -law.mount.slope_n_m(extension) - law.damper_n_s_m * velocity_d - law.mount.mass_kg * accel_d;
   if (!(s > 0)) return value;
-  const double growth = std::exp(std::min(s, law.largest_exponent));
-  value.elastic_n = law.top_n * (growth - 1);
-  double slope = law.top_n * growth;
+  value.growth = law.growth(memory, s);
+  value.elastic_n = law.top_n * (value.growth - 1);
+  double slope = law.top_n * value.growth;
   if (const Hysteresis& h = law.hysteresis; h.eta > 0) {
-    const double from = std::max(memory.exponent, 0.0);  // in the air nothing turns
-    value.branch = branch_after(memory.branch, from, s, h);
+    const double from = std::max(memory.exponent, 0.0);
+    value.branch = law.branch(memory, s);
     const double factor = branch_factor(value.branch, h.eta);
     const double turning = (s > from ? 1 - value.branch : 1 + value.branch) / h.length;
     slope = slope * factor + value.elastic_n * h.eta / (1 + h.eta) * turning;
     value.elastic_n *= factor;
   }
-  value.force_n = relaxation.gain * value.elastic_n - relaxation.offset_n(memory.relaxation);
+  value.force_n = relaxation.gain * value.elastic_n - offset_n;
   if (value.force_n > 0) {
     value.residual_n -= value.force_n;
     value.slope_n_m -= relaxation.gain * slope / law.lambda_m;
@@ -48,7 +62,7 @@ PressStage::Value PressStage::at(double d_m) const {
 /// No load leads deeper than this: at the root the cloth carries no more than what acts at s = 0.
 double PressStage::highest_m(double offset_n) const {
   const double at_touch_m = -exponent_at_z * law.lambda_m;
-  const double load_n = at(at_touch_m).residual_n;
+  const double load_n = at(at_touch_m, offset_n).residual_n;
   if (!(load_n > 0)) return at_touch_m;
   const double weakest = relaxation.gain * branch_factor(-1, law.hysteresis.eta) * law.top_n;
   return at_touch_m + law.lambda_m * std::log1p((load_n + offset_n) / weakest);
@@ -56,25 +70,26 @@ double PressStage::highest_m(double offset_n) const {
 
 PressStage::Value PressStage::solve(double& d_m) const {
   constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double offset_n = relaxation.offset_n(memory.relaxation);
   double low = -infinity, high = infinity;
   double d = d_m;
   // A guess or a Newton step that goes far up the exponential is held below the bracket's top.
   const double guess = exponent_at_z + d / law.lambda_m;
   if (guess > std::min(std::max(memory.exponent, 0.0) + 1, deep_exponent))
-    d = std::min(d, high = highest_m(relaxation.offset_n(memory.relaxation)));
-  Value value = at(d);
+    d = std::min(d, high = highest_m(offset_n));
+  Value value = at(d, offset_n);
   for (int i = 0; i < newton_limit; ++i) {
     (value.residual_n > 0 ? low : high) = d;
     double next = d - value.residual_n / value.slope_n_m;
     if (high == infinity && exponent_at_z + next / law.lambda_m > std::max(value.exponent, 0.0) + 1)
-      high = std::max(d, highest_m(relaxation.offset_n(memory.relaxation)));
+      high = std::max(d, highest_m(offset_n));
     if (!(next >= low && next <= high))
       next = std::isfinite(low) && std::isfinite(high) ? 0.5 * (low + high)
                                                        : std::clamp(next, low, high);
     const double moved = std::abs(next - d);
     if (!(moved > 0)) break;
     d = next;
-    value = at(d);
+    value = at(d, offset_n);
     if (moved < tolerance * law.lambda_m) break;
   }
   d_m = d;

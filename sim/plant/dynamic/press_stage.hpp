@@ -9,6 +9,14 @@
 
 namespace weft::sim {
 
+/// Memory of the cloth at the instant from which a stage starts.
+struct PressMemory {
+  double exponent = -1e9;  ///< s; above 0 the cloth is touched
+  double growth = 0;       ///< e^s while touched, 1 at first touch
+  double branch = -1;
+  RelaxationState relaxation;
+};
+
 /// What is the same in all stages.
 struct PressLaw {
   double lambda_m = 1;
@@ -17,13 +25,11 @@ struct PressLaw {
   Hysteresis hysteresis;
   Mount mount;
   double damper_n_s_m = 0;
-};
 
-/// Memory of the cloth at the instant from which a stage starts.
-struct PressMemory {
-  double exponent = -1e9;  ///< s; above 0 the cloth is touched
-  double branch = -1;
-  RelaxationState relaxation;
+  /// e^s, held at the largest exponent.
+  [[nodiscard]] double growth(const PressMemory& memory, double s) const;
+  /// Of the hysteresis.
+  [[nodiscard]] double branch(const PressMemory& memory, double s) const;
 };
 
 struct PressStage {
@@ -37,14 +43,14 @@ struct PressStage {
 
   struct Value {
     double residual_n, slope_n_m;
-    double exponent, elastic_n, force_n, branch;  ///< of the cloth
+    double exponent, growth, elastic_n, force_n, branch;  ///< of the cloth
   };
 
-  [[nodiscard]] Value at(double d_m) const;
   /// The root and what belongs to it; `d_m` holds the guess and becomes the root.
   Value solve(double& d_m) const;
 
  private:
+  [[nodiscard]] Value at(double d_m, double offset_n) const;
   [[nodiscard]] double highest_m(double offset_n) const;
 };
 

@@ -162,7 +162,7 @@ TEST_CASE("the slip that is found balances the mean friction of its step") {
     for (const double t_s : {1e-6, 2e-4, 5e-2})
       for (const double push : {1e-3, 0.8, 1.4, 30.0}) {
         const Vector2 bristle{0.4, -0.9}, q{push * 0.6, push * 0.8};
-        const Vector2 w = solve_slip(lugre, BristleRule::exact, a, q, bristle, t_s, 1e-3);
+        const Vector2 w = solve_slip(lugre, BristleRule::exact, a, q, bristle, t_s, 1e-3).w_mps;
         // Mean of the bristles by Simpson's rule, where the notes' exponential is one more closed
         // form of ours.
         constexpr int pieces = 2000;
