@@ -1,6 +1,7 @@
 #include "sim/plant/dynamic/lugre.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "sim/plant/dynamic/near.hpp"
 
@@ -9,7 +10,8 @@ namespace weft::sim {
 namespace {
 
 constexpr int newton_limit = 80;             // 2 or 3 in use
-constexpr double relative_tolerance = 1e-8;  // of a quadratic method: what is left is its square
+constexpr double relative_tolerance = 1e-5;  // of a quadratic method: what is left is its square
+constexpr double settled = 1e-11;            // a guess that is so near needs no step
 constexpr double absolute_tolerance_mps = 1e-16;
 constexpr double series_below = 0.02;
 
@@ -18,7 +20,7 @@ struct Shares {
   double end, force, end_slope, force_slope;
 };
 
-Shares shares_taken(BristleRule rule, double x) {
+inline Shares shares_taken(BristleRule rule, double x) {
   if (rule == BristleRule::implicit) {
     const double kept = 1 / (1 + x);
     return {x * kept, x * kept, kept * kept, kept * kept};
@@ -124,13 +126,16 @@ Vector2 bristle_after(const Vector2& bristle, const Vector2& v_mps, double t_s, 
 Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
                 const Vector2& bristle, double t_s, double guess_mps) {
   const SlipEquation equation{lugre, rule, a_n_s_m + lugre.viscous_n_s_m, t_s, q_n, bristle};
-  double low = 0, high = equation.fastest();
-  double u = std::min(guess_mps, high);
+  double low = 0, high = std::numeric_limits<double>::infinity(), u = guess_mps;
   SlipEquation::Value value = equation.start(u);
   for (int i = 0; i < newton_limit; ++i) {
     (value.residual > 0 ? high : low) = u;
     double next = u - value.residual / value.slope;
-    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+    if (std::abs(next - u) <= settled * u) break;
+    if (!(value.slope > 0 && next >= low && next <= high)) {
+      high = std::min(high, equation.fastest());
+      next = 0.5 * (low + high);
+    }
     const double moved = std::abs(next - u);
     u = next;
     value = equation.next(u, value);

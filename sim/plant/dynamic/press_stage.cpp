@@ -10,9 +10,10 @@ namespace weft::sim {
 
 namespace {
 
+constexpr double settled = 1e-13;     // a guess that is so near needs no step
 constexpr double deep_exponent = 40;  // no bench presses so far (0.1 GPa on the softest cloth)
 constexpr int newton_limit = 100;     // 2 or 3 in use
-constexpr double tolerance = 1e-8;    // in s, of a quadratic method: what is left is its square
+constexpr double tolerance = 1e-5;    // in s, of a quadratic method: what is left is its square
 
 }  // namespace
 
@@ -87,7 +88,7 @@ PressStage::Value PressStage::solve(double& d_m) const {
       next = std::isfinite(low) && std::isfinite(high) ? 0.5 * (low + high)
                                                        : std::clamp(next, low, high);
     const double moved = std::abs(next - d);
-    if (!(moved > 0)) break;
+    if (moved <= settled * law.lambda_m) break;
     d = next;
     value = at(d, offset_n);
     if (moved < tolerance * law.lambda_m) break;
