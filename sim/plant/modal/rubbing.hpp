@@ -1,0 +1,91 @@
+#pragma once
+// What a face that slides over a cloth does to probe and plate beyond the force of level L2: waves
+// of the surface pass at v/P and press, asperities pass and scratch. The first follow from the
+// place, the others from the distance slid, neither from time: nothing sounds while nothing moves.
+// The wander of the yarns is left out: at v/P the lines are sharper than a cloth's.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim/plant/friction.hpp"
+#include "sim/plant/height_field.hpp"
+#include "sim/plant/modal/modal_bank.hpp"
+
+namespace weft::sim {
+
+/// The contact at one instant, as level L2 has it.
+struct SlidingContact {
+  Vector2 place_m{};         ///< of the face over the cloth, fabric frame
+  Vector2 friction_n{};      ///< on the cloth
+  double normal_n = 0;       ///< cloth's force on the face, >= 0
+  double stiffness_n_m = 0;  ///< dF/d(indentation) of the whole face there
+};
+
+/// All [E].
+struct RubbingParams {
+  double face_half_width_m = 8e-3;
+  std::size_t waves = 32;        ///< strongest ones that are kept
+  double asperity_share = 2e-3;  ///< rms of the scratching force, of the normal force
+  double coarsest_m = 200e-6;    ///< longest distance between asperities; seven octaves below
+  double finest_share = 0.5;     ///< amplitude of one octave against the next coarser (Hurst 1)
+};
+
+/// Sum of plane waves' means over a square face that is pressed on them: sinc(k_x a) sinc(k_y a).
+/// Many at once, by position, without memory.
+class FaceWaves {
+ public:
+  FaceWaves() = default;
+  /// Keeps the `most` waves with the largest mean over the face.
+  FaceWaves(std::span<const HeightField::Term> terms, double face_half_width_m, std::size_t most);
+
+  /// Mean height under the face [m], |place| <= 1 km.
+  [[nodiscard]] double height_m(const Vector2& place_m) const;
+
+ private:
+  std::size_t count_ = 0;  // whole groups of lanes
+  std::vector<double> amplitude_m_, turns_x_, turns_y_, phase_turns_;
+};
+
+/// Noise along a path: octaves of values drawn per cell, straight in between; rms 1.
+class Asperities {
+ public:
+  static constexpr std::size_t octaves = 8;
+  Asperities(double coarsest_m, double finest_share, std::uint64_t seed);
+  [[nodiscard]] double at(double path_m);
+
+ private:
+  struct Octave {
+    double cells_per_m = 0, amplitude = 0;
+    std::uint64_t seed = 0;
+    double cell = -1, left = 0, right = 0;  // of the last look-up
+  };
+  std::array<Octave, octaves> octaves_{};
+};
+
+/// Turns contacts into forces on the structures.
+class Rubbing {
+ public:
+  /// Errors: range, for parameters that are negative, not numbers or absurd.
+  static Result<Rubbing> make(const RubbingParams& params, const HeightField& field,
+                              std::uint64_t seed);
+
+  /// Force on the plate along x, y (friction) and z (downwards) at the end of a step; the probe
+  /// feels the opposite. Numbers that are none count as 0, absurd ones are held at 1 km and 1e6 N.
+  Force advance(const SlidingContact& contact);
+  /// Distance slid since the beginning [m].
+  [[nodiscard]] double path_m() const { return path_m_; }
+
+ private:
+  Rubbing(const RubbingParams& params, const HeightField& field, std::uint64_t seed);
+
+  RubbingParams params_;
+  FaceWaves waves_;
+  Asperities normal_, tangential_;
+  bool started_ = false;
+  Vector2 place_m_{}, direction_{};
+  double path_m_ = 0;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,121 @@
+#pragma once
+// Level L3: accelerometer on the probe and microphone above the plate, from the contact of level L2
+// and the resonances of arm and plate. What is not asked for is not computed.
+// Source: reference sim.md 4 (L3); rates of VibTac-12 (200 Hz, 8 kHz).
+
+#include <cstdint>
+#include <optional>
+
+#include "sim/plant/modal/mode_sets.hpp"
+#include "sim/plant/modal/oscillator.hpp"
+#include "sim/plant/modal/rubbing.hpp"
+#include "sim/plant/random.hpp"
+
+namespace weft::sim {
+
+/// How one sensor's converter samples. Periods are whole numbers of the vibration's steps.
+struct ConverterParams {
+  std::int64_t period_ns = 0;
+  double bandwidth_hz = 0;  ///< of a fourth-order Butterworth low-pass before sampling; 0: none
+  double noise = 0;         ///< rms, in the sensor's unit
+  double range = 0;         ///< readings are held within +- this
+  double quantum = 0;       ///< step of a reading; 0: none
+};
+
+struct AccelerometerParams {
+  ConverterParams converter{5'000'000, 80, 0.02, 19.6133, 19.6133 / 2048};  ///< +-2 g, 12 bits [E]
+  std::array<double, 3> gravity_mps2{0, 0, 9.80665};  ///< as mounted: z downwards reads +1 g
+  ArmParams arm;
+};
+
+struct MicrophoneParams {
+  ConverterParams converter{125'000, 3600, 1e-3, 2, 2.0 / 32768};  ///< 34 dB(SPL) of noise [E]
+  PlateParams plate;
+};
+
+struct VibrationParams {
+  std::int64_t step_ns = 62'500;  ///< 16 kHz: forces are linear in between
+  std::optional<AccelerometerParams> accelerometer = AccelerometerParams{};
+  std::optional<MicrophoneParams> microphone = MicrophoneParams{};
+  RubbingParams rubbing;
+};
+
+/// Low-pass without ringing of its own making: two resonances stepped exactly. Unit gain at rest.
+class LowPass {
+ public:
+  /// Errors: as OscillatorStep::make.
+  static Result<LowPass> make(double bandwidth_hz, double step_s);
+  double advance(double value);
+
+ private:
+  struct Section {
+    OscillatorStep step;
+    double square = 0;  // of the angular frequency
+    OscillatorState state;
+    double last = 0;
+  };
+  std::array<std::optional<Section>, 2> sections_;
+};
+
+/// One sensor's axis: low-pass, noise, range and quantum.
+class Converter {
+ public:
+  /// Errors: range, naming the field.
+  static Result<Converter> make(const ConverterParams& params, std::int64_t step_ns,
+                                std::uint64_t seed);
+  /// A reading where one is due at this step's end; `offset` is there from the beginning of time.
+  std::optional<double> advance(double value, double offset = 0);
+
+ private:
+  Converter(const ConverterParams& params, std::int64_t steps, std::uint64_t seed)
+      : params_(params), steps_(steps), noise_(seed) {}
+
+  ConverterParams params_;
+  std::int64_t steps_;
+  std::int64_t left_ = 0;
+  std::optional<LowPass> low_pass_;
+  Random noise_;
+};
+
+/// Readings that fell due at the end of a step.
+struct VibrationSample {
+  std::optional<std::array<double, 3>> acceleration_mps2;
+  std::optional<double> sound_pa;
+};
+
+/// Starts out of contact: a first contact under load is a blow.
+class Vibration {
+ public:
+  /// Errors: range, naming the field; what the parts refuse.
+  static Result<Vibration> make(const VibrationParams& params, const HeightField& field,
+                                std::uint64_t seed);
+
+  /// One step of `step_ns` with the contact as it is at its end. Whatever the contact says, no
+  /// reading is anything but a number within its range.
+  VibrationSample advance(const SlidingContact& at_end);
+  [[nodiscard]] std::int64_t step_ns() const { return step_ns_; }
+
+ private:
+  struct Probe {
+    ModalBank bank;
+    std::array<double, 3> gravity_mps2;
+    std::vector<Converter> axes;
+  };
+  struct Sound {
+    ModalBank bank;
+    Converter converter;
+  };
+  Vibration(std::int64_t step_ns, Rubbing rubbing)
+      : step_ns_(step_ns), rubbing_(std::move(rubbing)) {}
+  static Result<Probe> probe(const AccelerometerParams& params, std::int64_t step_ns,
+                             std::uint64_t seed);
+  static Result<Sound> sound(const MicrophoneParams& params, std::int64_t step_ns,
+                             std::uint64_t seed);
+
+  std::int64_t step_ns_;
+  Rubbing rubbing_;
+  std::optional<Probe> probe_;
+  std::optional<Sound> sound_;
+};
+
+}  // namespace weft::sim
