@@ -92,7 +92,7 @@ ContactState DynamicContact::step(const ContactState& from, const Pose& to, doub
     const Span span(material_.relaxation, dt_s / count, Span::first_share(params_.integrator));
     for (double i = 0; i < count; ++i) advance(motion, path, i * span.h_s, span);
   } else {
-    settle_memory(motion.memory, (motion.z_m - path.touch_z_m) / law_.lambda_m,
+    settle_memory(motion.memory, (motion.z_m - path.touch_z_m) * law_.per_lambda,
                   RelaxationStep(material_.relaxation, 0));
     motion.normal_n = force_n(motion.memory);
   }
@@ -152,7 +152,7 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, Mo
   state.slope_y = geometry_.tilt_y + to.rx_rad;
   state.lag_m = motion.glide.lag_m;
   state.velocity_mps = {motion.glide.room_mps[0], motion.glide.room_mps[1], motion.v_mps};
-  state.exponent = (motion.z_m - approach.touch_at(dt_s, motion.glide.lag_m)) / law_.lambda_m;
+  state.exponent = (motion.z_m - approach.touch_at(dt_s, motion.glide.lag_m)) * law_.per_lambda;
   state.branch = motion.memory.branch;
   state.relaxation = motion.memory.relaxation;
   state.bristle = motion.glide.bristle;
@@ -206,7 +206,7 @@ double DynamicContact::event_share(const Motion& motion, const Approach& approac
                                    double h_s, double exponent_at_end) const {
   const double first_share = Span::first_share(params_.integrator);
   double low = 0, high = 1, at_high = exponent_at_end;
-  double at_low = (motion.z_m - approach.touch_at(t_s, motion.glide.lag_m)) / law_.lambda_m;
+  double at_low = (motion.z_m - approach.touch_at(t_s, motion.glide.lag_m)) * law_.per_lambda;
   if (!(at_low * at_high < 0)) return 0;  // the last event is where this substep begins
   double share = 0;
   for (int i = 0; i < event_iterations; ++i) {
@@ -232,7 +232,7 @@ void DynamicContact::settle_memory(PressMemory& memory, double exponent,
     elastic_n = law_.top_n * (growth - 1);
     if (law_.hysteresis.eta > 0) {
       memory.branch = law_.branch(memory, exponent);
-      elastic_n *= branch_factor(memory.branch, law_.hysteresis.eta);
+      elastic_n *= law_.factor(memory.branch);
     }
     memory.growth = growth;
   } else {
@@ -267,7 +267,7 @@ DynamicContact::Pressed DynamicContact::press_midpoint(const Motion& motion,
                          .z_m = motion.z_m,
                          .stage_z_m = approach.stage_at(t_s + half_s),
                          .stage_mps = approach.stage_z_mps,
-                         .exponent_at_z = (motion.z_m - touch_m) / law_.lambda_m,
+                         .exponent_at_z = (motion.z_m - touch_m) * law_.per_lambda,
                          .velocity_0 = 0,
                          .velocity_d = 1 / half_s,
                          .accel_0 = -motion.v_mps / half_s,
@@ -282,7 +282,7 @@ DynamicContact::Pressed DynamicContact::press_midpoint(const Motion& motion,
   span.first.advance(out.memory.relaxation, middle.elastic_n);
   const double end_touch_m = approach.touch_at(
       t_s + span.h_s, sum(1, motion.glide.lag_m, -span.h_s, motion.glide.room_mps));
-  settle_memory(out.memory, (out.z_m - end_touch_m) / law_.lambda_m, span.second);
+  settle_memory(out.memory, (out.z_m - end_touch_m) * law_.per_lambda, span.second);
   out.normal_n = force_n(out.memory);
   return out;
 }
@@ -293,7 +293,7 @@ DynamicContact::Pressed DynamicContact::press_tr_bdf2(const Motion& motion,
   const double first_s = tr_bdf2::share * span.h_s, tau_s = tr_bdf2::implicit * span.h_s;
   const auto exponent_after = [&](double after_s) {
     const Vector2 lag = sum(1, motion.glide.lag_m, -after_s, motion.glide.room_mps);
-    return (motion.z_m - approach.touch_at(t_s + after_s, lag)) / law_.lambda_m;
+    return (motion.z_m - approach.touch_at(t_s + after_s, lag)) * law_.per_lambda;
   };
   const Mount& mount = law_.mount;
   const double accel_mps2 =

@@ -54,23 +54,12 @@ struct SlipEquation {
 
   struct Value {
     double residual, slope;
-    double over_squared, excess;  // (u/v_s)^2 and r - 1
-    double end;                   // share taken off the bristles at the step's end
-    Vector2 rest;                 // q - Q b: its direction is the slip's
+    double end;    // share taken off the bristles at the step's end
+    Vector2 rest;  // q - Q b: its direction is the slip's
     double rest_size;
   };
 
-  [[nodiscard]] Value start(double u) const {
-    const double over = u * per_stribeck;
-    return at(u, over * over, (lugre.static_ratio - 1) * std::exp(-over * over));
-  }
-  [[nodiscard]] Value next(double u, const Value& last) const {
-    const double over = u * per_stribeck, squared = over * over;
-    // What has underflowed stays so in a product: then in full.
-    if (!(last.over_squared < 600)) return start(u);
-    return at(u, squared, last.excess * near_exp(last.over_squared - squared));
-  }
-  [[nodiscard]] Value at(double u, double over_squared, double excess) const {
+  [[nodiscard]] Value at(double u, double excess) const {
     const double r = 1 + excess, per_r = 1 / r;
     const double r_slope = -2 * u * per_stribeck * per_stribeck * excess;
     const double rate = per_length * per_r;
@@ -83,13 +72,8 @@ struct SlipEquation {
     const Vector2 rest{q[0] - left * b[0], q[1] - left * b[1]};
     const double rest_size = size(rest);
     const double along = rest_size > 0 ? (rest[0] * b[0] + rest[1] * b[1]) / rest_size : 0;
-    return {a * u + r * taken - rest_size,
-            a + r_slope * taken + (r - along) * taken_slope,
-            over_squared,
-            excess,
-            s.end,
-            rest,
-            rest_size};
+    return {a * u + r * taken - rest_size, a + r_slope * taken + (r - along) * taken_slope, s.end,
+            rest, rest_size};
   }
 
   /// No slip is faster: P cannot be negative and |Q| is bounded.
@@ -127,8 +111,13 @@ Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vect
                 const Vector2& bristle, double t_s, double guess_mps) {
   const SlipEquation equation{lugre, rule, a_n_s_m + lugre.viscous_n_s_m, t_s, q_n, bristle};
   double low = 0, high = std::numeric_limits<double>::infinity(), u = guess_mps;
-  SlipEquation::Value value = equation.start(u);
+  SlipEquation::Value value{};
+  bool last = false;
+  double squared = u * equation.per_stribeck * u * equation.per_stribeck;
+  double excess = (lugre.static_ratio - 1) * std::exp(-squared);
   for (int i = 0; i < newton_limit; ++i) {
+    value = equation.at(u, excess);
+    if (last) break;
     (value.residual > 0 ? high : low) = u;
     double next = u - value.residual / value.slope;
     if (std::abs(next - u) <= settled * u) break;
@@ -136,14 +125,17 @@ Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vect
       high = std::min(high, equation.fastest());
       next = 0.5 * (low + high);
     }
-    const double moved = std::abs(next - u);
+    last = std::abs(next - u) <= relative_tolerance * u + absolute_tolerance_mps;
     u = next;
-    value = equation.next(u, value);
-    if (moved <= relative_tolerance * u + absolute_tolerance_mps) break;
+    const double now = u * equation.per_stribeck * u * equation.per_stribeck;
+    // What has underflowed stays so in a product: then in full.
+    excess = squared < 600 ? excess * near_exp(squared - now)
+                           : (lugre.static_ratio - 1) * std::exp(-now);
+    squared = now;
   }
   if (!(value.rest_size > 0)) return {{}, bristle};
   const Vector2 along{value.rest[0] / value.rest_size, value.rest[1] / value.rest_size};
-  const double full = 1 + value.excess;
+  const double full = 1 + excess;
   return {{u * along[0], u * along[1]},
           {bristle[0] + value.end * (full * along[0] - bristle[0]),
            bristle[1] + value.end * (full * along[1] - bristle[1])}};

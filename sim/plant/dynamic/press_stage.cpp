@@ -26,11 +26,11 @@ double PressLaw::growth(const PressMemory& memory, double s) const {
 double PressLaw::branch(const PressMemory& memory, double s) const {
   const double moved = s - std::max(memory.exponent, 0.0);  // in the air nothing turns
   const double target = moved > 0 ? 1 : -1;
-  return target + (memory.branch - target) * near_exp(-std::abs(moved) / hysteresis.length);
+  return target + (memory.branch - target) * near_exp(-std::abs(moved) * per_length);
 }
 
 PressStage::Value PressStage::at(double d_m, double offset_n) const {
-  const double s = exponent_at_z + d_m / law.lambda_m;
+  const double s = exponent_at_z + d_m * law.per_lambda;
   const double extension = stage_z_m - z_m - d_m;
   Value value{0, 0, s, 1, 0, 0, memory.branch};
   const double inertia_n = law.mount.mass_kg * (accel_0 + accel_d * d_m);
@@ -45,15 +45,15 @@ PressStage::Value PressStage::at(double d_m, double offset_n) const {
   if (const Hysteresis& h = law.hysteresis; h.eta > 0) {
     const double from = std::max(memory.exponent, 0.0);
     value.branch = law.branch(memory, s);
-    const double factor = branch_factor(value.branch, h.eta);
-    const double turning = (s > from ? 1 - value.branch : 1 + value.branch) / h.length;
-    slope = slope * factor + value.elastic_n * h.eta / (1 + h.eta) * turning;
+    const double factor = law.factor(value.branch);
+    const double turning = (s > from ? 1 - value.branch : 1 + value.branch) * law.per_length;
+    slope = slope * factor + value.elastic_n * law.turn * turning;
     value.elastic_n *= factor;
   }
   value.force_n = relaxation.gain * value.elastic_n - offset_n;
   if (value.force_n > 0) {
     value.residual_n -= value.force_n;
-    value.slope_n_m -= relaxation.gain * slope / law.lambda_m;
+    value.slope_n_m -= relaxation.gain * slope * law.per_lambda;
   } else {
     value.force_n = 0;
   }
@@ -75,23 +75,26 @@ PressStage::Value PressStage::solve(double& d_m) const {
   double low = -infinity, high = infinity;
   double d = d_m;
   // A guess or a Newton step that goes far up the exponential is held below the bracket's top.
-  const double guess = exponent_at_z + d / law.lambda_m;
+  const double guess = exponent_at_z + d * law.per_lambda;
   if (guess > std::min(std::max(memory.exponent, 0.0) + 1, deep_exponent))
     d = std::min(d, high = highest_m(offset_n));
-  Value value = at(d, offset_n);
+  Value value{};
+  bool last = false;
   for (int i = 0; i < newton_limit; ++i) {
+    value = at(d, offset_n);
+    if (last) break;
     (value.residual_n > 0 ? low : high) = d;
     double next = d - value.residual_n / value.slope_n_m;
-    if (high == infinity && exponent_at_z + next / law.lambda_m > std::max(value.exponent, 0.0) + 1)
+    if (high == infinity &&
+        exponent_at_z + next * law.per_lambda > std::max(value.exponent, 0.0) + 1)
       high = std::max(d, highest_m(offset_n));
     if (!(next >= low && next <= high))
       next = std::isfinite(low) && std::isfinite(high) ? 0.5 * (low + high)
                                                        : std::clamp(next, low, high);
     const double moved = std::abs(next - d);
     if (moved <= settled * law.lambda_m) break;
+    last = moved < tolerance * law.lambda_m;
     d = next;
-    value = at(d, offset_n);
-    if (moved < tolerance * law.lambda_m) break;
   }
   d_m = d;
   return value;

@@ -25,11 +25,16 @@ struct PressLaw {
   Hysteresis hysteresis;
   Mount mount;
   double damper_n_s_m = 0;
+  // What of the above is divided by in every evaluation.
+  double per_lambda = 1 / lambda_m, per_length = 1 / hysteresis.length;
+  double turn = hysteresis.eta / (1 + hysteresis.eta);
 
   /// e^s, held at the largest exponent.
   [[nodiscard]] double growth(const PressMemory& memory, double s) const;
   /// Of the hysteresis.
   [[nodiscard]] double branch(const PressMemory& memory, double s) const;
+  /// branch_factor() of hysteresis.hpp: (1 + eta b)/(1 + eta).
+  [[nodiscard]] double factor(double branch) const { return 1 + turn * (branch - 1); }
 };
 
 struct PressStage {
