@@ -26,11 +26,10 @@ inline Shares shares_taken(BristleRule rule, double x) {
     return {x * kept, x * kept, kept * kept, kept * kept};
   }
   if (x < series_below) {
-    // t = 2 (e^-x - 1 + x)/x^2, whose terms fall by x/3, x/4, ...: what is left out is below 1e-17.
-    const double t =
-        1 - x * (1.0 / 3 -
-                 x * (1.0 / 12 -
-                      x * (1.0 / 60 - x * (1.0 / 360 - x * (1.0 / 2520 - x * (1.0 / 20160))))));
+    // t = 2 (e^-x - 1 + x)/x^2, the sum of 2 (-x)^k/(k + 2)!: what is left out is below 1e-18.
+    constexpr std::array<double, 8> series{1,         -1.0 / 3,    1.0 / 12,    -1.0 / 60,
+                                           1.0 / 360, -1.0 / 2520, 1.0 / 20160, -1.0 / 181440};
+    const double t = polynomial_7(series, x);
     const double force = 0.5 * x * t, end = x * (1 - force);
     return {end, force, 1 - end, 1 - 0.5 * t - 0.5 * x * t};
   }
