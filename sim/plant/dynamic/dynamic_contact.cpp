@@ -179,17 +179,13 @@ void DynamicContact::advance(Motion& motion, const Approach& approach, double t_
                              const Span& whole) const {
   const double first_share = Span::first_share(params_.integrator);
   double at_s = t_s, left_s = whole.h_s;
-  const auto crosses = [&](const Pressed& pressed) {
-    return motion.touching != (pressed.memory.exponent > 0);
-  };
   Pressed pressed = press(motion, approach, at_s, whole);
-  for (int cut = 0; crosses(pressed) && cut < most_cuts; ++cut) {
+  for (int cut = 0; motion.touching != (pressed.memory.exponent > 0) && cut < most_cuts; ++cut) {
     const double share = event_share(motion, approach, at_s, left_s, pressed.memory.exponent);
     if (share > 1 - least_share) break;
     if (share > least_share) {
       const Span span(material_.relaxation, share * left_s, first_share);
-      const Pressed before = press(motion, approach, at_s, span);
-      glide(motion, approach, span.h_s, before);
+      glide(motion, approach, span.h_s, press(motion, approach, at_s, span));
       at_s += span.h_s;
       left_s -= span.h_s;
     }
@@ -205,20 +201,21 @@ void DynamicContact::advance(Motion& motion, const Approach& approach, double t_
 double DynamicContact::event_share(const Motion& motion, const Approach& approach, double t_s,
                                    double h_s, double exponent_at_end) const {
   const double first_share = Span::first_share(params_.integrator);
-  double low = 0, high = 1, at_high = exponent_at_end;
-  double at_low = (motion.z_m - approach.touch_at(t_s, motion.glide.lag_m)) * law_.per_lambda;
-  if (!(at_low * at_high < 0)) return 0;  // the last event is where this substep begins
-  double share = 0;
+  const double at_begin =
+      (motion.z_m - approach.touch_at(t_s, motion.glide.lag_m)) * law_.per_lambda;
+  if (!(at_begin * exponent_at_end < 0)) return 0;  // the last event is where this substep begins
+  double low = 0, high = 1, at_low = at_begin, at_high = exponent_at_end, share = 0;
+  bool was_low = false;
   for (int i = 0; i < event_iterations; ++i) {
     share = low + (high - low) * at_low / (at_low - at_high);
-    const double s =
-        press(motion, approach, t_s, Span(material_.relaxation, share * h_s, first_share))
-            .memory.exponent;
+    const Span span(material_.relaxation, share * h_s, first_share);
+    const double s = press(motion, approach, t_s, span).memory.exponent;
     if (std::abs(s) < event_exponent || high - low < least_share) break;
     const bool is_low = s * at_low > 0;
     (is_low ? low : high) = share;
     (is_low ? at_low : at_high) = s;
-    (is_low ? at_high : at_low) *= 0.5;
+    if (i > 0 && is_low == was_low) (is_low ? at_high : at_low) *= 0.5;
+    was_low = is_low;
   }
   return share;
 }

@@ -22,10 +22,10 @@ class DynamicContact {
                  const ContactMaterial& material, const DynamicsParams& params);
 
   /// The state `dt_s` later with the stages at `to`, moved there in a straight line, in equal
-  /// substeps of at most `step_s`; a substep in which the face touches or leaves the cloth is cut
-  /// there. Less than 1 ps lets the stages jump and the probe stay. A pose that is not finite or
-  /// further than 1 km away, a negative dt_s and one above an hour change nothing. No more than 1e8
-  /// substeps.
+  /// substeps of at most `step_s` (no more than 1e8 of them); a substep in which the face touches
+  /// or leaves the cloth is cut there. Less than 1 ps lets the stages jump and the probe stay. A
+  /// pose that is not finite or further than 1 km away, a negative dt_s and one above an hour
+  /// change nothing.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& to, double dt_s) const;
 
   [[nodiscard]] const DynamicsParams& params() const { return params_; }

@@ -10,7 +10,7 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double settled = 1e-13;     // a guess that is so near needs no step
+constexpr double settled = 1e-13;     // of the forces: such a guess needs no step
 constexpr double deep_exponent = 40;  // no bench presses so far (0.1 GPa on the softest cloth)
 constexpr int newton_limit = 100;     // 2 or 3 in use
 constexpr double tolerance = 1e-5;    // in s, of a quadratic method: what is left is its square
@@ -83,6 +83,7 @@ PressStage::Value PressStage::solve(double& d_m) const {
   for (int i = 0; i < newton_limit; ++i) {
     value = at(d, offset_n);
     if (last) break;
+    if (std::abs(value.residual_n) <= settled * (law.mount.weight_n() + value.force_n)) break;
     (value.residual_n > 0 ? low : high) = d;
     double next = d - value.residual_n / value.slope_n_m;
     if (high == infinity &&
@@ -92,7 +93,7 @@ PressStage::Value PressStage::solve(double& d_m) const {
       next = std::isfinite(low) && std::isfinite(high) ? 0.5 * (low + high)
                                                        : std::clamp(next, low, high);
     const double moved = std::abs(next - d);
-    if (moved <= settled * law.lambda_m) break;
+    if (!(moved > 0)) break;
     last = moved < tolerance * law.lambda_m;
     d = next;
   }

@@ -1,0 +1,243 @@
+// The plant's levels L1 and L2: time on one core for a simulated second, alone and as the whole
+// bench in a regulated slide, and the error in force that goes with it.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <sstream>
+
+#include "sim/devices/bench_world.hpp"
+#include "sim/plant/fabric_library.hpp"
+#include "tests/bench/figures.hpp"
+
+namespace {
+
+using namespace weft;
+using namespace weft::sim;
+using bench::Figure;
+
+constexpr int runs = 5;
+constexpr double plate_z_m = 0.06;
+constexpr double grid_s = 3.072e-3;
+constexpr double slide_mps = 2e-3, slide_s = 25, set_n = 5;
+
+/// Of this process alone: the machine may have other work.
+double cpu_s() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+FabricLibrary table() {
+  std::ifstream file("sim/fabrics.json");
+  std::stringstream text;
+  text << file.rdbuf();
+  auto read = parse_fabrics(text.str());
+  if (!read) {
+    std::fprintf(stderr, "%s\nRun it from the repository's root.\n",
+                 to_string(read.error()).c_str());
+    std::exit(1);
+  }
+  return *read;
+}
+
+Patch patch_of(const FabricLibrary& library, const char* name, bool texture) {
+  MaterialSwitches switches;
+  switches.texture = texture;
+  return *cut_patch(*library.find(name), library.params, library.spread, switches, 1);
+}
+
+WorldParams world_of(Level level, const DynamicsParams& dynamics, const Patch& patch) {
+  WorldParams params;
+  for (StageParams& stage : params.stages) stage = {.low = -0.2, .high = 0.2, .start = 0.03};
+  params.stages[2].start = plate_z_m - patch.material.thickness_m - 3e-3;
+  params.stages[3].start = params.stages[4].start = 0;
+  params.plant.geometry.plate_z_m = plate_z_m;
+  params.plant.geometry.tilt_axis_y_m = 0.075;
+  params.plant.mount.slack_m = 1e-3;
+  params.plant.level = level;
+  params.plant.dynamics = dynamics;
+  return params;
+}
+
+struct Run {
+  double cpu_s = 0, simulated_s = 0, rms_error_n = 0;
+};
+
+/// Down to 5 N, which an integral controller holds at 37 Hz while the probe slides 50 mm.
+Run regulated_slide(const WorldParams& params, const Patch& patch) {
+  const double begin = cpu_s();
+  BenchWorld world(params, 1);
+  world.mount(patch, {});
+  const int ticks = static_cast<int>(37 * (6 + slide_s));
+  double z_m = params.stages[2].start, squares = 0;
+  TimePoint now{};
+  for (int i = 0; i < ticks; ++i) {
+    now += Duration(pad_timing::frame_ns);
+    const double force_n = world.contact(now).normal_n;
+    const double error_n = set_n - force_n;
+    z_m += force_n > 0.1 ? std::clamp(5e-6 * error_n, -10e-6, 10e-6) : 50e-6;
+    world.stage(AxisId::z, now).move_to(z_m, {2e-3, 0.02}, now);
+    if (i == 37 * 6) world.stage(AxisId::y, now).move_to(0.03 + 0.05, {slide_mps, 0.02}, now);
+    if (i >= 37 * 8) squares += error_n * error_n / (ticks - 37 * 8);
+  }
+  return {cpu_s() - begin, to_seconds(now - TimePoint{}), std::sqrt(squares)};
+}
+
+/// The same press and slide as a table of poses: no controller, so that runs can be compared.
+std::vector<Pose> scripted_path(const Patch& patch) {
+  std::vector<Pose> path;
+  const double touch_m = plate_z_m - patch.material.thickness_m;
+  double z_m = touch_m - 1.5e-3, y_m = 0.03;
+  const double stop_m = touch_m + patch.material.law.lambda_m * 7.5 + 0.15e-3;
+  const int points = static_cast<int>(30 / grid_s);
+  for (int i = 0; i < points; ++i) {
+    if (z_m < stop_m)
+      z_m += 1e-3 * grid_s;
+    else if (i * grid_s > 5)
+      y_m += slide_mps * grid_s;
+    path.push_back({.x_m = 0.03, .y_m = y_m, .z_m = z_m});
+  }
+  return path;
+}
+
+struct Trace {
+  double cpu_s = 0;
+  std::vector<double> normal_n, friction_n;
+};
+
+template <class Contact>
+Trace follow(const Contact& contact, ContactState state, const std::vector<Pose>& path,
+             std::size_t stride) {
+  Trace trace;
+  const double begin = cpu_s();
+  for (std::size_t i = stride - 1; i < path.size(); i += stride) {
+    state = contact.step(state, path[i], grid_s * static_cast<double>(stride));
+    if ((i + 1) % 9 != 0) continue;
+    trace.normal_n.push_back(state.normal_n);
+    trace.friction_n.push_back(state.friction_n[1]);
+  }
+  trace.cpu_s = cpu_s() - begin;
+  return trace;
+}
+
+double worst(const std::vector<double>& a, const std::vector<double>& b) {
+  double error = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) error = std::max(error, std::abs(a[i] - b[i]));
+  return error;
+}
+
+double rms(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+struct Setting {
+  std::string name;
+  Integrator integrator;
+  double step_s;
+};
+
+const Setting settings[] = {{"L2 midpoint 0.1 ms", Integrator::midpoint, 1e-4},
+                            {"L2 midpoint 0.2 ms", Integrator::midpoint, 2e-4},
+                            {"L2 (0.384 ms)", DynamicsParams{}.integrator, DynamicsParams{}.step_s},
+                            {"L2 midpoint 1 ms", Integrator::midpoint, 1.024e-3},
+                            {"L2 midpoint 3 ms", Integrator::midpoint, grid_s},
+                            {"L2 TR-BDF2 1 ms", Integrator::tr_bdf2, 1.024e-3},
+                            {"L2 TR-BDF2 3 ms", Integrator::tr_bdf2, grid_s}};
+
+DynamicsParams params_of(const Setting& setting) {
+  DynamicsParams params;
+  params.integrator = setting.integrator;
+  params.step_s = setting.step_s;
+  return params;
+}
+
+class Bench {
+ public:
+  void whole(const std::string& name, Level level, const DynamicsParams& dynamics,
+             const Patch& patch, double target) {
+    const WorldParams params = world_of(level, dynamics, patch);
+    std::vector<double> factors;
+    Run run;
+    for (int i = 0; i < runs; ++i) {
+      run = regulated_slide(params, patch);
+      factors.push_back(run.simulated_s / run.cpu_s);
+    }
+    char note[64];
+    std::snprintf(note, sizeof note, "force held to %.1f mN rms", 1e3 * run.rms_error_n);
+    add(name, bench::median(factors), "x real time", target, note);
+  }
+
+  template <class Contact>
+  void alone(const std::string& name, const Contact& contact, const Patch& patch,
+             std::size_t stride, double step_s, const Trace& truth, double target) {
+    const auto path = scripted_path(patch);
+    const ContactState start = start_of(patch, path);
+    std::vector<double> seconds;
+    Trace trace;
+    for (int i = 0; i < runs; ++i) {
+      trace = follow(contact, start, path, stride);
+      seconds.push_back(trace.cpu_s);
+    }
+    const double simulated_s = grid_s * static_cast<double>(path.size());
+    const double median_s = bench::median(seconds);
+    const double step_of_grid = grid_s * static_cast<double>(stride);
+    const double substeps =
+        simulated_s / step_of_grid * std::ceil(step_of_grid / step_s * 0.999999);
+    add(name + ", contact alone", simulated_s / median_s, "x real time", target, {});
+    add(name + ", one substep", median_s / substeps * 1e9, "ns", 0, {});
+    add(name + ", worst error of normal force", worst(trace.normal_n, truth.normal_n), "N", 0, {});
+    add(name + ", rms error of normal force", rms(trace.normal_n, truth.normal_n), "N", 0, {});
+    add(name + ", rms error of friction", rms(trace.friction_n, truth.friction_n), "N", 0, {});
+  }
+
+  static ContactGeometry geometry() { return {.plate_z_m = plate_z_m, .tilt_axis_y_m = 0.075}; }
+  static ContactState start_of(const Patch& patch, const std::vector<Pose>& path) {
+    return ContactModel(geometry(), {}, patch.material).step({}, path.front(), 0);
+  }
+  [[nodiscard]] int finish() const { return bench::report("plant_levels", figures_); }
+
+ private:
+  void add(const std::string& figure, double value, const std::string& unit, double target,
+           const std::string& note) {
+    figures_.push_back(
+        {figure, value, unit, target > 0 ? "target of the brief" : "", target, note});
+  }
+  std::vector<Figure> figures_;
+};
+
+}  // namespace
+
+int main() {
+  double load[3] = {};
+  if (getloadavg(load, 3) > 0) std::printf("load of the machine at the start: %.1f\n", load[0]);
+  const FabricLibrary library = table();
+  Bench bench;
+  for (const char* name : {"denim", "satin"}) {
+    const Patch patch = patch_of(library, name, true), smooth = patch_of(library, name, false);
+    const std::string of = std::string(name) + ": ";
+    const auto path = scripted_path(patch);
+    DynamicsParams finest;
+    finest.step_s = 5e-6;
+    const Trace truth = follow(DynamicContact(Bench::geometry(), {}, patch.material, finest),
+                               Bench::start_of(patch, path), path, 1);
+    const ContactModel quasistatic(Bench::geometry(), {}, patch.material);
+    bench.whole(of + "L1, whole bench", Level::quasistatic, {}, patch, 20000);
+    bench.whole(of + "L1, whole bench, maps apart", Level::quasistatic, {}, smooth, 20000);
+    bench.alone(of + "L1 at 37 Hz", quasistatic, patch, 9, 1, truth, 20000);
+    bench.alone(of + "L1 at 3 ms", quasistatic, patch, 1, 1, truth, 20000);
+    for (const Setting& setting : settings) {
+      const DynamicsParams dynamics = params_of(setting);
+      bench.whole(of + setting.name + ", whole bench", Level::dynamic, dynamics, patch, 1000);
+      bench.whole(of + setting.name + ", whole bench, maps apart", Level::dynamic, dynamics, smooth,
+                  1000);
+      bench.alone(of + setting.name,
+                  DynamicContact(Bench::geometry(), {}, patch.material, dynamics), patch, 1,
+                  setting.step_s, truth, 1000);
+    }
+  }
+  return bench.finish();
+}
