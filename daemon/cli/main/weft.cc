@@ -7,6 +7,7 @@
 #include "daemon/cli/app.hpp"
 
 int main(int argc, char** argv) {
-  weft::daemon::cli::Console console{std::cout, std::cerr, false, isatty(STDERR_FILENO) == 1, &std::cin};
+  weft::daemon::cli::Console console{std::cout, std::cerr, false, isatty(STDERR_FILENO) == 1,
+                                     &std::cin};
   return weft::daemon::cli::run(argc, argv, console);
 }
