@@ -282,7 +282,8 @@ TEST_CASE("without mass LuGre becomes Coulomb's stick-slip: 2 dF every 2 dF/(kV)
 }
 
 TEST_CASE("off the cloth the guide swings for ever at any step, with its energy") {
-  for (const double h_omega : {1e-3, 0.05, 0.5, 2.0}) {
+  for (const auto& [h_omega, steps] :
+       {std::pair{1e-3, 100000}, {0.05, 100000}, {0.1, 10000000}, {0.5, 100000}, {2.0, 100000}}) {
     const GlideLaw law{mass_kg, 1e4, 0};
     const double h_s = h_omega * std::sqrt(mass_kg / 1e4);
     GlideState state{.lag_m = {1e-4, -2e-4}, .room_mps = {}, .bristle = {}};
@@ -294,7 +295,8 @@ TEST_CASE("off the cloth the guide swings for ever at any step, with its energy"
       return sum;
     };
     const double at_first = energy();
-    for (int i = 0; i < 100000; ++i) state = glide_midpoint(law, {}, state, {0, 1e-3}, h_s);
+    for (int i = 0; i < steps; ++i) state = glide_midpoint(law, {}, state, {0, 1e-3}, h_s);
+    CAPTURE(h_omega, steps);
     CHECK(energy() == Approx(at_first).epsilon(1e-9));
   }
 }
