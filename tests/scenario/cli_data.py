@@ -33,13 +33,14 @@ def write_trial(path, level, ripple, seed):
             w.writerow([f"{i / RATE_HZ:.3f}", phase] + counts)
 
 
-def write_set(folder):
+def write_set(folder, each=8, level=40, ripple=2):
+    """`level` and `ripple`: steps from cloth to cloth."""
     folder.mkdir()
     rows = []
     for c, label in enumerate(["cotton", "silk, raw", "wool"]):
-        for k in range(8):
+        for k in range(each):
             name = f"{c}_{k}.csv"
-            write_trial(folder / name, 40 * c, 1 + 2 * c, 100 * c + k)
+            write_trial(folder / name, level * c, 1 + ripple * c, 100 * c + k)
             rows.append([name, label, "AB"[k % 2]])
     write_manifest(folder / "manifest.csv", rows)
     return rows
@@ -94,6 +95,7 @@ def every_learner(t, d):
         t.expect(("candidates" in trained) == learner.endswith("best"), f"{learner}: {trained}")
         said = t.succeeds("classify", "l.weft", "d.h5", cwd=d)
         t.expect(said["learner"] == trained["learner"], f"{learner}: {said['learner']}")
+        t.expect(len(said["trials"]) == 24, f"{learner}: {len(said['trials'])} answers")
         for a in said["trials"]:
             t.expect(a["label"] == a["true_label"], f"{learner}: {a}")
             t.expect(abs(sum(a["probability"].values()) - 1) < 1e-9 and "none_of_these" in a, f"{learner}: {a}")
@@ -110,18 +112,33 @@ def every_learner(t, d):
     t.refuses("train", "d.h5", "-o", "x.weft", "--learner", "forest", cwd=d, says=["--learner"], status=2)
 
 
-def kept_as_evaluated(t, d, rows):
-    """The learner that wins in evaluate is the one that train stores: the same answers on the same test trials."""
+def name_of(recipe):
+    """As `weft train` writes it."""
+    capped = recipe["learner"] in ("pca", "pvalue")
+    return recipe["learner"] + (f", N {recipe['cap']}" if capped else "") + (", compressed" if recipe["compressed"] else "")
+
+
+def kept_as_evaluated(t, d):
+    """The learner that wins in evaluate is the one that train stores: the same answers, right or wrong, on the same trials.
+    The cloths overlap (their levels are nearer than the noise), and both choices take compressed features."""
+    rows = write_set(d, each=16, level=0.5, ripple=0.1)
+    t.succeeds("dataset", "import", "manifest.csv", "-o", "d.h5", cwd=d)
     for group in "AB":
         write_manifest(d / f"{group}.csv", [r for r in rows if r[2] == group])
         t.succeeds("dataset", "import", f"{group}.csv", "-o", f"{group}.h5", cwd=d)
-    for learner in ("best", "cores-best", "svc"):
+    for learner in ("best", "cores-best", "svc", "lda"):
         ran = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--learner", learner,
                          "--answers", cwd=d)["results"][learner]
         trained = t.succeeds("train", "A.h5", "-o", "kept.weft", "--learner", learner, cwd=d)
-        t.expect(ran["chosen"][0]["learner"] == trained["learner"], f"{learner}: {ran['chosen']} is not {trained['learner']}")
+        t.expect(0.3 < ran["accuracy"] < 1, f"{learner}: {ran['accuracy']} right does not tell answers apart")
+        for key in ("learner", "compressed"):
+            t.expect(ran["chosen"][0][key] == trained[key], f"{learner}: {ran['chosen']} is not {trained}")
+        tried = [(name_of(c), c["errors"], c["tested"]) for c in ran.get("candidates", [])]
+        t.expect(tried == [(c["learner"], c["errors"], c["tested"]) for c in trained.get("candidates", [])],
+                 f"{learner}: {tried} is not {trained}")
+        t.expect(("candidates" in trained) == learner.endswith("best"), f"{learner}: {trained}")
         said = {a["file"]: a["label"] for a in t.succeeds("classify", "kept.weft", "B.h5", cwd=d)["trials"]}
-        t.expect(said == dict(ran["answers"][0]), f"{learner}: {said} is not {ran['answers']}")
+        t.expect(len(said) == 24 and said == dict(ran["answers"][0]), f"{learner}: {said} is not {ran['answers']}")
 
 
 def through_a_pipe(t, d):
@@ -321,7 +338,7 @@ def main():
         rows = write_set(d)
         good_path(t, d, rows)
         every_learner(t, d)
-        kept_as_evaluated(t, d, rows)
+        kept_as_evaluated(t, work / "near")
         through_a_pipe(t, d)
         evaluations(t, d)
         splits_and_curves(t, d)
