@@ -15,6 +15,7 @@ namespace {
 using simd::Lanes;
 constexpr double two_pi = 2 * std::numbers::pi;
 constexpr double farthest_m = 1e3;
+constexpr double longest_step_m = 1;
 constexpr double largest_n = 1e6;
 constexpr double largest_stiffness_n_m = 1e12;
 
@@ -48,6 +49,10 @@ WEFT_SIM_CLONES double sum_of_waves(const double* amplitude, const double* turns
     sum += simd::load(amplitude + i) * cosine_of_turns(turns);
   }
   return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
+double length(const Vector2& v) {
+  return std::sqrt(v[0] * v[0] + v[1] * v[1]);
 }
 
 double limited(double value, double largest) {
@@ -106,15 +111,16 @@ double Asperities::at(double path_m) {
   double sum = 0;
   for (Octave& o : octaves_) {
     const double position = path_m * o.cells_per_m;
-    const double cell = std::floor(position);
+    const auto cell = static_cast<std::int64_t>(position);
     if (cell != o.cell) {
-      const auto index = static_cast<std::uint64_t>(cell);
-      const auto drawn = [&](std::uint64_t i) { return Random(mix(o.seed, i)).uniform(-1, 1); };
-      o.left = cell == o.cell + 1 ? o.right : drawn(index);
-      o.right = drawn(index + 1);
+      const auto drawn = [&](std::int64_t i) {
+        return Random(mix(o.seed, static_cast<std::uint64_t>(i))).uniform(-1, 1);
+      };
+      o.left = cell == o.cell + 1 ? o.right : drawn(cell);
+      o.right = drawn(cell + 1);
       o.cell = cell;
     }
-    sum += o.amplitude * (o.left + (position - cell) * (o.right - o.left));
+    sum += o.amplitude * (o.left + (position - static_cast<double>(cell)) * (o.right - o.left));
   }
   return sum;
 }
@@ -153,7 +159,8 @@ Force Rubbing::advance(const SlidingContact& contact) {
   const double stiffness = std::max(0.0, limited(contact.stiffness_n_m, largest_stiffness_n_m));
   const Vector2 moved =
       started_ ? Vector2{place[0] - place_m_[0], place[1] - place_m_[1]} : Vector2{};
-  const double distance = std::hypot(moved[0], moved[1]);
+  const double all = length(moved);
+  const double distance = all <= longest_step_m ? all : 0;
   if (distance > 0) direction_ = {moved[0] / distance, moved[1] / distance};
   path_m_ += distance;
   place_m_ = place;
@@ -164,7 +171,7 @@ Force Rubbing::advance(const SlidingContact& contact) {
   // A wave can take the load off, not pull.
   const double pressed = std::max(-normal, stiffness * waves_.height_m(place)) +
                          scratch * normal * normal_.at(path_m_);
-  const double scratched = scratch * std::hypot(friction[0], friction[1]) * tangential_.at(path_m_);
+  const double scratched = scratch * length(friction) * tangential_.at(path_m_);
   const double more = 1 + pressed / normal;  // friction follows the load
   return {friction[0] * more + direction_[0] * scratched,
           friction[1] * more + direction_[1] * scratched, normal + pressed};

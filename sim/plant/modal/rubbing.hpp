@@ -53,13 +53,15 @@ class Asperities {
  public:
   static constexpr std::size_t octaves = 8;
   Asperities(double coarsest_m, double finest_share, std::uint64_t seed);
+  /// 0 <= path_m <= 1e10.
   [[nodiscard]] double at(double path_m);
 
  private:
   struct Octave {
     double cells_per_m = 0, amplitude = 0;
     std::uint64_t seed = 0;
-    double cell = -1, left = 0, right = 0;  // of the last look-up
+    std::int64_t cell = -2;      // of the last look-up
+    double left = 0, right = 0;  // at its ends
   };
   std::array<Octave, octaves> octaves_{};
 };
@@ -72,7 +74,8 @@ class Rubbing {
                               std::uint64_t seed);
 
   /// Force on the plate along x, y (friction) and z (downwards) at the end of a step; the probe
-  /// feels the opposite. Numbers that are none count as 0, absurd ones are held at 1 km and 1e6 N.
+  /// feels the opposite. Numbers that are none count as 0, absurd ones are held at 1 km and 1e6 N;
+  /// more than 1 m in a step is a jump and adds nothing to the path.
   Force advance(const SlidingContact& contact);
   /// Distance slid since the beginning [m].
   [[nodiscard]] double path_m() const { return path_m_; }
