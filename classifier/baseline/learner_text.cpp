@@ -60,8 +60,7 @@ MultiClassSvc::Machine read_machine(LineReader& in, std::size_t support) {
   MultiClassSvc::Machine out;
   const std::size_t count = in.count("machine", 0, support);
   out.row = in.counts("rows", count);
-  if (std::any_of(out.row.begin(), out.row.end(), [=](std::size_t r) { return r >= support; }))
-    in.refuse("a row beyond the last support vector");
+  in.within(out.row, support, "support vector");
   out.coefficient = in.numbers("coefficients", count);
   out.bias = in.number("bias");
   return out;
@@ -71,12 +70,11 @@ MultiClassSvc read_svc(LineReader& in, std::size_t classes, std::size_t features
   MultiClassSvc::Parts out;
   out.classes = classes;
   out.c = in.number("C");
-  out.gamma = in.number("gamma");
-  if (!(out.gamma > 0.0)) in.refuse("a gamma that is not positive");
+  out.gamma = in.positive("gamma");
   out.cv_errors = in.count("cv_errors", 0, most_errors);
   out.scaler = read_scaler(in, features);
   out.support = read_matrix(in, "support_vectors", features);
-  if (out.support.rows() == 0) in.refuse("no support vectors");
+  if (out.support.rows() == 0) in.refuse("no support vectors", "at least 1", "0");
   for (std::size_t i = 0; in.ok() && i < pairs_of(classes); ++i)
     out.machines.push_back(read_machine(in, out.support.rows()));
   return MultiClassSvc(std::move(out));

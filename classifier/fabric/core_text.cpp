@@ -1,6 +1,5 @@
 #include "classifier/fabric/core_text.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "classifier/fabric/matrix_text.hpp"
@@ -37,7 +36,7 @@ CoreInfo read_info(LineReader& in, std::size_t features) {
   CoreInfo info;
   info.threshold = in.number("threshold");
   info.c = in.number("C");
-  info.gamma = in.number("gamma");
+  info.gamma = in.positive("gamma");
   info.cv_loss = in.number("cv_loss");
   const std::vector<std::size_t> counts = in.counts("cv_errors,train_rows,fits,folds", 4);
   if (in.ok()) {
@@ -53,10 +52,9 @@ CoreInfo read_info(LineReader& in, std::size_t features) {
 Reducer read_reducer(LineReader& in, std::size_t features) {
   const std::size_t inputs = in.count("inputs", 1, features);
   std::vector<std::size_t> columns = in.counts("columns", inputs);
+  in.within(columns, features, "feature");
   Scaler scaler = read_scaler(in, inputs);
   Matrix axes = read_matrix(in, "axes", inputs);
-  if (std::any_of(columns.begin(), columns.end(), [=](std::size_t c) { return c >= features; }))
-    in.refuse("a column beyond the last feature");
   return {std::move(columns), std::move(scaler), std::move(axes)};
 }
 

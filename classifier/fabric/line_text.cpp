@@ -15,6 +15,12 @@ void append(std::string& out, Number value) {
   out.append(digits.data(), end);
 }
 
+std::string shortest(double value) {
+  std::string out;
+  append(out, value);
+  return out;
+}
+
 template <class Number>
 void append_line(std::string& out, std::string_view keyword, std::span<const Number> values) {
   out += keyword;
@@ -98,7 +104,8 @@ std::vector<Number> LineReader::list(std::string_view keyword, std::size_t count
     Number value{};
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc{} || end != word.data() + word.size()) {
-      refuse("not a number", {}, std::string(word.substr(0, 40)));
+      refuse("not a number", "numbers after " + std::string(keyword),
+             std::string(word.substr(0, 40)));
       return {};
     }
     out.push_back(value);
@@ -119,16 +126,36 @@ std::string LineReader::text(std::string_view keyword) {
 std::vector<double> LineReader::numbers(std::string_view keyword, std::size_t count,
                                         bool infinite) {
   std::vector<double> out = list<double>(keyword, count);
-  const bool good = std::all_of(out.begin(), out.end(), [infinite](double v) {
+  const auto bad = std::find_if_not(out.begin(), out.end(), [infinite](double v) {
     return infinite ? !std::isnan(v) : std::isfinite(v);
   });
-  if (!good) refuse("not a finite number", {}, std::string(keyword));
-  return good ? std::move(out) : std::vector<double>{};
+  if (bad == out.end()) return out;
+  refuse("not a finite number", "finite numbers after " + std::string(keyword), shortest(*bad));
+  return {};
 }
 
 double LineReader::number(std::string_view keyword) {
   const std::vector<double> out = numbers(keyword, 1);
   return out.empty() ? 0.0 : out.front();
+}
+
+std::vector<double> LineReader::positives(std::string_view keyword, std::size_t count) {
+  std::vector<double> out = numbers(keyword, count);
+  const auto bad = std::find_if_not(out.begin(), out.end(), [](double v) { return v > 0.0; });
+  if (bad != out.end())
+    refuse(std::string(keyword) + " is not positive", "above 0", shortest(*bad));
+  return out;
+}
+
+double LineReader::positive(std::string_view keyword) {
+  const std::vector<double> out = positives(keyword, 1);
+  return out.empty() ? 0.0 : out.front();
+}
+
+double LineReader::not_negative(std::string_view keyword) {
+  const double out = number(keyword);
+  if (out < 0.0) refuse(std::string(keyword) + " is negative", "0 or more", shortest(out));
+  return out;
 }
 
 std::vector<std::size_t> LineReader::counts(std::string_view keyword, std::size_t count) {
@@ -144,8 +171,17 @@ std::size_t LineReader::count(std::string_view keyword, std::size_t least, std::
   return 0;
 }
 
+void LineReader::within(std::span<const std::size_t> positions, std::size_t size,
+                        std::string_view what) {
+  const auto beyond =
+      std::find_if(positions.begin(), positions.end(), [=](std::size_t p) { return p >= size; });
+  if (beyond != positions.end())
+    refuse("a " + std::string(what) + " beyond the last", "less than " + std::to_string(size),
+           std::to_string(*beyond));
+}
+
 void LineReader::finish() {
-  if (!rest_.empty()) refuse("text after the end", {}, std::string(rest_.substr(0, 40)));
+  if (!rest_.empty()) refuse("text after the end", "nothing", std::string(rest_.substr(0, 40)));
 }
 
 }  // namespace weft::classifier

@@ -37,11 +37,18 @@ class LineReader {
   std::string text(std::string_view keyword);
   /// NaN is refused; infinity as well unless `infinite`.
   double number(std::string_view keyword);
+  /// A number above 0, or 0 as well.
+  double positive(std::string_view keyword);
+  double not_negative(std::string_view keyword);
   /// Exactly `count` of them.
   std::vector<double> numbers(std::string_view keyword, std::size_t count, bool infinite = false);
+  /// Exactly `count` numbers above 0.
+  std::vector<double> positives(std::string_view keyword, std::size_t count);
   std::vector<std::size_t> counts(std::string_view keyword, std::size_t count);
   /// From `least` to `most`.
   std::size_t count(std::string_view keyword, std::size_t least, std::size_t most);
+  /// Refuses a position in a list of `size` that is not there. Call it after the line was read.
+  void within(std::span<const std::size_t> positions, std::size_t size, std::string_view what);
   void finish();
 
   /// Notes a problem of the line read last, unless there is one already.

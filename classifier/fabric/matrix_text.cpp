@@ -40,10 +40,7 @@ void write_scaler(LineWriter& out, const Scaler& scaler) {
 Scaler read_scaler(LineReader& in, std::size_t columns) {
   Scaler scaler;
   scaler.mean = in.numbers("mean", columns);
-  scaler.deviation = in.numbers("deviation", columns);
-  if (std::any_of(scaler.deviation.begin(), scaler.deviation.end(),
-                  [](double d) { return !(d > 0.0); }))
-    in.refuse("a deviation that is not positive");
+  scaler.deviation = in.positives("deviation", columns);
   return scaler;
 }
 

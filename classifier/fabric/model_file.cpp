@@ -101,14 +101,11 @@ FeatureSetup read_setup(LineReader& in) {
   setup.options.skew = static_cast<SkewOf>(word(in, "skew", skew_words));
   setup.options.norm = static_cast<Norm>(word(in, "norm", norm_words));
   setup.options.spectrum = static_cast<SpectrumScale>(word(in, "spectrum", spectrum_words));
-  setup.options.mode_bin_counts = in.number("mode_bin_counts");
-  setup.window_s = in.number("window_s");
-  setup.window_step_s = in.number("window_step_s");
-  setup.sample_period_s = in.number("sample_period_s");
+  setup.options.mode_bin_counts = in.positive("mode_bin_counts");
+  setup.window_s = in.not_negative("window_s");
+  setup.window_step_s = in.not_negative("window_step_s");
+  setup.sample_period_s = in.not_negative("sample_period_s");
   setup.exploration = in.text("exploration");
-  if (setup.window_s < 0 || setup.window_step_s < 0 || setup.sample_period_s < 0 ||
-      !(setup.options.mode_bin_counts > 0))
-    in.refuse("a length that is not positive");
   return setup;
 }
 
@@ -133,15 +130,20 @@ Result<StoredModel> read_body(std::string_view body, bool version_3) {
   FeatureSetup setup = read_setup(in);
   const LearnerHead head = version_3 ? read_head_of_version_3(in) : read_head(in);
   std::vector<std::string> labels = read_names(in, "label", in.count("labels", 2, most_labels));
-  if (std::adjacent_find(labels.begin(), labels.end(), std::greater_equal<>()) != labels.end())
-    in.refuse("labels are not in order");
+  const auto late = std::adjacent_find(labels.begin(), labels.end(), std::greater_equal<>());
+  if (late != labels.end())
+    in.refuse("labels are not in order", "one after " + *late, *std::next(late));
   // Each taxel has twelve lines of names: what a short file claims costs no memory.
-  if (setup.taxels > body.size() / 12) in.refuse("more taxels than the file has features for");
+  if (setup.taxels > body.size() / 12)
+    in.refuse("more taxels than the file has features for",
+              "at most " + std::to_string(body.size() / 12), std::to_string(setup.taxels));
   if (!in.ok()) return pass(in.status().error());
   const std::vector<std::string> expected = FeatureLayout(setup.taxels, setup.phases).names();
   const std::size_t columns = in.count("features", expected.size(), expected.size());
   std::vector<std::string> features = read_names(in, "feature", columns);
-  if (features != expected) in.refuse("features are not those of the taxels and phases");
+  const auto other = std::mismatch(features.begin(), features.end(), expected.begin());
+  if (other.first != features.end())
+    in.refuse("features are not those of the taxels and phases", *other.second, *other.first);
   auto learner = read_learner(in, head, std::move(labels), std::move(features));
   if (!learner) return pass(in.status().error());
   const std::size_t sigmoids = learner->cores() != nullptr ? learner->cores()->cores().size() : 0;

@@ -11,13 +11,6 @@ namespace {
 
 constexpr std::size_t most_trials = 10'000'000;
 
-std::vector<double> read_lengths(LineReader& in, std::string_view keyword, std::size_t count) {
-  std::vector<double> out = in.numbers(keyword, count);
-  if (std::any_of(out.begin(), out.end(), [](double v) { return !(v > 0.0); }))
-    in.refuse("a length that is not positive");
-  return out;
-}
-
 void write_reject(LineWriter& out, const RejectRule& rule) {
   out.text("reject_kind", to_string(rule.kind));
   out.number("false_reject", rule.false_reject);
@@ -37,9 +30,9 @@ RejectRule read_reject(LineReader& in, std::size_t classes, std::size_t features
   const std::vector<double> threshold = in.numbers("reject_threshold", reject_kinds, true);
   if (threshold.size() == reject_kinds)
     std::copy(threshold.begin(), threshold.end(), out.threshold.begin());
-  out.spread = read_lengths(in, "spread", classes);
+  out.spread = in.positives("spread", classes);
   const std::size_t trials = in.count("training_trials", 1, most_trials);
-  out.radius = read_lengths(in, "radius", in.ok() ? trials : 0);
+  out.radius = in.positives("radius", in.ok() ? trials : 0);
   out.trial = read_rows(in, "trial", trials, features);
   return out;
 }
@@ -52,12 +45,11 @@ void write_calibration(LineWriter& out, const Calibration& calibration) {
 
 Calibration read_calibration(LineReader& in, std::size_t sigmoids) {
   Calibration out;
-  out.sharpness = in.number("sharpness");
-  if (!(out.sharpness > 0.0)) in.refuse("a sharpness that is not positive");
+  out.sharpness = in.positive("sharpness");
   for (std::size_t i = 0; in.ok() && i < sigmoids; ++i) {
     const std::vector<double> s = in.numbers("slope,offset", 2);
     if (!in.ok()) break;
-    if (s[0] > 0.0) in.refuse("a sigmoid that falls");
+    if (s[0] > 0.0) in.refuse("a sigmoid that falls", "a slope of 0 or less", std::to_string(s[0]));
     out.sigmoid.push_back({s[0], s[1]});
   }
   return out;
@@ -79,7 +71,7 @@ std::optional<VoteAids> read_aids(LineReader& in, std::size_t classes, std::size
   if (in.count("aids", 0, 1) == 0) return std::nullopt;
   VoteAids out;
   out.profile.mean = read_rows(in, "class_mean", classes, features);
-  out.profile.deviation = read_lengths(in, "class_deviation", features);
+  out.profile.deviation = in.positives("class_deviation", features);
   out.calibration = read_calibration(in, sigmoids);
   out.reject = read_reject(in, classes, features);
   return out;

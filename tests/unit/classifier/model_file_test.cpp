@@ -221,6 +221,10 @@ TEST_CASE("a wrong line behind a right checksum is refused with its number") {
       {"inputs ", "inputs 9"},
       {"bias ", "bias nan "},
       {"gamma ", "gamma inf\nx "},
+      {"gamma ", "gamma -"},
+      {"\ngamma ", "\ngamma 0\ngamma "},
+      {"columns ", "columns 9"},
+      {"mode_bin_counts ", "mode_bin_counts -"},
       {"support_vectors ", "support_vectors 9"},
       {"deviation ", "deviation -"},
       {"crc32 ", "more\ncrc32 "},
@@ -230,6 +234,8 @@ TEST_CASE("a wrong line behind a right checksum is refused with its number") {
   REQUIRE_FALSE(stored);
   CHECK(stored.error().code == Errc::corrupt);
   CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK_FALSE(stored.error().expected.empty());
+  CHECK_FALSE(stored.error().got.empty());
 }
 
 TEST_CASE("a wrong line of a learner without cores is refused with its number") {
@@ -256,6 +262,8 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
   REQUIRE_FALSE(stored);
   CHECK(stored.error().code == Errc::corrupt);
   CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK_FALSE(stored.error().expected.empty());
+  CHECK_FALSE(stored.error().got.empty());
 }
 
 TEST_CASE("a trial of another sensor or with other phases is refused by name") {
