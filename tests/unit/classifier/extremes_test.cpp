@@ -120,7 +120,7 @@ TEST_CASE("Extremes: no sample in M is refused, one to three give the documented
 TEST_CASE(
     "Extremes: a phase around M of no sample leaves its features out, of one to three counts") {
   CHECK(extract(with_phases(0, 5, 9.0))->size() == 12);
-  for (const std::size_t each : {1, 2, 3}) {
+  for (const std::size_t each : {1U, 2U, 3U}) {
     const auto out = extract(with_phases(each, 5, 9.0));
     REQUIRE(out);
     REQUIRE(out->size() == 15);

@@ -44,7 +44,7 @@ FabricModel ladder(std::size_t classes) {
 }
 
 TEST_CASE("the place of a pair's core is its place in the list of all pairs") {
-  for (const std::size_t classes : {2, 3, 17, 60}) {
+  for (const std::size_t classes : {2U, 3U, 17U, 60U}) {
     const std::vector<Pair> pairs = all_pairs(classes);
     for (std::size_t i = 0; i < pairs.size(); ++i)
       CHECK(pair_index(pairs[i].a, pairs[i].b, classes) == i);
@@ -101,7 +101,7 @@ TEST_CASE("one lost duel is final in a DAG") {
 }
 
 TEST_CASE("a DAG asks exactly one core less than there are classes and finds the middle of each") {
-  for (const std::size_t classes : {2, 3, 17, 60}) {
+  for (const std::size_t classes : {2U, 3U, 17U, 60U}) {
     const FabricModel model = ladder(classes);
     for (std::size_t c = 0; c < classes; ++c) {
       const double x[] = {static_cast<double>(c)};

@@ -91,7 +91,7 @@ TEST_CASE("sigmoids stay in 0 to 1 whatever they are given") {
 
 TEST_CASE("pairs that agree with each other give back the probabilities they came from") {
   RandomEngine engine(5);
-  for (const std::size_t classes : {2, 3, 17, 60}) {
+  for (const std::size_t classes : {2U, 3U, 17U, 60U}) {
     std::vector<double> p;
     for (std::size_t k = 0; k < classes; ++k) p.push_back(std::exp(-6.0 * uniform(engine)));
     const double sum = sum_of(p);
@@ -123,7 +123,7 @@ double disagreement(const std::vector<double>& r, const std::vector<double>& p) 
 
 TEST_CASE("pairs that contradict each other are coupled at the least disagreement") {
   RandomEngine engine(9);
-  for (const std::size_t classes : {3, 7, 20}) {
+  for (const std::size_t classes : {3U, 7U, 20U}) {
     std::vector<double> r;
     for (std::size_t i = 0; i < classes * (classes - 1) / 2; ++i) r.push_back(uniform(engine));
     const std::vector<double> p = couple(r, classes);
@@ -143,7 +143,7 @@ TEST_CASE("pairs that contradict each other are coupled at the least disagreemen
 TEST_CASE("a circle of certain duels leaves all three equally likely, a champion nearly all") {
   const std::vector<double> circle = couple(std::array{1.0, 0.0, 1.0}, 3);
   for (const double p : circle) CHECK(p == Approx(1.0 / 3.0).epsilon(1e-6));
-  for (const std::size_t classes : {2, 17, 60, 500}) {
+  for (const std::size_t classes : {2U, 17U, 60U, 500U}) {
     const std::vector<double> p =
         couple(std::vector<double>(classes * (classes - 1) / 2, 1.0), classes);
     CHECK(p[0] > 0.99);
