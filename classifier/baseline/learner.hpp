@@ -50,7 +50,8 @@ std::string to_string(const Recipe& recipe);
 struct RecipeScore {
   Recipe recipe;
   std::size_t errors = 0;  ///< out of `tested`
-  std::size_t tested = 0;  ///< fewer than all rows: dropped once it could not win any more
+  /// Fewer than all rows: dropped once it could not win any more. 0: rows were too few for folds.
+  std::size_t tested = 0;
 };
 
 /// A trained recipe: a machine behind one small interface. Immutable; may be used by several
@@ -123,8 +124,10 @@ struct ChosenLearner {
 /// over class_folds() of the training part, counted after the vote: the first candidate, simple
 /// ones first, that is within one standard deviation (root of the count) of the fewest (Breiman et
 /// al. 1984, section 3.4.3). A candidate that has as many errors as one that is through is not
-/// tried further, which cannot change the choice. All cores come from `trainer`, which must give
-/// what train_task() would (empty: that is asked); everything else is done here.
+/// tried further, which cannot change the choice. Where rows are too few for folds (a label with
+/// two trials) nothing is tested, every candidate has 0 errors of 0, and the simplest is taken:
+/// LDA, or of `cores_best` all features. All cores come from `trainer`, which must give what
+/// train_task() would (empty: that is asked); everything else is done here.
 Result<ChosenLearner> train_learner(const FeatureMatrix& matrix, Learner learner,
                                     const TrainOptions& options, const TaskTrainer& trainer = {});
 

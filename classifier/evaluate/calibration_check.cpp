@@ -17,6 +17,30 @@ std::size_t place_of(const std::vector<std::string>& labels, const std::string& 
                                   labels.begin());
 }
 
+// As the folds count them: a row without a name is a recording of its own.
+std::string recording_of(const FeatureMatrix& matrix, std::size_t row) {
+  const std::string name = matrix.files[row].substr(0, matrix.files[row].find('#'));
+  return name.empty() ? "#" + std::to_string(row) : name;
+}
+
+Status check_answers(std::span<const double> said, std::span<const double> right,
+                     std::size_t recordings, std::size_t bins) {
+  constexpr const char* where = "calibration_error_interval";
+  if (bins == 0 || said.empty())
+    return fail(Errc::invalid_argument, "nothing to compare", where,
+                "at least one answer and one bin",
+                std::to_string(said.size()) + " answers, " + std::to_string(bins) + " bins");
+  if (right.size() != said.size() || recordings != said.size())
+    return fail(Errc::invalid_argument, "sizes disagree", where,
+                std::to_string(said.size()) + " outcomes and recordings",
+                std::to_string(right.size()) + " and " + std::to_string(recordings));
+  for (const auto list : {said, right})
+    for (const double p : list)
+      if (!(p >= 0.0 && p <= 1.0))
+        return fail(Errc::range, "not a probability", where, "0 to 1", std::to_string(p));
+  return {};
+}
+
 // What one recording adds to each bin.
 struct BinSums {
   std::vector<double> said_less_right;
@@ -68,7 +92,7 @@ Status CalibrationTally::add(const FeatureMatrix& matrix, const Split& split,
     probability_.push_back(std::move(p));
     answer_.push_back(place_of(labels_, learner.labels()[said->ballot.winner]));
     truth_.push_back(place_of(labels_, matrix.labels[r]));
-    recording_.push_back(matrix.files[r].substr(0, matrix.files[r].find('#')));
+    recording_.push_back(recording_of(matrix, r));
   }
   return {};
 }
@@ -83,18 +107,21 @@ Result<CalibrationCheck> CalibrationTally::finish(std::size_t bins) const {
   }
   auto figures = reliability(probability, answer_, truth_, bins);
   if (!figures) return pass(figures.error());
+  auto interval = calibration_error_interval(said, right, recording_, bins);
+  if (!interval) return pass(interval.error());
   std::vector<std::string> distinct = recording_;
   std::sort(distinct.begin(), distinct.end());
   distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  return CalibrationCheck{std::move(*figures), distinct.size(),
-                          calibration_error_interval(said, right, recording_, bins)};
+  return CalibrationCheck{std::move(*figures), distinct.size(), std::move(*interval)};
 }
 
-Interval calibration_error_interval(std::span<const double> said, std::span<const double> right,
-                                    std::span<const std::string> recording, std::size_t bins) {
+Result<Interval> calibration_error_interval(std::span<const double> said,
+                                            std::span<const double> right,
+                                            std::span<const std::string> recording,
+                                            std::size_t bins) {
+  if (auto ok = check_answers(said, right, recording.size(), bins); !ok) return pass(ok.error());
   Interval out{0.0, 1.0, "bootstrap of whole recordings, percentiles of 1000 draws"};
   const std::vector<BinSums> recordings = by_recording(said, right, recording, bins);
-  if (recordings.empty()) return out;
   RandomEngine engine(1);
   std::vector<double> errors;
   for (std::size_t d = 0; d < draws; ++d) errors.push_back(error_of_draw(recordings, bins, engine));

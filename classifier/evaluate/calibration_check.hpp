@@ -19,7 +19,9 @@ namespace weft::classifier {
 /// Answers on test trials with the probability that each was given, over all splits.
 struct CalibrationCheck {
   Reliability reliability;
-  std::size_t recordings = 0;  ///< different ones among the test trials
+  /// Different ones among the test trials: files, windows of one file (name before '#') together; a
+  /// trial without a name is its own.
+  std::size_t recordings = 0;
   /// Of reliability.calibration_error: percentiles of draws of whole recordings. Chance alone makes
   /// the error of few trials larger than 0.
   Interval calibration_error_ci95;
@@ -45,8 +47,11 @@ class CalibrationTally {
 };
 
 /// Error of each draw of recordings: 2.5 % and 97.5 % of 1000 draws with replacement, fixed seed.
-/// `said` and `right` (0 or 1) per answer; answers of one `recording` are drawn together.
-Interval calibration_error_interval(std::span<const double> said, std::span<const double> right,
-                                    std::span<const std::string> recording, std::size_t bins);
+/// `said` and `right` (0 or 1) per answer; answers of one `recording` are drawn together. Refuses
+/// no answers, no bins, sizes that disagree, a value outside [0, 1].
+Result<Interval> calibration_error_interval(std::span<const double> said,
+                                            std::span<const double> right,
+                                            std::span<const std::string> recording,
+                                            std::size_t bins);
 
 }  // namespace weft::classifier

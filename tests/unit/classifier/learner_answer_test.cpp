@@ -1,7 +1,9 @@
 // Learners as they are trained in parts, stored and asked.
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <numeric>
+#include <set>
 
 #include "classifier/evaluate/calibration_check.hpp"
 #include "classifier/evaluate/evaluate.hpp"
@@ -117,7 +119,7 @@ TEST_CASE("The calibration error of answers that are all right when said 0.9 is 
   const std::vector<double> said(200, 0.9), right(200, 1.0);
   std::vector<std::string> recording;
   for (std::size_t i = 0; i < 200; ++i) recording.push_back(std::to_string(i));
-  const Interval sure = calibration_error_interval(said, right, recording, 10);
+  const Interval sure = calibration_error_interval(said, right, recording, 10).value();
   CHECK(sure.low == Approx(0.1));
   CHECK(sure.high == Approx(0.1));
 }
@@ -131,10 +133,41 @@ TEST_CASE("The interval of a calibration error widens when answers come from few
     own.push_back(std::to_string(i));
     few.push_back(std::to_string(i / 40));
   }
-  const Interval narrow = calibration_error_interval(said, right, own, 10);
-  const Interval wide = calibration_error_interval(said, right, few, 10);
+  const Interval narrow = calibration_error_interval(said, right, own, 10).value();
+  const Interval wide = calibration_error_interval(said, right, few, 10).value();
   CHECK(wide.high > 2.0 * narrow.high);
   CHECK(narrow.high < 0.06);  // 1.96 sqrt(0.75 0.25 / 480) = 0.039
+}
+
+TEST_CASE("A calibration error of nothing, of no bins or of no probabilities is refused") {
+  const std::vector<double> said{0.9, 0.8}, right{1.0, 0.0};
+  const std::vector<std::string> recording{"a", "b"};
+  REQUIRE(calibration_error_interval(said, right, recording, 10));
+  CHECK_FALSE(calibration_error_interval(said, right, recording, 0));
+  CHECK_FALSE(calibration_error_interval({}, {}, {}, 10));
+  CHECK_FALSE(calibration_error_interval(said, std::vector{1.0}, recording, 10));
+  CHECK_FALSE(calibration_error_interval(said, right, std::vector<std::string>{"a"}, 10));
+  for (const double wrong : {std::nan(""), -0.1, 1.1})
+    CHECK_FALSE(calibration_error_interval(std::vector{0.9, wrong}, right, recording, 10));
+}
+
+TEST_CASE("Trials without a name are recordings of their own, windows of one file are one") {
+  const FeatureMatrix named = gaussian_classes(3, 20, 4, 2.0, 41);
+  const auto splits = stratified_splits(named.labels, 0.5, 2, 1);
+  REQUIRE(splits);
+  std::set<std::size_t> tested;
+  for (const Split& split : *splits) tested.insert(split.test.begin(), split.test.end());
+  FeatureMatrix unnamed = named, windows = named;
+  unnamed.files.assign(named.size(), "");
+  for (std::size_t r = 0; r < named.size(); ++r)
+    windows.files[r] = named.labels[r] + "#" + std::to_string(r);
+  for (const auto& [data, recordings] :
+       {std::pair{&named, tested.size()}, {&unnamed, tested.size()}, {&windows, std::size_t{3}}}) {
+    const auto checked = evaluate(*data, *splits, Learner::lda, {}, {}, true);
+    REQUIRE(checked);
+    REQUIRE(checked->calibration);
+    CHECK(checked->calibration->recordings == recordings);
+  }
 }
 
 TEST_CASE("Calibration is checked on test answers alone, each once") {
