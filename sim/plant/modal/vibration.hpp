@@ -6,21 +6,11 @@
 #include <cstdint>
 #include <optional>
 
+#include "sim/plant/modal/converter.hpp"
 #include "sim/plant/modal/mode_sets.hpp"
-#include "sim/plant/modal/oscillator.hpp"
 #include "sim/plant/modal/rubbing.hpp"
-#include "sim/plant/random.hpp"
 
 namespace weft::sim {
-
-/// How one sensor's converter samples. Periods are whole numbers of the vibration's steps.
-struct ConverterParams {
-  std::int64_t period_ns = 0;
-  double bandwidth_hz = 0;  ///< of a fourth-order Butterworth low-pass before sampling; 0: none
-  double noise = 0;         ///< rms, in the sensor's unit
-  double range = 0;         ///< readings are held within +- this
-  double quantum = 0;       ///< step of a reading; 0: none
-};
 
 struct AccelerometerParams {
   ConverterParams converter{5'000'000, 80, 0.02, 19.6133, 19.6133 / 2048};  ///< +-2 g, 12 bits [E]
@@ -38,43 +28,6 @@ struct VibrationParams {
   std::optional<AccelerometerParams> accelerometer = AccelerometerParams{};
   std::optional<MicrophoneParams> microphone = MicrophoneParams{};
   RubbingParams rubbing;
-};
-
-/// Low-pass without ringing of its own making: two resonances stepped exactly. Unit gain at rest.
-class LowPass {
- public:
-  /// Errors: as OscillatorStep::make.
-  static Result<LowPass> make(double bandwidth_hz, double step_s);
-  double advance(double value);
-
- private:
-  struct Section {
-    OscillatorStep step;
-    double square = 0;  // of the angular frequency
-    OscillatorState state;
-    double last = 0;
-  };
-  std::array<std::optional<Section>, 2> sections_;
-};
-
-/// One sensor's axis: low-pass, noise, range and quantum.
-class Converter {
- public:
-  /// Errors: range, naming the field.
-  static Result<Converter> make(const ConverterParams& params, std::int64_t step_ns,
-                                std::uint64_t seed);
-  /// A reading where one is due at this step's end; `offset` is there from the beginning of time.
-  std::optional<double> advance(double value, double offset = 0);
-
- private:
-  Converter(const ConverterParams& params, std::int64_t steps, std::uint64_t seed)
-      : params_(params), steps_(steps), noise_(seed) {}
-
-  ConverterParams params_;
-  std::int64_t steps_;
-  std::int64_t left_ = 0;
-  std::optional<LowPass> low_pass_;
-  Random noise_;
 };
 
 /// Readings that fell due at the end of a step.

@@ -250,6 +250,32 @@ TEST_CASE("The same seed sounds the same; another seed does not") {
   CHECK(record(5) != record(6));
 }
 
+TEST_CASE("A run that is split goes on bit for bit") {
+  const auto go = [](Vibration& vibration, int from, int to) {
+    std::vector<double> all;
+    for (int i = from; i < to; ++i) {
+      const auto sample = vibration.advance(sliding(20e-3 * i * 62.5e-6));
+      if (sample.sound_pa) all.push_back(*sample.sound_pa);
+      if (sample.acceleration_mps2) all.push_back((*sample.acceleration_mps2)[2]);
+    }
+    return all;
+  };
+  Vibration whole = made({}, ribs(1.25e-3, 4e-6));
+  go(whole, 0, 777);
+  Vibration copy = whole;
+  CHECK(go(whole, 777, 5000) == go(copy, 777, 5000));
+}
+
+TEST_CASE("A jump of the place is not a path that scratches") {
+  auto rubbing = Rubbing::make({}, {}, 1);
+  REQUIRE(rubbing.has_value());
+  rubbing->advance(sliding(0));
+  rubbing->advance(sliding(3e-3));
+  rubbing->advance(sliding(900));
+  rubbing->advance(sliding(900.002));
+  CHECK(rubbing->path_m() == Approx(5e-3).epsilon(1e-9));
+}
+
 TEST_CASE("Sensors that the scene does not have are not computed") {
   VibrationParams params;
   params.accelerometer.reset();
