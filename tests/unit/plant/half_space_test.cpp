@@ -126,7 +126,7 @@ TEST_CASE("The depth converges to Hertz's as the grid is refined") {
   const double force = 20, e = HalfSpaceParams{}.modulus_pa;
   const double depth = std::cbrt(9 * force * force / (16 * e * e * radius));
   double last = 1;
-  for (const std::size_t side : {16, 32, 64, 128}) {
+  for (const std::size_t side : {16U, 32U, 64U, 128U}) {
     const double spacing = 16e-3 / static_cast<double>(side);
     const auto imprint = array_of(side, side, spacing).press(map_of(side, spacing, sphere), force);
     REQUIRE(imprint.has_value());
