@@ -16,7 +16,6 @@ double threshold_of(const TrainOptions& options, std::size_t member) {
     case Reduction::pca:
       return options.grid.explained[member];
     case Reduction::all:
-    case Reduction::best:
       break;
   }
   return 0.0;
@@ -93,10 +92,6 @@ Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options,
                               const RareT& rare, GridSearch& search) {
-  if (options.reduction == Reduction::best) {
-    return fail(Errc::invalid_argument, "a core needs one kind of reduction", "train_core",
-                "pvalue, pca or all", "best");
-  }
   const Reducer full = Reducer::fit(rows, sign, options, rare);
   const auto grid = search.run(rows, sign, full, folds, options, rare);
   if (!grid) return pass(grid.error());

@@ -65,7 +65,7 @@ class FabricCore {
 };
 
 /// Grid search, then one SVM on all rows. `sign`: +1 for class a, -1 for class b, each at least
-/// twice. Refuses Reduction::best, which is a choice over all cores.
+/// twice. Refuses what GridSearch::run() refuses.
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options,
                               const RareT& rare = RareT());

@@ -25,6 +25,12 @@ Status check_labels(const RowsOfLabel& rows) {
   return {};
 }
 
+std::vector<std::string> labels_of(const RowsOfLabel& rows) {
+  std::vector<std::string> out;
+  for (const auto& entry : rows) out.push_back(entry.first);
+  return out;
+}
+
 // Trains cores one after the other; one per thread.
 class PairTrainer {
  public:
@@ -137,51 +143,6 @@ GridScore FabricModel::cross_validation() const {
   return sum;
 }
 
-namespace {
-
-std::vector<std::string> labels_of(const RowsOfLabel& rows) {
-  std::vector<std::string> out;
-  for (const auto& entry : rows) out.push_back(entry.first);
-  return out;
-}
-
-Result<FabricModel> train_kind(const FeatureMatrix& matrix, const TrainOptions& options,
-                               const CoreTrainer& trainer) {
-  std::vector<std::string> labels = labels_of(rows_by_label(matrix));
-  auto cores = trainer(options);
-  if (!cores) return pass(cores.error());
-  const std::size_t pairs = labels.size() * (labels.size() - 1) / 2;
-  if (cores->size() != pairs)
-    return fail(Errc::invalid_argument, "not one core per pair of labels", "cores",
-                std::to_string(pairs), std::to_string(cores->size()));
-  return FabricModel(std::move(labels), matrix.names, options.reduction, std::move(*cores));
-}
-
-// Decided on the training part alone: the sum of all cores' cross-validation errors, then of their
-// losses.
-Result<FabricModel> train_best(const FeatureMatrix& matrix, TrainOptions options,
-                               const CoreTrainer& trainer) {
-  std::optional<FabricModel> best;
-  for (const Reduction reduction : kinds_of(Reduction::best)) {
-    options.reduction = reduction;
-    auto model = train_kind(matrix, options, trainer);
-    if (!model) return model;
-    const GridScore score = model->cross_validation();
-    const GridScore least = best ? best->cross_validation() : score;
-    if (!best || std::tie(score.errors, score.loss) < std::tie(least.errors, least.loss)) {
-      best.emplace(std::move(*model));
-    }
-  }
-  return std::move(*best);
-}
-
-}  // namespace
-
-std::vector<Reduction> kinds_of(Reduction reduction) {
-  if (reduction != Reduction::best) return {reduction};
-  return {Reduction::pvalue, Reduction::pca, Reduction::all};
-}
-
 Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
                                             const TrainOptions& options, std::size_t first,
                                             std::size_t stride) {
@@ -212,14 +173,21 @@ Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& optio
                           const CoreTrainer& trainer) {
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   if (auto ok = check(options); !ok) return pass(ok.error());
-  if (auto ok = check_labels(rows_by_label(matrix)); !ok) return pass(ok.error());
-  if (options.reduction == Reduction::best) return train_best(matrix, options, trainer);
-  return train_kind(matrix, options, trainer);
+  const RowsOfLabel rows = rows_by_label(matrix);
+  if (auto ok = check_labels(rows); !ok) return pass(ok.error());
+  std::vector<std::string> labels = labels_of(rows);
+  auto cores = trainer(options);
+  if (!cores) return pass(cores.error());
+  const std::size_t pairs = labels.size() * (labels.size() - 1) / 2;
+  if (cores->size() != pairs)
+    return fail(Errc::invalid_argument, "not one core per pair of labels", "cores",
+                std::to_string(pairs), std::to_string(cores->size()));
+  return FabricModel(std::move(labels), matrix.names, options.reduction, std::move(*cores));
 }
 
 Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options) {
   return train(matrix, options,
-               [&](const TrainOptions& kind) { return train_cores(matrix, kind); });
+               [&](const TrainOptions& same) { return train_cores(matrix, same); });
 }
 
 }  // namespace weft::classifier

@@ -64,25 +64,22 @@ class FabricModel {
   std::vector<FabricCore> cores_;
 };
 
-/// Trains one core per pair of labels (with Reduction::best, once for every kind). Refuses: fewer
-/// than two labels, a label with one trial, what check() refuses.
+/// Trains one core per pair of labels. Refuses: fewer than two labels, a label with one trial, what
+/// check() refuses.
 Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options = {});
 
 // ---- the same work in parts, for several processes ----
 
-/// What train() trains for `reduction`: itself, or for Reduction::best every kind, in this order.
-std::vector<Reduction> kinds_of(Reduction reduction);
-
 /// Every `stride`th core of all_pairs(), from `first` on (below `stride`). For a matrix and options
-/// that train() takes, but not Reduction::best.
+/// that train() takes.
 Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
                                             const TrainOptions& options, std::size_t first = 0,
                                             std::size_t stride = 1);
 
-/// All cores, in the order of all_pairs(), for one kind of reduction.
+/// All cores, in the order of all_pairs().
 using CoreTrainer = std::function<Result<std::vector<FabricCore>>(const TrainOptions& options)>;
 
-/// As train(), with the cores from `trainer`: it is asked once for each of kinds_of().
+/// As train(), with the cores from `trainer`, which is asked once.
 Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options,
                           const CoreTrainer& trainer);
 

@@ -26,17 +26,15 @@ std::string_view to_string(Reduction reduction) {
       return "pca";
     case Reduction::all:
       return "all";
-    case Reduction::best:
-      return "best";
   }
   return "?";
 }
 
 Result<Reduction> reduction_from(std::string_view text) {
-  for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all, Reduction::best}) {
+  for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
     if (text == to_string(r)) return r;
   }
-  return fail(Errc::invalid_argument, "unknown reduction", {}, "pvalue, pca, all or best",
+  return fail(Errc::invalid_argument, "unknown reduction", {}, "pvalue, pca or all",
               std::string(text));
 }
 
@@ -48,11 +46,10 @@ Status check(const TrainOptions& options) {
     return ok;
   if (auto ok = check_list(options.grid.gamma, unlimited, "grid gamma", "positive numbers"); !ok)
     return ok;
-  const bool all_kinds = options.reduction == Reduction::best;
-  if (options.reduction == Reduction::pvalue || all_kinds) {
+  if (options.reduction == Reduction::pvalue) {
     if (auto ok = check_list(options.grid.delta, 1.0, "grid delta", shares); !ok) return ok;
   }
-  if (options.reduction == Reduction::pca || all_kinds) {
+  if (options.reduction == Reduction::pca) {
     if (auto ok = check_list(options.grid.explained, 1.0, "grid explained", shares); !ok) return ok;
   }
   if (options.cap == 0) return fail(Errc::range, "cap must be at least 1", "cap", ">= 1", "0");

@@ -16,9 +16,7 @@ namespace weft::classifier {
 enum class Reduction {
   pvalue,  ///< features with p < delta, the paper's method
   pca,     ///< principal components of the scaled features, the paper's comparison (AMB-20)
-  all,     ///< no reduction
-  best     ///< whichever of the three has the fewest cross-validation errors over all cores of the
-           ///< training part
+  all      ///< no reduction
 };
 
 std::string_view to_string(Reduction reduction);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/windows.hpp"
 #include "classifier/vote/compare.hpp"
@@ -165,16 +166,21 @@ Status add_reject(const Set& set, const TrainOptions& options, std::vector<Figur
   return {};
 }
 
-Status measure(const Set& set, Reduction reduction, std::vector<Figure>& out) {
+// With the cores that `weft train --learner cores-best` takes.
+Status measure(const Set& plain, std::vector<Figure>& out) {
   TrainOptions options;
-  options.reduction = reduction;
-  const auto model = train(set.train, options);
-  if (!model) return pass(model.error(), set.name);
+  const auto chosen = train_learner(plain.train, Learner::cores_best, options);
+  if (!chosen) return pass(chosen.error(), plain.name);
+  const TrainedLearner& learner = chosen->trained;
+  const FabricModel* model = learner.cores();
+  options.reduction = model->reduction();
+  options.cap = chosen->recipe.cap;
+  const Set set{plain.name, learner.prepared(plain.train), learner.prepared(plain.test)};
   const double start = seconds_now();
   const auto aids = learn_aids(*model, set.train, options);
   if (!aids) return pass(aids.error(), set.name);
   out.push_back({set.name + ": calibration and reject rule learnt", seconds_now() - start, "s",
-                 "target", 1.0, std::string(to_string(model->reduction())) + " cores"});
+                 "target", 1.0, to_string(chosen->recipe) + " cores"});
   if (auto ok = add_votes(set, *model, aids->profile, 20, out); !ok) return ok;
   if (auto ok = add_votes(set, *model, aids->profile, 5, out, true); !ok) return ok;
   if (auto ok = add_calibration(set, *model, *aids, out); !ok) return ok;
@@ -206,11 +212,10 @@ int main() {
   const auto keep = [](const Status& done) {
     if (!done) std::printf("left out: %s\n", to_string(done.error()).c_str());
   };
-  if (const auto set = simulated_set()) keep(measure(*set, Reduction::best, figures));
-  if (const auto set = real_set("REAL fabricslide strokes", "*", 0.0))
-    keep(measure(*set, Reduction::best, figures));
+  if (const auto set = simulated_set()) keep(measure(*set, figures));
+  if (const auto set = real_set("REAL fabricslide strokes", "*", 0.0)) keep(measure(*set, figures));
   if (const auto set = real_set("REAL fabricslide 2.8 s windows", "*V*10mmps_*", 2.8))
-    keep(measure(*set, Reduction::best, figures));
-  for (const std::size_t fabrics : {17, 50, 100, 500}) keep(grow(fabrics, figures));
+    keep(measure(*set, figures));
+  for (const std::size_t fabrics : {17U, 50U, 100U, 500U}) keep(grow(fabrics, figures));
   return bench::report("votes", figures);
 }

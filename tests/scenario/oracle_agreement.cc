@@ -6,10 +6,10 @@
 //                                              subset
 //   oracle_agreement cores INDEX.csv TRAIN TEST REDUCTION      per core its folds, parameters and
 //                                              decisions on the test rows; the votes' winners
-//   oracle_agreement evaluate INDEX.csv TRAIN TEST REDUCTION [WINDOW_S PERIOD_S]
+//   oracle_agreement evaluate INDEX.csv TRAIN TEST LEARNER [WINDOW_S PERIOD_S]
 //
-// REDUCTION: pvalue, pca, all, best, each with -groups for folds by group, or with -paper to select
-// once outside the folds.
+// REDUCTION: pvalue, pca or all; LEARNER: these and lda, svc, cores-best, best. Each with -groups
+// for folds by group, or with -paper to select once outside the folds.
 //
 // INDEX.csv: header file,label,group; trial CSV: header phase,c1..cn. TRAIN and TEST are lists of
 // groups: 0,1.
@@ -133,17 +133,21 @@ std::vector<Trial> windows_of(const std::vector<Trial>& trials, double window_s,
   return out;
 }
 
-TrainOptions options_of(std::string reduction) {
+struct Setting {
+  std::string name;  // of a reduction or a learner
+  TrainOptions options;
+};
+
+Setting setting_of(std::string name) {
   TrainOptions options;
   const auto take_suffix = [&](const std::string& suffix) {
-    if (!reduction.ends_with(suffix)) return false;
-    reduction.resize(reduction.size() - suffix.size());
+    if (!name.ends_with(suffix)) return false;
+    name.resize(name.size() - suffix.size());
     return true;
   };
   options.nested = !take_suffix("-paper");
   if (take_suffix("-groups")) options.fold_unit = FoldUnit::group;
-  options.reduction = or_exit(reduction_from(reduction));
-  return options;
+  return {std::move(name), options};
 }
 
 // Fold in which every row of the core validates, rows of class a first.
@@ -156,7 +160,8 @@ void print_folds(const PairProblem& problem) {
 
 // core,a,b,C,gamma,threshold,errors,loss,inputs; folds,a,b,...; decisions,a,b,...; and the winners.
 void print_cores(const FeatureMatrix& matrix, char** argument) {
-  const TrainOptions options = options_of(argument[2]);
+  auto [reduction, options] = setting_of(argument[2]);
+  options.reduction = or_exit(reduction_from(reduction));
   const Split split = or_exit(grouped_split(matrix.groups, cells(argument[0]), cells(argument[1])));
   const FeatureMatrix rows = take_rows(matrix, split.train);
   const FabricModel model = or_exit(train(rows, options));
@@ -180,14 +185,14 @@ void print_cores(const FeatureMatrix& matrix, char** argument) {
 }
 
 void print_evaluation(const FeatureMatrix& matrix, char** argument) {
-  const TrainOptions options = options_of(argument[2]);
+  const auto [name, options] = setting_of(argument[2]);
   const Split split = or_exit(grouped_split(matrix.groups, cells(argument[0]), cells(argument[1])));
-  const Evaluation e = or_exit(evaluate(matrix, std::vector{split}, options));
+  const LearnerEvaluation e =
+      or_exit(evaluate(matrix, std::vector{split}, or_exit(learner_from(name)), options));
 
-  std::printf(
-      "%s: accuracy %.4f (%zu of %zu), 95 %% %.4f-%.4f, %zu cross-validation errors, kind %s\n",
-      argument[2], e.accuracy, e.confusion.correct(), e.confusion.total(), e.ci95.low, e.ci95.high,
-      e.model.cross_validation().errors, std::string(to_string(e.model.reduction())).c_str());
+  std::printf("%s: accuracy %.4f (%zu of %zu), 95 %% %.4f-%.4f, trained %s\n", argument[2],
+              e.accuracy, e.confusion.correct(), e.confusion.total(), e.ci95.low, e.ci95.high,
+              to_string(e.recipes.front()).c_str());
   for (std::size_t t = 0; t < e.confusion.classes(); ++t) {
     std::printf("  %-14s", e.confusion.labels[t].c_str());
     for (std::size_t p = 0; p < e.confusion.classes(); ++p)
@@ -205,7 +210,7 @@ int main(int argc, char** argv) {
   if (command != "features" && command != "pairs" && !splits) {
     std::fprintf(stderr,
                  "usage: features INDEX | pairs INDEX | cores INDEX TRAIN TEST REDUCTION | "
-                 "evaluate INDEX TRAIN TEST REDUCTION [WINDOW_S PERIOD_S]\n");
+                 "evaluate INDEX TRAIN TEST LEARNER [WINDOW_S PERIOD_S]\n");
     return 2;
   }
   std::vector<Trial> trials = read_index(argv[2]);

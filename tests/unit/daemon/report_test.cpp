@@ -43,7 +43,6 @@ TEST_CASE("an evaluation covers every exploration with all three reductions") {
     // Of 6 trials 2 train, 4 test: 3 fabrics x 4 x 2 splits.
     CHECK(results[0].find(reduction)->confusion.total() == 24);
   }
-  CHECK(results[0].find(Reduction::best) == nullptr);
 }
 
 TEST_CASE("fabrics made to differ are told apart, and shuffled labels are not") {
