@@ -61,8 +61,11 @@ HeightField::HeightField(const SurfaceSpec& spec, std::uint64_t seed) {
       wander->phase[i] = random.angle();
     }
   }
-  if (spec.warp_pitch_m > 0 && spec.weft_pitch_m > 0)
-    add_lines(spec, longest_repeat * random.angle(), longest_repeat * random.angle());
+  if (spec.warp_pitch_m > 0 && spec.weft_pitch_m > 0) {
+    const double offset_v_rad = longest_repeat * random.angle();
+    const double offset_u_rad = longest_repeat * random.angle();
+    add_lines(spec, offset_u_rad, offset_v_rad);
+  }
   const auto add_wave = [&](double share, double number_per_m, double direction) {
     terms_.push_back({.amplitude_m = spec.height_rms_m * std::sqrt(2 * share),
                       .ku = two_pi * number_per_m * std::cos(direction),
