@@ -355,13 +355,16 @@ LuGre DynamicContact::friction(double normal_n, NearPower& power) const {
 void DynamicContact::glide(Motion& motion, const Approach& approach, double h_s,
                            const Pressed& pressed) const {
   if (!(h_s > 0)) return;
-  const LuGre inner = friction(pressed.inner_normal_n, motion.power);
-  if (params_.integrator == Integrator::midpoint)
+  if (params_.integrator == Integrator::midpoint) {
+    const LuGre inner = friction(pressed.inner_normal_n, motion.power);
     motion.glide = glide_midpoint(glide_law_, inner, motion.glide, approach.stage_mps, h_s);
-  else
-    motion.glide = glide_tr_bdf2(glide_law_, friction(motion.normal_n, motion.power), inner,
-                                 friction(pressed.normal_n, motion.power), motion.glide,
-                                 approach.stage_mps, h_s);
+  } else {
+    const LuGre begin = friction(motion.normal_n, motion.power);
+    const LuGre inner = friction(pressed.inner_normal_n, motion.power);
+    const LuGre end = friction(pressed.normal_n, motion.power);
+    motion.glide =
+        glide_tr_bdf2(glide_law_, begin, inner, end, motion.glide, approach.stage_mps, h_s);
+  }
   motion.z_m = pressed.z_m;
   motion.v_mps = pressed.v_mps;
   motion.memory = pressed.memory;
