@@ -1,10 +1,11 @@
 #include "daemon/report/evaluation_figures.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "daemon/report/format.hpp"
+#include "daemon/report/marks.hpp"
 #include "daemon/report/svg.hpp"
 
 namespace weft::daemon {
@@ -15,9 +16,6 @@ using svg::Axes;
 using svg::Canvas;
 
 constexpr double width = 560;
-
-// Marks tell the learners apart without colour: each has its own letter beside its points.
-constexpr std::array<std::string_view, 2> curve_classes = {"curve first", "curve second"};
 
 void draw_counts(Canvas& canvas, const Axes& axes, const classifier::Reliability& figures) {
   std::size_t most = 1;
@@ -64,6 +62,39 @@ std::vector<svg::Point> points_of(const Axes& axes, const std::vector<CurvePoint
   return out;
 }
 
+void draw_learner(Canvas& canvas, const Axes& axes, const std::vector<CurvePoint>& curve,
+                  std::size_t k) {
+  const std::vector<svg::Point> points = points_of(axes, curve, k);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const CurveValue& value = curve[i].values[k];
+    const double low = axes.y((value.accuracy - value.deviation) * 100);
+    const double high = axes.y(std::min(1.0, value.accuracy + value.deviation) * 100);
+    canvas.line({points[i].x, low}, {points[i].x, high}, "whisker " + mark_class(k));
+    if (i > 0) canvas.line(points[i - 1], points[i], "curve " + mark_class(k));
+  }
+  for (const svg::Point& point : points) draw_mark(canvas, point, k);
+}
+
+// Names one below the other, as near to where their lines end as their height allows.
+void draw_names(Canvas& canvas, const Axes& axes, const CurvePoint& last) {
+  constexpr double height = 15;
+  std::vector<double> y;
+  for (const CurveValue& value : last.values) y.push_back(axes.y(value.accuracy * 100));
+  std::vector<std::size_t> order(y.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return y[k]; });
+  for (std::size_t i = 1; i < order.size(); ++i)
+    y[order[i]] = std::max(y[order[i]], y[order[i - 1]] + height);
+  double bottom = axes.area.y + axes.area.height;
+  for (std::size_t i = order.size(); i-- > 0; bottom -= height)
+    y[order[i]] = bottom = std::min(y[order[i]], bottom);
+  const double x = axes.x(static_cast<double>(last.trials)) + 20;
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    draw_mark(canvas, {x, y[k]}, k);
+    canvas.text({x + 10, y[k] + 4}, last.values[k].learner, "key");
+  }
+}
+
 }  // namespace
 
 std::string reliability_figure(const classifier::Reliability& figures, std::string_view title) {
@@ -87,17 +118,9 @@ std::string learning_curve_figure(const std::vector<CurvePoint>& curve) {
   const Axes axes({60, 16, width - 170, 256}, {0, last * 1.04}, accuracy_range(curve));
   axes.draw_x(canvas, "training trials of each label", 8);
   axes.draw_y(canvas, "accuracy [%]", 6);
-  for (std::size_t k = 0; k < curve.front().values.size(); ++k) {
-    const std::vector<svg::Point> points = points_of(axes, curve, k);
-    canvas.polyline(points, curve_classes[k % curve_classes.size()]);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const CurveValue& value = curve[i].values[k];
-      const double low = axes.y((value.accuracy - value.deviation) * 100);
-      const double high = axes.y(std::min(1.0, value.accuracy + value.deviation) * 100);
-      canvas.line({points[i].x, low}, {points[i].x, high}, "axis");
-    }
-    canvas.text({points.back().x + 8, points.back().y + 4}, curve.back().values[k].learner, "key");
-  }
+  for (std::size_t k = 0; k < curve.front().values.size(); ++k)
+    draw_learner(canvas, axes, curve, k);
+  draw_names(canvas, axes, curve.back());
   return canvas.finish();
 }
 

@@ -27,8 +27,8 @@ struct CurvePoint {
   std::vector<CurveValue> values;
 };
 
-/// Accuracy against training trials of each label, a line per learner, bars: deviation over the
-/// draws.
+/// Accuracy against training trials of each label; a line and a mark per learner, bars: deviation
+/// over the draws. `curve` by rising number of trials, all with the same learners.
 std::string learning_curve_figure(const std::vector<CurvePoint>& curve);
 
 }  // namespace weft::daemon

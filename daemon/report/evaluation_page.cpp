@@ -7,6 +7,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/heat_map.hpp"
 #include "daemon/report/html.hpp"
+#include "daemon/report/marks.hpp"
 #include "daemon/report/paper.hpp"
 
 namespace weft::daemon {
@@ -205,7 +206,7 @@ std::string evaluation_html(const EvaluationPage& page) {
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>" +
          escape(page.dataset) + " (" + escape(to_string(page.bench)) +
          ") \u2013 Weft evaluation</title>\n<style>" + std::string(style_sheet()) +
-         "</style>\n</head>\n<body>\n<main>\n" + heading(page) +
+         std::string(marks_style()) + "</style>\n</head>\n<body>\n<main>\n" + heading(page) +
          section("How often it is right", accuracy_table(page)) +
          section("Each group left out", groups_part(page)) +
          section("What more training trials bring", curve_part(page)) +

@@ -1,9 +1,9 @@
 #include "daemon/trade/scatter.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "daemon/report/marks.hpp"
 #include "daemon/report/svg.hpp"
 #include "daemon/trade/trade_point.hpp"
 
@@ -17,63 +17,15 @@ using svg::Canvas;
 using svg::Point;
 
 constexpr double panel_width = 520, panel_height = 330, left = 62, gap = 28, top = 64;
-constexpr double mark_radius = 4.5, front_radius = 10;
+constexpr double front_radius = 10;
 
-// Okabe and Ito 2008 without yellow; shapes tell the families apart as well.
 constexpr std::string_view sheet = R"css(
-:root{--family-0:#1d2327;--family-1:#0072b2;--family-2:#d55e00;--family-3:#00795c;--family-4:#a3487f;--family-5:#7a5c00;--family-6:#5a646b}
-@media (prefers-color-scheme:dark){:root{--family-0:#e7e9ea;--family-1:#62b4ec;--family-2:#f5924a;--family-3:#3fc79c;--family-4:#e08fc0;--family-5:#e3c15a;--family-6:#a3adb3}}
-.family-0{fill:var(--family-0);stroke:var(--family-0)}.family-1{fill:var(--family-1);stroke:var(--family-1)}
-.family-2{fill:var(--family-2);stroke:var(--family-2)}.family-3{fill:var(--family-3);stroke:var(--family-3)}
-.family-4{fill:var(--family-4);stroke:var(--family-4)}.family-5{fill:none;stroke:var(--family-5);stroke-width:2.2}
-.family-6{fill:none;stroke:var(--family-6);stroke-width:2.2}
-.whisker{stroke-width:1;stroke-opacity:.45}.front-mark{fill:none;stroke:var(--ink);stroke-width:1.6}
+.front-mark{fill:none;stroke:var(--ink);stroke-width:1.6}
 .front-line{fill:none;stroke:var(--ink);stroke-width:1.4;stroke-dasharray:5 4}
 svg .front-name{font-size:11.5px;font-weight:600}svg .panel-name{font-size:13px;font-weight:600}
 svg .stamp{font-size:15px;font-weight:700;letter-spacing:.1em;fill:var(--badge-ink)}
 .on-front th,.on-front td{font-weight:650}
 )css";
-constexpr std::size_t family_classes = 7;
-
-std::string class_of(std::size_t family) {
-  return "family-" + std::to_string(family % family_classes);
-}
-
-void polygon(Canvas& canvas, Point at, double radius, int corners, double turn_rad,
-             const std::string& css_class) {
-  std::vector<Point> points;
-  for (int k = 0; k <= corners; ++k) {
-    const double angle = turn_rad + 6.283185307179586 * k / corners;
-    points.push_back({at.x + radius * std::cos(angle), at.y + radius * std::sin(angle)});
-  }
-  canvas.polyline(points, css_class);
-}
-
-void cross(Canvas& canvas, Point at, double x, double y, const std::string& css_class) {
-  canvas.line({at.x - x, at.y - y}, {at.x + x, at.y + y}, css_class);
-  canvas.line({at.x - y, at.y + x}, {at.x + y, at.y - x}, css_class);
-}
-
-void mark(Canvas& canvas, Point at, std::size_t family) {
-  constexpr double quarter = 1.5707963267948966;
-  const std::string css_class = class_of(family);
-  switch (family % family_classes) {
-    case 0:
-      return canvas.circle(at, mark_radius + 1.5, css_class);
-    case 1:
-      return canvas.circle(at, mark_radius - 1, css_class);
-    case 2:
-      return polygon(canvas, at, mark_radius, 4, quarter / 2, css_class);
-    case 3:
-      return polygon(canvas, at, mark_radius, 3, -quarter, css_class);
-    case 4:
-      return polygon(canvas, at, mark_radius, 3, quarter, css_class);
-    case 5:
-      return cross(canvas, at, mark_radius - 1, mark_radius - 1, css_class);
-    default:
-      return cross(canvas, at, mark_radius, 0, css_class);
-  }
-}
 
 svg::Range share_range(const Scatter& scatter) {
   double low = 1, high = 0;
@@ -168,11 +120,11 @@ std::vector<Point> staircase(const Axes& axes, std::vector<const ScatterPoint*> 
 
 void draw_point(Canvas& canvas, const Axes& axes, const ScatterPoint& p) {
   const Point low = axes.at(p.time_s, p.low * 100), high = axes.at(p.time_s, p.high * 100);
-  const std::string whisker = "whisker " + class_of(p.family);
+  const std::string whisker = "whisker " + mark_class(p.family);
   canvas.line(low, high, whisker);
   canvas.line({low.x - 3, low.y}, {low.x + 3, low.y}, whisker);
   canvas.line({high.x - 3, high.y}, {high.x + 3, high.y}, whisker);
-  mark(canvas, axes.at(p.time_s, p.share * 100), p.family);
+  draw_mark(canvas, axes.at(p.time_s, p.share * 100), p.family);
 }
 
 void draw_panel(Canvas& canvas, const Axes& axes, const ScatterPanel& panel) {
@@ -206,7 +158,7 @@ void draw_legend(Canvas& canvas, const Scatter& scatter) {
   double x = left;
   for (std::size_t f = 0; f < scatter.families.size(); ++f) {
     if (!is_present(scatter, f)) continue;
-    mark(canvas, {x + 5, 14}, f);
+    draw_mark(canvas, {x + 5, 14}, f);
     canvas.text({x + 15, 18}, scatter.families[f], "key");
     x += 32 + width_of(scatter.families[f]);
   }

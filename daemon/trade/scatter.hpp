@@ -38,7 +38,7 @@ struct Scatter {
 /// a legend. Points whose time is not positive and finite are left out.
 std::string scatter_figure(const Scatter& scatter);
 
-/// Colours of the families by CSS class, for light and dark pages, beside style_sheet().
+/// What the picture needs beside style_sheet() and marks_style().
 std::string_view scatter_style();
 
 }  // namespace weft::daemon

@@ -4,6 +4,7 @@
 
 #include "daemon/report/format.hpp"
 #include "daemon/report/html.hpp"
+#include "daemon/report/marks.hpp"
 #include "daemon/trade/scatter.hpp"
 
 namespace weft::daemon {
@@ -151,7 +152,8 @@ Result<std::string> trade_html(const TradeReport& report) {
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>" +
       escape(report.title) + "</title>\n<style>" + std::string(style_sheet()) +
-      std::string(scatter_style()) + "</style>\n</head>\n<body>\n<main>\n" + heading(report);
+      std::string(marks_style()) + std::string(scatter_style()) +
+      "</style>\n</head>\n<body>\n<main>\n" + heading(report);
   for (const TradeSet& set : report.sets) {
     const auto one = section(report, set);
     if (!one) return pass(one.error());

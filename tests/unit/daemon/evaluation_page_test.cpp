@@ -2,7 +2,9 @@
 
 #include "daemon/report/evaluation_page.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <regex>
 #include <string>
 
 #include "tests/unit/classifier/support.hpp"
@@ -65,6 +67,27 @@ TEST_CASE("rows of a reliability leave empty bins out and hold every answer") {
   REQUIRE(rows.size() == 1);
   // Wilson of 6 in 8
   CHECK(rows[0] == std::vector<std::string>{"0.5 to 1.0", "8", "0.900", "0.750", "0.409 to 0.929"});
+}
+
+TEST_CASE("each learner of a learning curve has its own mark, and no name covers another") {
+  CurvePoint few{2, 4, {}}, many{8, 4, {}};
+  const std::vector<std::string> names = {"pvalue", "pca", "all", "lda", "svc", "best"};
+  for (const std::string& name : names) {
+    few.values.push_back({name, 0.6, 0.1, {}});
+    many.values.push_back({name, 0.99, 0.005, {}});  // all at the upper edge
+  }
+  const std::string figure = learning_curve_figure({few, many});
+  const std::regex text(R"re(<text class="key" x="[0-9.]+" y="([0-9.]+)"[^>]*>[a-z]+<)re");
+  std::vector<double> heights;
+  for (auto it = std::sregex_iterator(figure.begin(), figure.end(), text);
+       it != std::sregex_iterator(); ++it)
+    heights.push_back(std::stod((*it)[1]));
+  REQUIRE(heights.size() == names.size());
+  std::ranges::sort(heights);
+  for (std::size_t i = 1; i < heights.size(); ++i) CHECK(heights[i] - heights[i - 1] >= 14);
+  CHECK(heights.back() < 330);
+  for (std::size_t k = 0; k < names.size(); ++k)
+    CHECK(count_of(figure, "\"curve family-" + std::to_string(k) + "\"") == 1);
 }
 
 }  // namespace
