@@ -40,7 +40,7 @@ struct Common {
     Samples vote_s;
   };
   const std::vector<AnswerTrials>* trials;
-  FeatureExtractor extractor;  // keeps the tables of its own lengths
+  FeatureExtractor extractor;
   std::vector<std::vector<double>> rows;
   Samples features_s;
   std::vector<User> users;
@@ -64,8 +64,11 @@ std::deque<Common> by_trials(const std::vector<TimedAnswer>& all,
   return out;
 }
 
+// An extractor keeps the tables of a few lengths of motion only: each trial is extracted once more
+// before it counts, or sets of many lengths would pay for tables at every trial, others for none.
 Status time_once(Common& common, const SecondsNow& now) {
   for (std::size_t k = 0; k < common.rows.size(); ++k) {
+    if (Status ok = extract(common.extractor, (*common.trials)[k], common.rows[k]); !ok) return ok;
     const double start = now();
     if (Status ok = extract(common.extractor, (*common.trials)[k], common.rows[k]); !ok) return ok;
     common.features_s[k].push_back(now() - start);

@@ -33,6 +33,7 @@ struct AnswerTimes {
 /// Times several things that answer, all in turn in every repetition, after a repetition that does
 /// not count: a busy moment of the machine falls on all of them. Features of trials that several
 /// share are the same work: timed once in each repetition, and the figure is that of all of them.
+/// Tables that depend on the length of a motion are there before its features are timed.
 class AnswerTiming {
  public:
   void add(TimedAnswer one) { all_.push_back(std::move(one)); }
