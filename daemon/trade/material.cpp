@@ -95,13 +95,16 @@ Status extract(const Dataset& dataset, const MaterialOptions& options,
   return {};
 }
 
-double slide_of(const Dataset& dataset, const std::vector<std::size_t>& row, std::size_t most) {
-  std::size_t samples = 0;
+void add_slide(const Dataset& dataset, const std::vector<std::size_t>& row, Material& out) {
+  double row_s = 0;
   for (const std::size_t i : row) {
     const std::size_t all = motion_samples(dataset.trials[i]);
-    samples += most == 0 ? all : std::min(all, most);
+    const std::size_t used = out.most_samples == 0 ? all : std::min(all, out.most_samples);
+    const double slide_s = static_cast<double>(used) / dataset.info.taxel_rate_hz;
+    row_s += slide_s;
+    out.longest_slide_s = std::max(out.longest_slide_s, slide_s);
   }
-  return static_cast<double>(samples) / dataset.info.taxel_rate_hz;
+  out.slide_s.push_back(row_s);
 }
 
 }  // namespace
@@ -122,7 +125,7 @@ Result<Material> prepare(const Dataset& dataset, const MaterialOptions& options)
     out.most_samples = std::max<std::size_t>(1, static_cast<std::size_t>(samples));
   if (Status ok = extract(dataset, options, parts, out); !ok) return pass(ok.error());
   for (const auto& row : out.trials) {
-    out.slide_s.push_back(slide_of(dataset, row, out.most_samples));
+    add_slide(dataset, row, out);
     out.speed_mm_s.push_back(speed_in_name(dataset.trials[row.front()].file));
   }
   return out;

@@ -26,7 +26,8 @@ struct Material {
   std::vector<std::vector<std::size_t>> trials;  ///< per row: numbers in the data set
   std::size_t most_samples = 0;                  ///< of phase M; 0: all
   classifier::FeatureMatrix features;
-  std::vector<double> slide_s;                    ///< per row: seconds of phase M that were used
+  std::vector<double> slide_s;  ///< per row: seconds of phase M that were used, of all its trials
+  double longest_slide_s = 0;   ///< used of a single trial of a row
   std::vector<std::optional<double>> speed_mm_s;  ///< per row, where it is known
 };
 

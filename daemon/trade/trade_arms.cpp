@@ -51,7 +51,12 @@ bool has_count(Learner learner) {
 }
 
 bool votes(Learner learner) {
-  return has_count(learner) || learner == Learner::all;
+  return has_count(learner) || learner == Learner::all || learner == Learner::cores_best;
+}
+
+std::string why_not(Learner learner, const std::string& reason) {
+  const bool choice = learner == Learner::best || learner == Learner::cores_best;
+  return choice ? "what a choice comes to differs by split" : reason;
 }
 
 /// Adds the arms of one family after another; each function returns why there are none, or nothing.
@@ -97,7 +102,8 @@ class Planner {
   }
 
   std::string add_counts() {
-    if (!has_count(standard_.learner)) return "the default has no feature count";
+    if (!has_count(standard_.learner))
+      return why_not(standard_.learner, "the default has no feature count");
     const std::size_t all = base_->features.names.size();
     std::set<std::size_t> counts{all};
     for (const std::size_t n : feature_counts)
@@ -114,9 +120,8 @@ class Planner {
   }
 
   std::string add_slides() {
-    const double longest = std::ranges::max(base_->slide_s);
     for (const double s : slides_s)
-      if (s < longest) add(general(s) + " s").slide_s = s;
+      if (s < base_->longest_slide_s) add(general(s) + " s").slide_s = s;
     return "no slide is longer than " + general(slides_s.front()) + " s";
   }
 
@@ -143,7 +148,8 @@ class Planner {
   }
 
   std::string add_votes() {
-    if (!votes(standard_.learner)) return "the default has no cores that vote";
+    if (!votes(standard_.learner))
+      return why_not(standard_.learner, "the default has no cores that vote");
     if (labels_ < 3) return "two labels have one core";
     add("soft vote").vote.kind = VoteKind::soft;
     add("DAG").vote.kind = VoteKind::dag;
