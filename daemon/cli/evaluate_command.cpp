@@ -37,19 +37,6 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
   return {};
 }
 
-// Mean over a few trials, one at a time; 0 where features were not of whole single trials.
-double seconds_of_features(const EvaluateArgs& args, const ChosenTrials& chosen) {
-  constexpr std::size_t timed = 16;
-  const auto selection = choose_trials(chosen.dataset, args.trials, false);
-  if (!selection || selection->trials.empty()) return 0.0;
-  classifier::FeatureExtractor extractor;
-  const std::size_t count = std::min(timed, selection->trials.size());
-  const double began_s = steady_wall_seconds();
-  for (std::size_t i = 0; i < count; ++i)
-    if (!extractor.extract(selection->trials[i])) return 0.0;
-  return (steady_wall_seconds() - began_s) / static_cast<double>(count);
-}
-
 Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured) {
   if (args.report.empty()) return {};
   std::vector<EvaluatedLearner> learners;
@@ -59,7 +46,7 @@ Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Me
   const EvaluationPage page{chosen.dataset.info.kind,
                             args.dataset.filename().string(),
                             facts_of(args, chosen, measured),
-                            seconds_of_features(args, chosen),
+                            seconds_of_features(args.trials, chosen, steady_wall_seconds),
                             learners,
                             measured.groups,
                             measured.curve};

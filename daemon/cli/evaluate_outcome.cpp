@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/interval_words.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -22,6 +24,7 @@ Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
     auto evaluation = classifier::evaluate(features, splits, learner, options_of(args),
                                            steady_wall_seconds, calibration);
     if (!evaluation) return pass(evaluation.error(), args.dataset.string());
+    if (args.leave_one_group_out) name_groups_left_out(evaluation->ci95);
     out.push_back({learner, std::move(*evaluation)});
   }
   return out;
@@ -45,7 +48,7 @@ Result<std::vector<CurvePoint>> curve_of(const EvaluateArgs& args,
                                          const classifier::FeatureMatrix& features,
                                          const std::vector<classifier::Split>& splits) {
   std::vector<CurvePoint> out;
-  for (const std::size_t trials : args.curve) {
+  for (const std::size_t trials : std::set<std::size_t>(args.curve.begin(), args.curve.end())) {
     const auto thin = classifier::thinned(splits, features.labels, features.files, trials,
                                           args.curve_draws, args.training.seed);
     if (!thin) return pass(thin.error(), "--learning-curve");
@@ -96,16 +99,30 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
   if (!outcomes) return pass(outcomes.error());
   out.outcomes = std::move(*outcomes);
-  if (args.leave_one_group_out) {
-    for (Outcome& outcome : out.outcomes)
-      outcome.evaluation.ci95.method =
-          "Student t with the Nadeau-Bengio variance, over the groups left out";
-    out.groups = by_group(chosen.features, out);
-  }
+  if (args.leave_one_group_out) out.groups = by_group(chosen.features, out);
   auto curve = curve_of(args, *learners, chosen.features, out.splits);
   if (!curve) return pass(curve.error());
   out.curve = std::move(*curve);
   return out;
+}
+
+double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen,
+                           const classifier::SecondsNow& seconds_now) {
+  constexpr std::size_t timed = 16;
+  if (choice.window_s != 0.0) return 0.0;
+  auto selection = choose_trials(chosen.dataset, choice, false);
+  if (!selection || selection->trials.empty()) return 0.0;
+  classifier::FeatureExtractor extractor(chosen.setup.options);
+  const std::size_t count = std::min(timed, selection->trials.size());
+  double sum_s = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    classifier::Trial& trial = selection->trials[i];
+    if (!remove_level(trial, choice) || !extractor.extract(trial)) return 0.0;
+    const double began_s = seconds_now();
+    if (!extractor.extract(trial)) return 0.0;
+    sum_s += seconds_now() - began_s;
+  }
+  return sum_s / static_cast<double>(count);
 }
 
 // "lda" or "lda 4, svc 1": what a choice came to, and how often.

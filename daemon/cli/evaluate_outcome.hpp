@@ -21,7 +21,7 @@ struct Measured {
   std::vector<classifier::Split> splits;
   std::vector<Outcome> outcomes;     ///< in the order asked for
   std::vector<GroupLeftOut> groups;  ///< with --leave-one-group-out
-  std::vector<CurvePoint> curve;     ///< with --learning-curve
+  std::vector<CurvePoint> curve;     ///< with --learning-curve, by rising number of trials
 };
 
 /// Of the words of --learner; "every" is all but cores-best.
@@ -34,6 +34,11 @@ classifier::TrainOptions options_of(const EvaluateArgs& args);
 
 /// Refuses what splits_of(), evaluate() and thinned() refuse.
 Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen);
+
+/// Features of one trial: mean over up to 16, each extracted once before, as its tables are made by
+/// then. 0 where features were not of whole single trials.
+double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen,
+                           const classifier::SecondsNow& seconds_now);
 
 /// "lda" or "lda (4 splits), svc (1 splits)": what a choice came to, and how often.
 std::string chosen_text(const classifier::LearnerEvaluation& evaluation);

@@ -86,7 +86,7 @@ SplitMaker split_maker(const TradeClassifierArgs& args, const Dataset& dataset) 
     if (!splits) return pass(splits.error());
     if (splits->size() > most) splits->resize(most);
     std::string words = split_words(how, splits->size());
-    return SplitPlan{std::move(*splits), std::move(words)};
+    return SplitPlan{std::move(*splits), std::move(words), how.leave_one_group_out};
   };
 }
 

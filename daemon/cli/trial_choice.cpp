@@ -86,6 +86,11 @@ Status without_level(Trial& trial, Phase of) {
   return {};
 }
 
+Status remove_level(Trial& trial, const TrialChoice& choice) {
+  if (choice.remove_level.empty()) return {};
+  return without_level(trial, choice.remove_level == "rest" ? Phase::rest : Phase::motion);
+}
+
 double sample_period_s(const Dataset& dataset) {
   return dataset.info.taxel_rate_hz > 0.0 ? 1.0 / dataset.info.taxel_rate_hz : 0.0;
 }
@@ -121,12 +126,8 @@ namespace {
 
 Result<classifier::FeatureMatrix> features_of(std::vector<Trial> trials, const TrialChoice& choice,
                                               const classifier::FeatureOptions& options) {
-  if (!choice.remove_level.empty())
-    for (Trial& trial : trials)
-      if (auto ok =
-              without_level(trial, choice.remove_level == "rest" ? Phase::rest : Phase::motion);
-          !ok)
-        return pass(ok.error());
+  for (Trial& trial : trials)
+    if (auto ok = remove_level(trial, choice); !ok) return pass(ok.error());
   return classifier::build_feature_matrix(trials, options);
 }
 

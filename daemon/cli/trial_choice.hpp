@@ -60,6 +60,8 @@ Result<std::vector<classifier::Trial>> in_windows(std::vector<classifier::Trial>
 /// Subtracts from every taxel its mean of phase `of`, rounded to counts so that the mode keeps its
 /// grid: what is left does not know how hard the pad pressed. Refuses a trial without that phase.
 Status without_level(classifier::Trial& trial, Phase of);
+/// What `choice` says of it: without_level(), or nothing.
+Status remove_level(classifier::Trial& trial, const TrialChoice& choice);
 
 /// Reads `path`, chooses and extracts. An exploration such as "M1+M2" puts the features of both
 /// side by side, "M1:range.M.4": a row for every label, group and repetition that has one complete

@@ -7,6 +7,7 @@
 
 #include "classifier/vote/class_profile.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/interval_words.hpp"
 #include "daemon/trade/answer_timing.hpp"
 #include "daemon/trade/trade_arms.hpp"
 
@@ -37,32 +38,22 @@ struct Count {
   std::size_t tested = 0;
 };
 
-bool each_tested_once(const std::vector<Split>& splits) {
-  std::set<std::size_t> seen;
-  for (const Split& split : splits)
-    for (const std::size_t row : split.test)
-      if (!seen.insert(row).second) return false;
-  return true;
-}
-
-void score(const std::vector<Split>& splits, const std::vector<Count>& counts, TradePoint& point) {
+// As classifier::evaluate() has it: the mean over the splits, and what is known of it.
+void score(const SplitPlan& plan, const std::vector<Count>& counts, TradePoint& point) {
   std::size_t right = 0;
   std::vector<double> accuracy;
   for (const Count& count : counts) {
+    if (count.tested == 0) continue;
     right += count.right;
     point.tested += count.tested;
-    if (count.tested > 0)
-      accuracy.push_back(static_cast<double>(count.right) / static_cast<double>(count.tested));
-  }
-  if (accuracy.size() == 1 || each_tested_once(splits)) {
-    point.accuracy = static_cast<double>(right) / static_cast<double>(point.tested);
-    point.ci95 = classifier::wilson_interval(right, point.tested);
-    if (accuracy.size() > 1) point.ci95.method = "Wilson score, every trial tested once";
-    return;
+    accuracy.push_back(static_cast<double>(count.right) / static_cast<double>(count.tested));
   }
   point.accuracy = classifier::mean_of(accuracy);
-  point.ci95 = classifier::split_interval(accuracy, splits.front().train.size(),
-                                          point.tested / accuracy.size());
+  point.ci95 = accuracy.size() == 1
+                   ? classifier::wilson_interval(right, point.tested)
+                   : classifier::split_interval(accuracy, plan.splits.front().train.size(),
+                                                point.tested / accuracy.size());
+  if (plan.groups_left_out) name_groups_left_out(point.ci95);
 }
 
 std::size_t label_count(const FeatureMatrix& features) {
@@ -78,8 +69,12 @@ AnswerFunction answer_function(const TradeArm& arm, const Training& training, st
   classifier::VoteOptions vote = arm.vote;
   vote.profile = profile.get();
   return [learner, profile, vote](std::span<const double> features) -> Result<std::size_t> {
-    const auto& model = std::get<classifier::FabricModel>(learner->machine());
-    const auto ballot = classifier::vote(model, features, vote);
+    const classifier::FabricModel* cores = learner->cores();
+    if (cores == nullptr)
+      return fail(Errc::invalid_argument, "a learner without cores has no vote");
+    const auto prepared = learner->prepared(features);
+    if (!prepared) return pass(prepared.error());
+    const auto ballot = classifier::vote(*cores, *prepared, vote);
     if (!ballot) return pass(ballot.error());
     return ballot->winner;
   };
@@ -158,7 +153,8 @@ class Measurement {
       if (!trained) return pass(trained.error());
       out.train_s += ((*now_)() - start) / static_cast<double>(bench.plan.splits.size());
       if (!trained->scores.empty()) ++out.chosen[to_string(trained->recipe)];
-      auto profile = classifier::fit_profile(rows, trained->trained.labels());
+      auto profile =
+          classifier::fit_profile(trained->trained.prepared(rows), trained->trained.labels());
       if (!profile) return pass(profile.error());
       out.learners.push_back(
           std::make_shared<classifier::TrainedLearner>(std::move(trained->trained)));
@@ -200,7 +196,7 @@ class Measurement {
     add_chosen(training, point);
     const auto counts = count(arm, bench, training);
     if (!counts) return pass(counts.error());
-    score(bench.plan.splits, *counts, point);
+    score(bench.plan, *counts, point);
     const std::vector<std::size_t> rows = rows_of(arm, bench.material);
     point.contact_s = contact_of(rows, bench.material);
     out_.points.push_back(std::move(point));

@@ -35,6 +35,7 @@ std::vector<TradeFamily> all_trade_families();
 struct SplitPlan {
   std::vector<classifier::Split> splits;
   std::string words;
+  bool groups_left_out = false;  ///< each group tests once
 };
 using SplitMaker = std::function<Result<SplitPlan>(const classifier::FeatureMatrix&)>;
 
@@ -52,8 +53,9 @@ struct ClassifierTradeOptions {
 /// Before each piece of work: which one, out of how many, what.
 using TradeProgress = std::function<void(std::size_t, std::size_t, const std::string&)>;
 
-/// The default comes first, then the families in the order of TradeFamily. Accuracy is over all
-/// splits, with Wilson's interval where no trial is tested twice, else that of split_interval().
+/// The default comes first, then the families in the order of TradeFamily. Accuracy and interval
+/// are those of classifier::evaluate(): the mean over the splits with split_interval(), or Wilson's
+/// of a single split.
 /// Answers (features and vote, one thread) are timed after all trainings, the points in turn in
 /// each repetition, so that a busy moment of the machine falls on all of them. The TradeSet's
 /// `dataset` and `sha256` are the caller's to fill. Refuses what training and splitting refuse,

@@ -134,15 +134,19 @@ def both_sets(t, d):
 
 
 def chosen_families(t, d):
-    evaluated = t.succeeds("evaluate", "recorded.h5", "--train-groups", "0", "--test-groups", "1", "--learner",
-                           "pvalue,lda", cwd=d)["results"]
-    out = t.succeeds("trade", "classifier", "recorded.h5", "-o", "v.html", "--vary", "learner,slide", "--train-groups", "0",
-                     "--test-groups", "1", cwd=d)["data_sets"][0]
-    points = check_set(t, out, "unknown")
-    t.expect({p["family"] for p in out["points"]} == {"default", "learner", "slide"}, "only what was asked for")
-    for name, learner in (("default", "pvalue"), ("LDA", "lda")):
-        t.expect(abs(points[name]["accuracy"] - evaluated[learner]["accuracy"]) < 1e-12
-                 and points[name]["ci95"] == evaluated[learner]["ci95"], f"{name}: not as `weft evaluate` has it")
+    for split in (["--train-groups", "0", "--test-groups", "1"], ["--leave-one-group-out"], ["--train-fraction", "0.4"]):
+        repeats, splits = (["--repeats", "4"], ["--splits", "4"]) if split[0] == "--train-fraction" else ([], [])
+        evaluated = t.succeeds("evaluate", "recorded.h5", *split, *repeats, "--learner", "pvalue,lda", cwd=d)["results"]
+        out = t.succeeds("trade", "classifier", "recorded.h5", "-o", "v.html", "--vary", "learner,slide", *split, *splits,
+                         cwd=d)["data_sets"][0]
+        points = check_set(t, out, "unknown")
+        t.expect({p["family"] for p in out["points"]} == {"default", "learner", "slide"}, "only what was asked for")
+        for name, learner in (("default", "pvalue"), ("LDA", "lda")):
+            ours, theirs = points[name], evaluated[learner]
+            t.expect(abs(ours["accuracy"] - theirs["accuracy"]) < 1e-12 and ours["ci95_method"] == theirs["ci95_method"]
+                     and all(abs(a - b) < 1e-12 for a, b in zip(ours["ci95"], theirs["ci95"])),
+                     f"{split}, {name}: {ours['accuracy']} {ours['ci95']} {ours['ci95_method']} is not as `weft evaluate` "
+                     f"has it: {theirs['accuracy']} {theirs['ci95']} {theirs['ci95_method']}")
 
 
 def refusals(t, d):

@@ -1,7 +1,11 @@
 // `weft trade classifier`: what is measured, and on which trials.
 
+#include <malloc.h>
+
 #include <set>
 
+#include "classifier/vote/vote.hpp"
+#include "daemon/report/interval_words.hpp"
 #include "daemon/trade/answer_timing.hpp"
 #include "daemon/trade/material.hpp"
 #include "daemon/trade/measure_classifier.hpp"
@@ -66,7 +70,7 @@ Result<SplitPlan> random_splits(const classifier::FeatureMatrix& features) {
 Result<SplitPlan> group_splits(const classifier::FeatureMatrix& features) {
   auto splits = classifier::leave_one_group_out(features.groups, features.labels);
   if (!splits) return pass(splits.error());
-  return SplitPlan{std::move(*splits), "groups"};
+  return SplitPlan{std::move(*splits), "groups", true};
 }
 
 ClassifierTradeOptions options_for(std::vector<TradeFamily> vary, SplitMaker split) {
@@ -203,7 +207,39 @@ TEST_CASE("trials of the speeds add up to the default's, and each speed has its 
         Approx(right_answers(trade.points.front())).epsilon(1e-12));
   CHECK(fast.contact_s == Approx(2));
   CHECK(slow.contact_s == Approx(10).margin(1.0 / 37));
-  CHECK(slow.ci95.method == "Wilson score, every trial tested once");
+}
+
+TEST_CASE("groups left out get the interval of weft evaluate, Wilson's where they all agree") {
+  const Dataset set = recorded_set();
+  const auto options = options_for({TradeFamily::learner}, group_splits);
+  const TradeSet trade = measured(set, options);
+  const auto matrix = classifier::build_feature_matrix(complete_trials(set));
+  REQUIRE(matrix.has_value());
+  const auto plan = group_splits(*matrix);
+  REQUIRE(plan.has_value());
+  const auto expected =
+      classifier::evaluate(*matrix, plan->splits, classifier::Learner::pvalue, options.training);
+  REQUIRE(expected.has_value());
+  const TradePoint& p = trade.points.front();
+  CHECK(p.accuracy == Approx(expected->accuracy).epsilon(1e-12));
+  CHECK(p.ci95.low == Approx(expected->ci95.low).epsilon(1e-12));
+  CHECK(p.ci95.high == Approx(expected->ci95.high).epsilon(1e-12));
+  const bool agree = expected->deviation == 0;
+  CHECK(p.ci95.method ==
+        (agree ? "Wilson score of one split, all splits agree"
+               : "Student t with the Nadeau-Bengio variance, over the groups left out"));
+}
+
+TEST_CASE("only Student's interval is renamed for groups left out") {
+  classifier::Interval student =
+      classifier::split_interval(std::vector<double>{0.5, 0.75, 0.5}, 8, 4);
+  classifier::Interval wilson =
+      classifier::split_interval(std::vector<double>{0.5, 0.5, 0.5}, 8, 4);
+  const std::string before = wilson.method;
+  name_groups_left_out(student);
+  name_groups_left_out(wilson);
+  CHECK(student.method == "Student t with the Nadeau-Bengio variance, over the groups left out");
+  CHECK(wilson.method == before);
 }
 
 TEST_CASE("families are varied one at a time around the default") {
@@ -260,6 +296,69 @@ TEST_CASE("answers that share trials share the figure for their features, and no
   CHECK((*times)[1].features_s == (*times)[0].features_s);
   CHECK((*times)[0].vote_s == std::vector<double>{3 * 6 + 4});
   CHECK((*times)[1].vote_s == std::vector<double>{3 * 6 + 6});
+}
+
+TEST_CASE("no table for a length of motion is made while features are timed") {
+  // more lengths than an extractor keeps tables of
+  const classifier::Trial whole = campaign_set(2).trials.front();
+  const auto trials = std::make_shared<std::vector<AnswerTrials>>();
+  for (std::size_t samples = 40; samples < 340; samples += 25)
+    trials->push_back({shortened(whole, samples)});
+  AnswerTiming timing;
+  timing.add({trials, [](std::span<const double>) -> Result<std::size_t> { return 0; }});
+  std::vector<std::size_t> heap_bytes;
+  heap_bytes.reserve(10'000);
+  const auto times = timing.run(5, {}, [&] {
+    const auto heap = ::mallinfo2();
+    heap_bytes.push_back(heap.uordblks + heap.hblkhd);
+    return 0.0;
+  });
+  REQUIRE(times.has_value());
+  REQUIRE(heap_bytes.size() == 6 * 4 * trials->size());
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < heap_bytes.size(); i += 2)
+    changed += heap_bytes[i] == heap_bytes[i + 1] ? 0 : 1;
+  CHECK(changed <= trials->size());  // rows of the first repetition, which does not count
+}
+
+TEST_CASE("slides are cut up to the longest single one, however many are joined") {
+  auto options = options_for({TradeFamily::slide}, random_splits);
+  options.exploration = "M1+M2";
+  const TradeSet trade = measured(two_explorations(), options);
+  std::vector<std::string> names;
+  for (const TradePoint& p : trade.points) names.push_back(p.name);
+  // 10 s each: 16 s would be no cut, though both together last 20 s
+  CHECK(names == std::vector<std::string>{"default", "0.5 s", "1 s", "2 s", "4 s", "8 s"});
+  CHECK(named(trade, "8 s").contact_s == Approx(16).margin(2.0 / 37));
+}
+
+TEST_CASE("the cores that a choice came to vote, on features as they take them") {
+  const Dataset set = recorded_set();
+  auto options = options_for({TradeFamily::vote, TradeFamily::features}, random_splits);
+  options.learner = classifier::Learner::cores_best;
+  const TradeSet trade = measured(set, options);
+  const auto matrix = classifier::build_feature_matrix(complete_trials(set));
+  REQUIRE(matrix.has_value());
+  const auto plan = random_splits(*matrix);
+  std::size_t right = 0;
+  for (const classifier::Split& split : plan->splits) {
+    const auto rows = classifier::take_rows(*matrix, split.train);
+    const auto chosen = classifier::train_learner(rows, options.learner, options.training);
+    REQUIRE(chosen.has_value());
+    const auto profile =
+        classifier::fit_profile(chosen->trained.prepared(rows), chosen->trained.labels());
+    REQUIRE(profile.has_value());
+    for (const std::size_t row : split.test) {
+      const auto features = chosen->trained.prepared(matrix->values.row(row));
+      const auto ballot = classifier::vote(*chosen->trained.cores(), *features,
+                                           {classifier::VoteKind::shortlist, 2, &*profile});
+      REQUIRE(ballot.has_value());
+      right += chosen->trained.labels()[ballot->winner] == matrix->labels[row] ? 1 : 0;
+    }
+  }
+  CHECK(right_answers(named(trade, "short-list of 2")) == Approx(right).epsilon(1e-12));
+  REQUIRE(trade.left_out.size() == 1);
+  CHECK(trade.left_out[0].second == "what a choice comes to differs by split");
 }
 
 TEST_CASE("what cannot be varied is told, and nothing left to vary is refused") {
