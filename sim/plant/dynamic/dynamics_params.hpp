@@ -15,7 +15,8 @@ enum class Integrator : std::uint8_t {
 
 struct DynamicsParams {
   /// Substeps are equal and at most this long; nothing else depends on it. An eighth of a pad's
-  /// conversion: a thousand times real time, with 1 mN of error (tests/bench/plant_levels.cc).
+  /// conversion: the contact runs at a thousand times real time, 1 mN rms from a run at 5 us
+  /// (tests/bench/plant_levels.cc).
   double step_s = 384e-6;
   Integrator integrator = Integrator::midpoint;
   double normal_damping = 0.05;        ///< ratio of the mount's spring with the probe's mass [E]
