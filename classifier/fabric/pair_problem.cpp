@@ -26,8 +26,7 @@ RowsOfLabel rows_by_label(const FeatureMatrix& matrix) {
   return out;
 }
 
-PairMaker::PairMaker(const FeatureMatrix& matrix, const TrainOptions& options)
-    : matrix_(matrix), options_(options) {
+PairMaker::PairMaker(const FeatureMatrix& matrix, const TrainOptions& options) : options_(options) {
   std::vector<std::size_t> every(matrix.size());
   std::iota(every.begin(), every.end(), std::size_t{0});
   unit_ = fold_units(matrix, every, options.fold_unit);

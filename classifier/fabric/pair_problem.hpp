@@ -31,7 +31,7 @@ struct PairProblem {
 /// the last pair serve the next one of the same pattern.
 class PairMaker {
  public:
-  /// Both are kept by reference.
+  /// `options` is kept by reference.
   PairMaker(const FeatureMatrix& matrix, const TrainOptions& options);
   /// Row numbers of the two classes. What it returns is good until the next call.
   const PairProblem& make(const std::vector<std::size_t>& a, const std::vector<std::size_t>& b);
@@ -39,7 +39,6 @@ class PairMaker {
  private:
   [[nodiscard]] std::vector<std::size_t> pattern(const std::vector<std::size_t>& rows) const;
 
-  const FeatureMatrix& matrix_;
   const TrainOptions& options_;
   std::vector<std::size_t> unit_;  // per row of the matrix
   std::vector<std::size_t> last_pattern_;
