@@ -159,22 +159,13 @@ void append_columns(const classifier::FeatureMatrix& part, const std::string& na
   whole.files = part.files;
 }
 
-std::vector<std::string> parts_of(const std::string& sum) {
-  std::vector<std::string> out;
-  for (std::size_t from = 0, to = 0; to != std::string::npos; from = to + 1) {
-    to = sum.find('+', from);
-    out.push_back(sum.substr(from, to == std::string::npos ? to : to - from));
-  }
-  return out;
-}
-
 // Features of several explorations side by side.
 Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
   if (choice.window_s != 0.0)
     return fail(Errc::invalid_argument, "windows of two explorations have nothing in common",
                 "--window-s");
   std::vector<std::map<TrialKey, std::size_t>> trials;
-  const std::vector<std::string> parts = parts_of(choice.exploration);
+  const std::vector<std::string> parts = explorations_in(choice.exploration);
   for (const std::string& name : parts) {
     trials.push_back(trials_by_key(dataset, name));
     if (trials.back().empty())

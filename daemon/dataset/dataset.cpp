@@ -115,6 +115,15 @@ std::vector<std::string> explorations_of(const Dataset& dataset) {
   return names;
 }
 
+std::vector<std::string> explorations_in(std::string_view sum) {
+  std::vector<std::string> out;
+  for (std::size_t from = 0, to = 0; to != std::string_view::npos; from = to + 1) {
+    to = sum.find('+', from);
+    out.emplace_back(sum.substr(from, to == std::string_view::npos ? to : to - from));
+  }
+  return out;
+}
+
 std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
                                                std::optional<std::string_view> exploration) {
   std::vector<classifier::Trial> chosen;

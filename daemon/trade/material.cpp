@@ -18,15 +18,6 @@ using classifier::Trial;
 using Rows = std::vector<std::vector<std::size_t>>;
 using RowKey = std::tuple<std::string, std::string, std::uint32_t>;  // label, group, repetition
 
-std::vector<std::string> parts_of(const std::string& sum) {
-  std::vector<std::string> out;
-  for (std::size_t from = 0, to = 0; to != std::string::npos; from = to + 1) {
-    to = sum.find('+', from);
-    out.push_back(sum.substr(from, to == std::string::npos ? to : to - from));
-  }
-  return out;
-}
-
 std::vector<std::size_t> complete_of(const Dataset& dataset, const std::string& exploration) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
@@ -115,7 +106,7 @@ Result<Material> prepare(const Dataset& dataset, const MaterialOptions& options)
                 "the sample rate is not known, so neither is how long a "
                 "slide lasts",
                 dataset.info.name);
-  const auto parts = parts_of(options.exploration);
+  const auto parts = explorations_in(options.exploration);
   auto rows = rows_of(dataset, parts);
   if (!rows) return pass(rows.error());
   Material out;

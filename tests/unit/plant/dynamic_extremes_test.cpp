@@ -8,49 +8,13 @@
 #include <limits>
 #include <vector>
 
-#include "tests/unit/plant/support.hpp"
+#include "tests/unit/plant/dynamic_support.hpp"
 
 using namespace weft;
 using namespace weft::sim;
+using namespace weft::sim::test;
 
-namespace {
-
-constexpr double plate_z = 0.06;
-constexpr Integrator both[] = {Integrator::midpoint, Integrator::tr_bdf2};
-
-ContactGeometry level_plate() {
-  ContactGeometry geometry;
-  geometry.plate_z_m = plate_z;
-  return geometry;
-}
-
-ContactMaterial plain(const std::string& name) {
-  return test::patch_of(test::library(), name, 1, test::plain_cloth).material;
-}
-
-ContactMaterial whole(const std::string& name) {
-  return test::patch_of(test::library(), name, 1).material;
-}
-
-DynamicsParams with_step(double step_s, Integrator integrator = Integrator::midpoint) {
-  DynamicsParams params;
-  params.step_s = step_s;
-  params.integrator = integrator;
-  return params;
-}
-
-/// Hanging at rest, the stage at `z_m`.
-ContactState hanging(const ContactMaterial& material, double z_m, const Mount& mount = {}) {
-  return ContactModel(level_plate(), mount, material).step({}, {.z_m = z_m}, 0);
-}
-
-DynamicsParams undamped(double step_s, Integrator integrator = Integrator::midpoint) {
-  DynamicsParams params = with_step(step_s, integrator);
-  params.normal_damping = params.lateral_damping = 0;
-  return params;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("no stiffness, step, load or speed makes level L2 leave the numbers") {
   for (const Integrator integrator : both)

@@ -6,46 +6,18 @@
 #include <numbers>
 
 #include "protocols/base/units.hpp"
-#include "tests/unit/plant/support.hpp"
+#include "tests/unit/plant/dynamic_support.hpp"
 
 using namespace weft;
 using namespace weft::sim;
+using namespace weft::sim::test;
 
 namespace {
-
-constexpr double plate_z = 0.06;
-constexpr Integrator both[] = {Integrator::midpoint, Integrator::tr_bdf2};
-
-ContactGeometry level_plate() {
-  ContactGeometry geometry;
-  geometry.plate_z_m = plate_z;
-  return geometry;
-}
 
 ContactGeometry far_plate() {
   ContactGeometry geometry;
   geometry.plate_z_m = 9;
   return geometry;
-}
-
-ContactMaterial plain(const std::string& name) {
-  return test::patch_of(test::library(), name, 1, test::plain_cloth).material;
-}
-
-ContactMaterial whole(const std::string& name) {
-  return test::patch_of(test::library(), name, 1).material;
-}
-
-DynamicsParams with_step(double step_s, Integrator integrator = Integrator::midpoint) {
-  DynamicsParams params;
-  params.step_s = step_s;
-  params.integrator = integrator;
-  return params;
-}
-
-/// Hanging at rest, the stage at `z_m`.
-ContactState hanging(const ContactMaterial& material, double z_m, const Mount& mount = {}) {
-  return ContactModel(level_plate(), mount, material).step({}, {.z_m = z_m}, 0);
 }
 
 /// A spring that pulls and pushes: the mount without slack, far above any cloth.
@@ -70,12 +42,6 @@ struct Swing {
     return 0.5 * mount.stiffness_n_m * x * x + 0.5 * mount.mass_kg * v * v;
   }
 };
-
-DynamicsParams undamped(double step_s, Integrator integrator = Integrator::midpoint) {
-  DynamicsParams params = with_step(step_s, integrator);
-  params.normal_damping = params.lateral_damping = 0;
-  return params;
-}
 
 }  // namespace
 
