@@ -20,14 +20,16 @@ void print(const char* scene, const Engine& engine, const std::vector<Run>& runs
   for (const Run& run : runs)
     std::printf("%-6s %-20s %-62s %8.1e  error %9.2e  %9.1f x real time%s\n", scene,
                 engine.name.c_str(), run.setting.c_str(), run.step_s, run.error, 1 / run.cpu_per_s,
-                run.failed ? "  FAILED" : "");
+                run.failed     ? "  FAILED"
+                : run.compared ? ""
+                               : "  (not compared)");
 }
 
 // Least processor time of the runs that are at least this good.
 std::optional<double> cost_at(const std::vector<Run>& runs, double error) {
   std::optional<double> least;
   for (const Run& run : runs)
-    if (!run.failed && run.error <= error && (!least || run.cpu_per_s < *least))
+    if (run.compared && !run.failed && run.error <= error && (!least || run.cpu_per_s < *least))
       least = run.cpu_per_s;
   return least;
 }
@@ -52,8 +54,8 @@ void compare(const char* scene, std::vector<Run> Engine::*runs, const Engine& ou
 }
 
 Run run_from(const nlohmann::json& j) {
-  return {j["setting"], j["step_s"], j["error"].is_null() ? NAN : j["error"].get<double>(),
-          j["cpu_per_s"], j["failed"]};
+  return {j["setting"],   j["step_s"], j["error"].is_null() ? NAN : j["error"].get<double>(),
+          j["cpu_per_s"], true,        j["failed"]};
 }
 
 // What the program `name` beside this one prints; nothing where it was not built.

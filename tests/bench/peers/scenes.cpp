@@ -31,7 +31,7 @@ Run measure(std::string setting, double step_s, double duration_s,
     spent += cpu.back();
   }
   if (cpu.size() % 2 == 0) cpu.pop_back();
-  Run out{std::move(setting), step_s, error_of(track), median(cpu) / duration_s, false};
+  Run out{std::move(setting), step_s, error_of(track), median(cpu) / duration_s, true, false};
   out.failed = !(out.error < 10.0);
   return out;
 }

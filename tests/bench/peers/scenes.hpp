@@ -58,6 +58,7 @@ struct Run {
   double step_s = 0;     ///< or its accuracy, where it chooses steps itself
   double error = 0;      ///< relative, largest for the press, at the end for the slide
   double cpu_per_s = 0;  ///< processor seconds per simulated second, median
+  bool compared = true;  ///< false: solves less than the scene asks, shown but never compared
   bool failed = false;   ///< not finite, or off by more than ten times the scale
 };
 

@@ -74,9 +74,11 @@ Engine engine(const Press& press, const Slide& slide) {
   const ContactMaterial material = cloth(slide);
   const ContactModel quasistatic(geometry, mount, material);
   const double z_m = pressed_z_m(slide, quasistatic);
-  for (const double h : {1e-3, 5e-3, 25e-3})
+  for (const double h : {1e-3, 5e-3, 25e-3}) {
     out.slide.push_back(
         slide_run(slide, "L1, no spring: the face is where the stage is", h, z_m, quasistatic));
+    out.slide.back().compared = false;
+  }
   for (const Integrator integrator : {Integrator::midpoint, Integrator::tr_bdf2}) {
     for (const double h : {2e-4, 1e-3, 5e-3}) {
       DynamicsParams params;
