@@ -9,20 +9,13 @@
 
 using namespace weft;
 using namespace weft::sim;
+using test::level_plate;
+using test::plain;
+using test::plate_z;
 
 namespace {
 
-constexpr double plate_z = 0.06, set_n = 5;
-
-ContactGeometry level_plate() {
-  ContactGeometry geometry;
-  geometry.plate_z_m = plate_z;
-  return geometry;
-}
-
-ContactMaterial plain(const std::string& name) {
-  return test::patch_of(test::library(), name, 1, test::plain_cloth).material;
-}
+constexpr double set_n = 5;
 
 HeightField ripple(double amplitude_m, double pitch_m) {
   Structure structure;

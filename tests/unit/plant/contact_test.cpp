@@ -9,20 +9,11 @@
 
 using namespace weft;
 using namespace weft::sim;
+using test::level_plate;
+using test::plain;
+using test::plate_z;
 
 namespace {
-
-constexpr double plate_z = 0.06;
-
-ContactGeometry level_plate() {
-  ContactGeometry geometry;
-  geometry.plate_z_m = plate_z;
-  return geometry;
-}
-
-ContactMaterial plain(const std::string& name) {
-  return test::patch_of(test::library(), name, 1, test::plain_cloth).material;
-}
 
 /// Lowered to `z_m` from far above, at rest there.
 ContactState lowered(const ContactModel& model, double z_m, double dt_s = 0.003) {

@@ -8,18 +8,7 @@
 
 namespace weft::sim::test {
 
-inline constexpr double plate_z = 0.06;
 inline constexpr Integrator both[] = {Integrator::midpoint, Integrator::tr_bdf2};
-
-inline ContactGeometry level_plate() {
-  ContactGeometry geometry;
-  geometry.plate_z_m = plate_z;
-  return geometry;
-}
-
-inline ContactMaterial plain(const std::string& name) {
-  return patch_of(library(), name, 1, plain_cloth).material;
-}
 
 inline ContactMaterial whole(const std::string& name) {
   return patch_of(library(), name, 1).material;

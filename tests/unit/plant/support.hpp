@@ -5,6 +5,7 @@
 #include <sstream>
 #include <string>
 
+#include "sim/plant/contact.hpp"
 #include "sim/plant/fabric_library.hpp"
 
 namespace weft::sim::test {
@@ -29,6 +30,18 @@ inline Patch patch_of(const FabricLibrary& table, const std::string& name, std::
   auto patch = cut_patch(*table.find(name), table.params, table.spread, switches, seed);
   WEFT_ASSERT(patch.has_value());
   return *patch;
+}
+
+inline constexpr double plate_z = 0.06;
+
+inline ContactGeometry level_plate() {
+  ContactGeometry geometry;
+  geometry.plate_z_m = plate_z;
+  return geometry;
+}
+
+inline ContactMaterial plain(const std::string& name) {
+  return patch_of(library(), name, 1, plain_cloth).material;
 }
 
 }  // namespace weft::sim::test
