@@ -98,7 +98,7 @@ double FaceWaves::height_m(const Vector2& place_m) const {
 Asperities::Asperities(double coarsest_m, double finest_share, std::uint64_t seed) {
   double cell_m = coarsest_m, amplitude = 1, squares = 0;
   for (std::size_t i = 0; i < octaves; ++i) {
-    octaves_[i] = {1 / cell_m, amplitude, mix(seed, i), -1, 0, 0};
+    octaves_[i] = {1 / cell_m, amplitude, mix(seed, i), -2, 0, 0};  // no cell, nor next to one
     squares += amplitude * amplitude;
     cell_m /= 2;
     amplitude *= finest_share;
@@ -168,10 +168,11 @@ Force Rubbing::advance(const SlidingContact& contact) {
   if (!(normal > 0)) return {};
 
   const double scratch = params_.asperity_share;
-  // A wave can take the load off, not pull.
-  const double pressed = std::max(-normal, stiffness * waves_.height_m(place)) +
-                         scratch * normal * normal_.at(path_m_);
-  const double scratched = scratch * length(friction) * tangential_.at(path_m_);
+  // Waves and asperities can take the load off, not pull; what is not loaded is not scratched.
+  const double pressed = std::max(
+      -normal, stiffness * waves_.height_m(place) + scratch * normal * normal_.at(path_m_));
+  const double scratched =
+      normal + pressed > 0 ? scratch * length(friction) * tangential_.at(path_m_) : 0;
   const double more = 1 + pressed / normal;  // friction follows the load
   return {friction[0] * more + direction_[0] * scratched,
           friction[1] * more + direction_[1] * scratched, normal + pressed};

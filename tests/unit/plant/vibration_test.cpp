@@ -276,6 +276,30 @@ TEST_CASE("A jump of the place is not a path that scratches") {
   CHECK(rubbing->path_m() == Approx(5e-3).epsilon(1e-9));
 }
 
+TEST_CASE("Waves and asperities take the load off but never pull, however rough") {
+  RubbingParams params;
+  params.asperity_share = 5;
+  auto rubbing = Rubbing::make(params, ribs(1e-3, 100e-6), 7);
+  REQUIRE(rubbing.has_value());
+  std::size_t lifted = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const Force force = rubbing->advance(sliding(i * 1e-6));
+    REQUIRE(force[2] >= 0);
+    if (force[2] > 0) continue;
+    ++lifted;
+    CHECK(force[0] == 0);  // nothing that is not loaded rubs
+  }
+  CHECK(lifted > 100);
+}
+
+TEST_CASE("Asperities have their size from the first cell on") {
+  std::vector<double> first;
+  for (std::uint64_t seed = 0; seed < 400; ++seed)
+    first.push_back(Asperities(200e-6, 0.5, seed).at(0));
+  CHECK(rms(first) > 0.8);  // 1 on average along a path, sqrt(3/2) where the values are drawn
+  CHECK(rms(first) < 1.6);
+}
+
 TEST_CASE("Sensors that the scene does not have are not computed") {
   VibrationParams params;
   params.accelerometer.reset();
