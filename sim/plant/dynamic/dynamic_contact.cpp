@@ -108,9 +108,10 @@ Approach DynamicContact::approach(const ContactState& from, const Pose& to, doub
   const Vector2 moved{to.x_m - from.pose.x_m, to.y_m - from.pose.y_m};
   // One plane for the whole step touches the waves where its middle will be, so that the planes of
   // successive steps meet to the third order.
+  const double share = jump ? 0 : 0.5;
   Pose middle = from.pose;
-  middle.x_m += 0.5 * moved[0] - from.lag_m[0];
-  middle.y_m += 0.5 * moved[1] - from.lag_m[1];
+  middle.x_m += share * moved[0] - from.lag_m[0];
+  middle.y_m += share * moved[1] - from.lag_m[1];
   const Waviness::Tangent waves = material_.waviness.tangent(middle.x_m, middle.y_m);
   const auto touch = [&](const Pose& pose, double side) {
     Pose face = pose;
