@@ -1,11 +1,10 @@
 #pragma once
 // Virtual time: ordered timers; when idle, jump to the next. Bit-for-bit repeatable.
 
-#include <cstddef>
-#include <unordered_map>
-#include <vector>
+#include <algorithm>
+#include <cstdint>
 
-#include "drivers/api/loop.hpp"
+#include "daemon/loop/timer_queue.hpp"
 
 namespace weft::daemon {
 
@@ -13,8 +12,10 @@ namespace weft::daemon {
 class VirtualLoop final : public Loop {
  public:
   [[nodiscard]] TimePoint now() const override { return now_; }
-  TimerId at(TimePoint when, Callback callback) override;
-  void cancel(TimerId id) override { callbacks_.erase(id); }
+  TimerId at(TimePoint when, Callback callback) override {
+    return timers_.add(std::max(when, now_), std::move(callback));
+  }
+  void cancel(TimerId id) override { timers_.cancel(id); }
 
   /// Runs the next timer, moving the clock to it. False when there is none.
   bool run_one();
@@ -28,18 +29,9 @@ class VirtualLoop final : public Loop {
   [[nodiscard]] std::uint64_t events() const { return events_; }
 
  private:
-  struct Due {
-    TimePoint when;
-    TimerId id;
-    bool operator>(const Due& o) const { return when != o.when ? when > o.when : id > o.id; }
-  };
-  bool next_due(TimePoint& when);
-
   TimePoint now_{};
-  TimerId last_id_ = 0;
   std::uint64_t events_ = 0;
-  std::vector<Due> queue_;  ///< a heap; cancelled entries stay until they surface
-  std::unordered_map<TimerId, Callback> callbacks_;
+  TimerQueue timers_;
 };
 
 }  // namespace weft::daemon

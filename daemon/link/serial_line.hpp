@@ -1,0 +1,17 @@
+#pragma once
+// Settings of a terminal line that <termios.h> has no names for.
+
+#include <cstdint>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// Sets any speed (Linux: TCSETS2 with BOTHER) and reads it back: some ports take the call and
+/// keep another speed (protocols.md D.3). Errors: unsupported, with the speed that it has.
+Status set_line_speed(int descriptor, std::uint32_t baud);
+
+/// Raw bytes: eight bits, no echo, no signals, no translation. RTS/CTS as told.
+Status set_line_raw(int descriptor, bool rts_cts);
+
+}  // namespace weft::daemon
