@@ -12,6 +12,7 @@ Profile Profile::to_rest(double position, double velocity, double acceleration) 
 
 Profile Profile::to_target(double position, double velocity, double target,
                            const MotionLimits& limits) {
+  if (limits.jerk > 0 && velocity == 0) return s_curve(position, target, limits);
   Profile profile(position);
   profile.velocity_ = velocity;
   profile.target_ = target;
@@ -35,17 +36,51 @@ Profile Profile::to_target(double position, double velocity, double target,
   return profile;
 }
 
+/// Seven pieces of constant jerk: the acceleration rises for `jerk_s`, is back at zero after
+/// `ramp_s`, and the way down is the way up mirrored.
+Profile Profile::s_curve(double position, double target, const MotionLimits& limits) {
+  Profile profile(position);
+  profile.target_ = target;
+  profile.used_ = s_curve_segments;
+  const double distance = std::abs(target - position), direction = target < position ? -1 : 1;
+  const double v = limits.speed, a = limits.acceleration, j = limits.jerk;
+  double jerk_s = std::min(a / j, std::sqrt(v / j));
+  double ramp_s = jerk_s + (v * j >= a * a ? v / a : jerk_s);
+  if (distance < v * ramp_s) {  // too short for the speed, perhaps for the acceleration too
+    jerk_s = std::min(a / j, std::cbrt(distance / (2 * j)));
+    ramp_s = jerk_s < a / j ? 2 * jerk_s
+                            : 0.5 * jerk_s + std::sqrt(0.25 * jerk_s * jerk_s + distance / a);
+  }
+  const double peak = j * jerk_s, hold_s = std::max(0.0, ramp_s - 2 * jerk_s);
+  const double cruise_s = std::max(0.0, distance / v - ramp_s);
+  profile.segments_ = {{{jerk_s, 0, j},
+                        {hold_s, peak, 0},
+                        {jerk_s, peak, -j},
+                        {cruise_s, 0, 0},
+                        {jerk_s, 0, -j},
+                        {hold_s, -peak, 0},
+                        {jerk_s, -peak, j}}};
+  for (Segment& segment : profile.segments_) {
+    segment.acceleration *= direction;
+    segment.jerk *= direction;
+  }
+  return profile;
+}
+
 double Profile::duration_s() const {
-  return segments_[0].duration_s + segments_[1].duration_s + segments_[2].duration_s;
+  double sum = 0;
+  for (const Segment& segment : segments_) sum += segment.duration_s;
+  return sum;
 }
 
 double Profile::position(double t_s) const {
   if (t_s >= duration_s()) return target_;
   double position = position_, velocity = velocity_, left = std::max(0.0, t_s);
-  for (const Segment& segment : segments_) {
+  for (std::size_t i = 0; i < used_; ++i) {
+    const Segment& segment = segments_[i];
     const double t = std::min(left, segment.duration_s);
-    position += velocity * t + 0.5 * segment.acceleration * t * t;
-    velocity += segment.acceleration * t;
+    position += velocity * t + 0.5 * segment.acceleration * t * t + segment.jerk * t * t * t / 6;
+    velocity += segment.acceleration * t + 0.5 * segment.jerk * t * t;
     left -= t;
   }
   return position;
@@ -54,9 +89,10 @@ double Profile::position(double t_s) const {
 double Profile::velocity(double t_s) const {
   if (t_s >= duration_s()) return 0;
   double velocity = velocity_, left = std::max(0.0, t_s);
-  for (const Segment& segment : segments_) {
+  for (std::size_t i = 0; i < used_; ++i) {
+    const Segment& segment = segments_[i];
     const double t = std::min(left, segment.duration_s);
-    velocity += segment.acceleration * t;
+    velocity += segment.acceleration * t + 0.5 * segment.jerk * t * t;
     left -= t;
   }
   return velocity;

@@ -49,6 +49,53 @@ TEST_CASE("a move from a velocity keeps position and velocity continuous and its
   }
 }
 
+TEST_CASE("an S-curve lasts what its closed form says, in all four of its shapes") {
+  const double v = 4e-3, a = 20e-3;
+  for (const double jerk : {1e-3, 16e-3, 128e-3, 4.0, 131.072}) {  // bow values of a Thorlabs stage
+    const MotionLimits smooth{v, a, jerk};
+    const double to_speed = v * jerk >= a * a ? a / jerk + v / a : 2 * std::sqrt(v / jerk);
+    for (const double distance : {1e-9, 1e-6, 30e-6, 0.4e-3, 0.79e-3, 5e-3, 50e-3})
+      for (const double sign : {1.0, -1.0}) {
+        CAPTURE(jerk, distance, sign);
+        double expected = distance / v + to_speed;
+        if (distance < v * to_speed)
+          expected = distance >= 2 * a * a * a / (jerk * jerk)
+                         ? a / jerk + std::sqrt(a / jerk * a / jerk + 4 * distance / a)
+                         : std::cbrt(32 * distance / jerk);
+        const Profile move = Profile::to_target(0, 0, sign * distance, smooth);
+        CHECK(move.duration_s() == Approx(expected).epsilon(1e-12));
+        // The way back is the way there mirrored in time and place.
+        CHECK(move.position(expected / 2) == Approx(sign * distance / 2).epsilon(1e-12));
+        CHECK(move.position(expected * (1 - 1e-12)) == Approx(sign * distance).epsilon(1e-12));
+        CHECK(std::abs(move.velocity(expected * (1 - 1e-12))) < 1e-11);
+      }
+  }
+}
+
+TEST_CASE("an S-curve keeps speed, acceleration and jerk, and without a limit is the trapezoid") {
+  const MotionLimits smooth{4e-3, 20e-3, 128e-3};
+  for (const double distance : {2e-6, 0.5e-3, 20e-3}) {
+    const Profile move = Profile::to_target(0, 0, distance, smooth);
+    const double dt = move.duration_s() / 1000;
+    double acceleration = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const double v0 = move.velocity(i * dt), v1 = move.velocity((i + 1) * dt);
+      const double next = (v1 - v0) / dt;
+      REQUIRE(std::abs(v1) <= smooth.speed * (1 + 1e-12));
+      REQUIRE(std::abs(next) <= smooth.acceleration * (1 + 1e-9));
+      REQUIRE(std::abs(next - acceleration) <= smooth.jerk * dt * (1 + 1e-6));
+      const double middle = move.velocity((i + 0.5) * dt);  // Simpson: exact for quadratics
+      REQUIRE(move.position((i + 1) * dt) - move.position(i * dt) ==
+              Approx(dt * (v0 + 4 * middle + v1) / 6).margin(smooth.jerk * dt * dt * dt));
+      acceleration = next;
+    }
+    const Profile sharp = Profile::to_target(0, 0, distance, {4e-3, 20e-3, 1e9});
+    const Profile trapezoid = Profile::to_target(0, 0, distance, limits);
+    for (double t = 0; t < 1.1 * trapezoid.duration_s(); t += trapezoid.duration_s() / 37)
+      CHECK(sharp.position(t) == Approx(trapezoid.position(t)).margin(1e-11));
+  }
+}
+
 TEST_CASE("moving away first costs the braking and the way back") {
   const Profile move = Profile::to_target(0, -4e-3, 10e-3, limits);
   const double back = 4e-3 * 4e-3 / (2 * 20e-3);
