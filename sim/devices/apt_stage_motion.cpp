@@ -13,6 +13,14 @@ namespace {
 using namespace protocols::apt;
 
 constexpr double slowest = 1e-9;  // units/s; a zero in VELPARAMS would never arrive
+constexpr int highest_bow = 18;
+
+/// Jerk limit in units/s^3: 2^(index - 1) from 1 to 18, none at 0 (LTS manual 16275-D02, p. 37).
+double bow_value(const Bytes& kept) {
+  const auto body = decode_body<BowIndex>(kept);
+  if (!body || body->index == 0) return 0;
+  return std::ldexp(1.0, std::min<int>(body->index, highest_bow) - 1);
+}
 
 }  // namespace
 
@@ -25,7 +33,8 @@ MotionLimits AptStageEmulator::limits() const {
     acceleration = acceleration_from_counts(model.scale, body->acceleration_counts);
   }
   return {si * std::clamp(speed, slowest, model.max_speed),
-          si * std::clamp(acceleration, slowest, model.max_acceleration)};
+          si * std::clamp(acceleration, slowest, model.max_acceleration),
+          si * bow_value(parameters_.at(MessageId::set_bowindex))};
 }
 
 MotionLimits AptStageEmulator::home_limits() const {

@@ -116,6 +116,22 @@ TEST_CASE("an absolute move ends with the documented message after the trapezoid
   CHECK(unit.take() == hex("64 04 0E 00 81 50 01 00 00 C0 D4 01 00 00 00 00 00 05 00 80"));
 }
 
+TEST_CASE("a bow index makes the move an S-curve, which lasts longer by acceleration over jerk") {
+  Unit unit;
+  unit.ready();
+  unit.send("13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A");  // 20 mm/s, 20 mm/s2
+  unit.send("F4 04 04 00 D0 01 01 00 07 00");                                // 64 mm/s3
+  unit.send("53 04 06 00 D0 01 01 00 00 C0 D4 01");                          // 75 mm
+  unit.run(4.75 + 20.0 / 64 - 0.01);
+  CHECK(unit.take().empty());
+  unit.run(0.02);
+  CHECK(unit.take() == hex("64 04 0E 00 81 50 01 00 00 C0 D4 01 00 00 00 00 00 05 00 80"));
+  unit.send("F4 04 04 00 D0 01 01 00 FF FF");  // beyond the last index: as the last
+  unit.send("53 04 06 00 D0 01 01 00 00 00 00 00");
+  unit.run(4.75 + 20.0 / 131072 + 1e-3);
+  CHECK(unit.take().size() == 20);
+}
+
 TEST_CASE("a moving stage reports as the reference computes it") {
   Unit unit;
   unit.ready();
