@@ -21,35 +21,67 @@ void Plant::mount(const Patch& patch, const Pose& pose) {
   geometry.tilt_x += rig_tilt_x_ + patch.tilt_x;
   geometry.tilt_y += rig_tilt_y_ + patch.tilt_y;
   model_ = ContactModel(geometry, params_.mount, patch.material);
-  if (params_.level >= Level::dynamic)
+  if (params_.level == Level::algebraic)
+    algebraic_.emplace(AlgebraicProbe(geometry, params_.mount, patch.material, params_.set_point_n),
+                       LinearTexture(patch.field));
+  else if (params_.level >= Level::dynamic)
     dynamic_.emplace(geometry, params_.mount, patch.material, params_.dynamics);
-  texture_ = TextureMap(patch.field, patch.material.law.lambda_m);
-  cursors_ = {};
+  if (params_.watched.pads) {
+    texture_ = TextureMap(patch.field, patch.material.law.lambda_m);
+    cursors_ = {};
+    pads_.reset(mix(rig_seed_, patch.seed), patch.gain_scale);
+  }
   skew_cos_ = std::cos(patch.skew_rad);
   skew_sin_ = std::sin(patch.skew_rad);
-  pads_.reset(mix(rig_seed_, patch.seed), patch.gain_scale);
   pressure_pa_ = {};
   contact_ = {};
   contact_.pose = pose;
-  contact_ = model_.step(contact_, pose, 0);
+  if (params_.watched.contact)
+    contact_ = algebraic_ ? algebraic_->probe.step(contact_, pose) : model_.step(contact_, pose, 0);
+}
+
+ContactState Plant::peek(const Pose& pose, double dt_s) const {
+  if (!params_.watched.contact) {
+    ContactState state = contact_;
+    state.pose = pose;
+    return state;
+  }
+  if (algebraic_) return algebraic_->probe.step(contact_, pose);
+  return dynamic_ ? dynamic_->step(contact_, pose, dt_s) : quasistatic(pose, dt_s);
+}
+
+ContactState Plant::quasistatic(const Pose& pose, double dt_s) const {
+  if (!(dt_s > params_.quasistatic_step_s)) return model_.step(contact_, pose, dt_s);
+  const double count = std::ceil(dt_s / params_.quasistatic_step_s * (1 - 1e-12));
+  ContactState state = contact_;
+  const Pose from = contact_.pose;
+  for (double i = 1; i < count; ++i)
+    state = model_.step(state, between(from, pose, i / count), dt_s / count);
+  return model_.step(state, pose, dt_s / count);
 }
 
 void Plant::convert(int stage, std::uint64_t frame) {
+  if (!params_.watched.pads) return;
   const auto pad = static_cast<std::size_t>(stage);
   convert_pad(pad, frame);
   convert_pad(pad + std::size_t{pad_timing::stages}, frame);
 }
 
-void Plant::convert_pad(std::size_t pad, std::uint64_t frame) {
-  double pressure = 0;
-  if (contact_.normal_n > 0) {
-    const double x = contact_.face_x_m() + pad_dx_m(pad), y = contact_.face_y_m() + pad_dy_m(pad);
-    const double response = texture_.response(skew_cos_ * x + skew_sin_ * y,
-                                              skew_cos_ * y - skew_sin_ * x, cursors_[pad]);
-    pressure = model_.pressure_pa(contact_, pad_dx_m(pad), pad_dy_m(pad), response);
+double Plant::pressure_pa(std::size_t pad) {
+  if (!(contact_.normal_n > 0)) return 0;
+  const double dx = pad_dx_m(pad), dy = pad_dy_m(pad);
+  const double x = contact_.face_x_m() + dx, y = contact_.face_y_m() + dy;
+  const double u = skew_cos_ * x + skew_sin_ * y, v = skew_cos_ * y - skew_sin_ * x;
+  if (algebraic_) {
+    const double height_m = algebraic_->texture.height_m(u, v, cursors_[pad]);
+    return algebraic_->probe.pressure_pa(contact_, dx, dy, height_m);
   }
-  pressure_pa_[pad] = pressure;
-  pads_.convert(pad, pressure, frame);
+  return model_.pressure_pa(contact_, dx, dy, texture_.response(u, v, cursors_[pad]));
+}
+
+void Plant::convert_pad(std::size_t pad, std::uint64_t frame) {
+  pressure_pa_[pad] = pressure_pa(pad);
+  pads_.convert(pad, pressure_pa_[pad], frame);
 }
 
 }  // namespace weft::sim

@@ -4,8 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
+#include "sim/plant/algebraic/algebraic_probe.hpp"
 #include "sim/plant/contact.hpp"
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/fabric.hpp"
@@ -15,9 +17,19 @@
 
 namespace weft::sim {
 
+/// What somebody looks at. The rest is not computed.
+struct Watched {
+  bool contact = true;  ///< force and indentation; pads need it too
+  bool pads = true;     ///< texture, pressures and counts
+};
+
 struct PlantParams {
-  Level level = Level::quasistatic;  ///< L2 and L3 move the probe with its mass, others as L1
-  DynamicsParams dynamics;           ///< used from L2 on
+  Level level = Level::quasistatic;  ///< L0 to L3; L2 and L3 move the probe with its mass
+  Watched watched;
+  double set_point_n = 5;  ///< used at L0: the force of a pressed probe
+  /// Used at L1: a longer advance() is made of equal steps of at most this.
+  double quasistatic_step_s = std::numeric_limits<double>::infinity();
+  DynamicsParams dynamics;  ///< used from L2 on
   ContactGeometry geometry;
   Mount mount;
   PadParams pads;
@@ -33,10 +45,9 @@ class Plant {
   void mount(const Patch& patch, const Pose& pose);
   /// Moves in a straight line to `pose` within `dt_s` >= 0.
   void advance(const Pose& pose, double dt_s) { contact_ = peek(pose, dt_s); }
-  /// What advance() would lead to; changes nothing.
-  [[nodiscard]] ContactState peek(const Pose& pose, double dt_s) const {
-    return dynamic_ ? dynamic_->step(contact_, pose, dt_s) : model_.step(contact_, pose, dt_s);
-  }
+  /// What advance() would lead to; changes nothing. Where the contact is not watched, the pose is
+  /// all that there is.
+  [[nodiscard]] ContactState peek(const Pose& pose, double dt_s) const;
   /// Converts the two pads of one stage of frame `frame` in the present state.
   void convert(int stage, std::uint64_t frame);
 
@@ -47,15 +58,25 @@ class Plant {
   [[nodiscard]] const std::array<double, pad_count>& pad_pressures_pa() const {
     return pressure_pa_;
   }
-  [[nodiscard]] std::size_t texture_tiles() const { return texture_.tiles(); }
+  [[nodiscard]] std::size_t texture_tiles() const {
+    return algebraic_ ? algebraic_->texture.tiles() : texture_.tiles();
+  }
 
  private:
+  /// Level L0, where texture is linear.
+  struct Algebraic {
+    AlgebraicProbe probe;
+    LinearTexture texture;
+  };
+  [[nodiscard]] ContactState quasistatic(const Pose& pose, double dt_s) const;
+  [[nodiscard]] double pressure_pa(std::size_t pad);
   void convert_pad(std::size_t pad, std::uint64_t frame);
 
   PlantParams params_;
   std::uint64_t rig_seed_;
   double rig_tilt_x_, rig_tilt_y_;
   ContactModel model_;
+  std::optional<Algebraic> algebraic_;
   std::optional<DynamicContact> dynamic_;
   ContactState contact_;
   TextureMap texture_;

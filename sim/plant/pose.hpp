@@ -14,4 +14,14 @@ struct Pose {
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
+/// The pose after `share` of the straight way from `a` to `b`.
+constexpr Pose between(const Pose& a, const Pose& b, double share) {
+  const auto on_way = [share](double from, double to) { return from + share * (to - from); };
+  return {.x_m = on_way(a.x_m, b.x_m),
+          .y_m = on_way(a.y_m, b.y_m),
+          .z_m = on_way(a.z_m, b.z_m),
+          .rx_rad = on_way(a.rx_rad, b.rx_rad),
+          .ry_rad = on_way(a.ry_rad, b.ry_rad)};
+}
+
 }  // namespace weft::sim

@@ -16,6 +16,7 @@ class LinearTexture {
 
   /// Above the cloth's mean, at a point of the yarns' frame [m].
   double height_m(double u_m, double v_m, TextureMap::Cursor& cursor);
+  [[nodiscard]] std::size_t tiles() const { return map_.tiles(); }
 
  private:
   double scale_m_;

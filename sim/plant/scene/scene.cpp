@@ -40,6 +40,32 @@ Status check_each(const std::vector<Wanted>& wanted, const Scene& scene, Level l
   return {};
 }
 
+struct TraitName {
+  Trait trait;
+  std::string_view name, words;
+};
+constexpr TraitName trait_names[] = {
+    {Trait::mean_level, "mean_level", "mean levels"},
+    {Trait::relaxation, "relaxation", "relaxation"},
+    {Trait::regulated_force, "regulated_force", "a regulated force"},
+    {Trait::overshoot, "overshoot", "overshoot at touch-down"},
+    {Trait::stick_slip, "stick_slip", "stick-slip"},
+    {Trait::neighbour_load, "neighbour_load", "load shared between neighbours"}};
+
+const TraitName& entry_of(Trait trait) {
+  return *std::find_if(std::begin(trait_names), std::end(trait_names),
+                       [&](const TraitName& n) { return n.trait == trait; });
+}
+
+std::string listed(const std::vector<std::string_view>& words) {
+  std::string out;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) out += i + 1 == words.size() ? " and " : ", ";
+    out += words[i];
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string_view to_string(Level level) {
@@ -74,21 +100,36 @@ std::string_view to_string(Channel channel) {
 }
 
 std::string_view to_string(Trait trait) {
-  switch (trait) {
-    case Trait::mean_level:
-      return "mean levels";
-    case Trait::relaxation:
-      return "relaxation";
-    case Trait::regulated_force:
-      return "a regulated force";
-    case Trait::overshoot:
-      return "overshoot at touch-down";
-    case Trait::stick_slip:
-      return "stick-slip";
-    case Trait::neighbour_load:
-      return "load shared between neighbours";
+  return entry_of(trait).words;
+}
+
+std::string_view name_of(Trait trait) {
+  return entry_of(trait).name;
+}
+
+Result<Trait> trait_from(std::string_view name) {
+  std::vector<std::string_view> known;
+  for (const TraitName& n : trait_names) {
+    if (n.name == name) return n.trait;
+    known.push_back(n.name);
   }
-  return "?";
+  return fail(Errc::invalid_argument, "no such trait", "trait", listed(known), std::string(name));
+}
+
+bool asks_for(const Scene& scene, Channel channel) {
+  return std::find(scene.channels.begin(), scene.channels.end(), channel) != scene.channels.end();
+}
+
+bool asks_for(const Scene& scene, Trait trait) {
+  return std::find(scene.traits.begin(), scene.traits.end(), trait) != scene.traits.end();
+}
+
+std::string needs_of(const Scene& scene) {
+  std::vector<std::string_view> words;
+  for (const Channel channel : scene.channels)
+    if (channel != Channel::stages) words.push_back(to_string(channel));
+  for (const Trait trait : scene.traits) words.push_back(to_string(trait));
+  return words.empty() ? std::string(to_string(Channel::stages)) : listed(words);
 }
 
 bool provides(Level level, Channel channel) {

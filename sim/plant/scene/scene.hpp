@@ -2,7 +2,9 @@
 // What a scene needs to know about the world, and the least level that knows it: model only what a
 // scene requires. Source: reference sim.md 4 ("Rule").
 
+#include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -30,14 +32,29 @@ enum class Trait : std::uint8_t {
   neighbour_load    ///< load that a taxel takes off its neighbours
 };
 
+inline constexpr std::array all_traits{Trait::mean_level, Trait::relaxation, Trait::regulated_force,
+                                       Trait::overshoot,  Trait::stick_slip, Trait::neighbour_load};
+
 std::string_view to_string(Channel channel);
 std::string_view to_string(Trait trait);
+
+/// As files write it: "regulated_force".
+std::string_view name_of(Trait trait);
+/// Errors: invalid_argument, naming the traits.
+Result<Trait> trait_from(std::string_view name);
 
 struct Scene {
   std::string_view name;
   std::vector<Channel> channels;
   std::vector<Trait> traits;
 };
+
+/// Whether the scene has the channel.
+bool asks_for(const Scene& scene, Channel channel);
+bool asks_for(const Scene& scene, Trait trait);
+/// "a wrench, taxel counts and a regulated force": all that the scene asks for. Stage positions,
+/// which every level that moves has, are named only where there is nothing else.
+std::string needs_of(const Scene& scene);
 
 /// Whether a level computes it at all, not whether it is good at it.
 bool provides(Level level, Channel channel);

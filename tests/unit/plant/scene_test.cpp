@@ -40,3 +40,18 @@ TEST_CASE("Levels have names that read back") {
   for (const Level level : all_levels) CHECK(level_from(to_string(level)) == level);
   CHECK_FALSE(level_from("L4"));
 }
+
+TEST_CASE("Traits have names that read back") {
+  for (const Trait trait : all_traits) CHECK(trait_from(name_of(trait)) == trait);
+  const auto none = trait_from("stickslip");
+  REQUIRE_FALSE(none);
+  CHECK(none.error().expected.find("stick_slip") != std::string::npos);
+}
+
+TEST_CASE("A scene says what it needs in words") {
+  CHECK(needs_of({"test", {Channel::stages}, {}}) == "stage positions");
+  CHECK(needs_of({"test", {Channel::stages, Channel::wrench}, {}}) == "a wrench");
+  CHECK(needs_of({"test",
+                  {Channel::stages, Channel::taxels, Channel::wrench},
+                  {Trait::regulated_force}}) == "taxel counts, a wrench and a regulated force");
+}
