@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <deque>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "tests/unit/recipes/press_model.hpp"
 
@@ -56,23 +58,31 @@ class Spring {
   int delay_;
 };
 
-/// Force error of the bare proportional loop after many cycles, as a multiple of the first one.
-double growth(double loop_gain, int delay) {
+/// Force errors of the bare proportional loop, cycle by cycle, as multiples of the first one.
+std::vector<double> errors(double loop_gain, int delay, int cycles) {
   ForceLoopConfig config;
   config.loop_gain = loop_gain;
   config.integral_time_s = 1e12;
-  config.position_quantum_m = 1e-15;
+  config.position_quantum_m = 1e-18;
   config.max_acceleration_mps2 = 1e12;
   config.max_speed_mps = 1e12;
   config.stiffness_initial_npm = 1e4;
   ForceLoopState state;
   Spring spring(1e4, 4.9, delay);
-  double late = 0;
-  for (int i = 0; i < 600; ++i) {
+  std::vector<double> found;
+  for (int i = 0; i < cycles; ++i) {
     const ForceLoopInput input{5, spring.measured_n(), spring.measured_z_m(), 0.01, false};
     spring.advance(step(config, state, input).velocity_mps, 0.01);
-    if (i > 550) late = std::max(late, std::abs(spring.force_n() - 5) / 0.1);
+    found.push_back((5 - spring.force_n()) / 0.1);
   }
+  return found;
+}
+
+/// Largest of the last errors after many cycles.
+double growth(double loop_gain, int delay) {
+  const std::vector<double> all = errors(loop_gain, delay, 4000);
+  double late = 0;
+  for (const double e : std::span(all).last(50)) late = std::max(late, std::abs(e));
   return late;
 }
 
@@ -130,9 +140,21 @@ TEST_CASE("The proportional loop is stable up to the gains of the closed form") 
   const double limit[]{2, 1, (std::sqrt(5.0) - 1) / 2};
   for (const int delay : {0, 1, 2}) {
     INFO("delay " << delay);
-    CHECK(growth(0.95 * limit[delay], delay) < 0.5);
-    CHECK(growth(1.05 * limit[delay], delay) > 2);
+    CHECK(growth(0.998 * limit[delay], delay) < 0.5);
+    CHECK(growth(1.002 * limit[delay], delay) > 2);
   }
+}
+
+TEST_CASE("The proportional loop has the poles of z^(d+1) - z^d + g, cycle by cycle") {
+  for (const int delay : {0, 1, 2})
+    for (const double gain : {0.1, 0.3, 0.6}) {
+      INFO("delay " << delay << ", gain " << gain);
+      std::vector<double> expected(static_cast<std::size_t>(delay) + 1, 1.0);
+      for (const double found : errors(gain, delay, 60)) {
+        expected.push_back(expected.back() - gain * *(expected.end() - 1 - delay));
+        REQUIRE(found == Approx(expected.back()).margin(1e-10));
+      }
+    }
 }
 
 TEST_CASE("The loop comes to rest within one quantum for any stiffness from 10 to 1e8 N/m") {
