@@ -1,0 +1,176 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <tuple>
+
+#include "sim/plant/fidelity/table.hpp"
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double paper_load_n = 5;  // a percentage is one of this: Khan et al. 2016, phases P and M
+constexpr double rounding = 1e-9;
+
+/// Fastest first; what is as fast stands in an order of its own, so that a choice does not depend
+/// on the table's.
+bool faster(const FidelityOffer& a, const FidelityOffer& b) {
+  return std::tuple(-a.times_real_time, a.error_max_n, a.setting.level, -a.setting.step_s) <
+         std::tuple(-b.times_real_time, b.error_max_n, b.setting.level, -b.setting.step_s);
+}
+
+bool more_accurate(const FidelityOffer& a, const FidelityOffer& b) {
+  return std::tuple(a.error_max_n, -a.times_real_time, a.setting.level, -a.setting.step_s) <
+         std::tuple(b.error_max_n, -b.times_real_time, b.setting.level, -b.setting.step_s);
+}
+
+bool a_bench_can(const FidelitySetting& setting) {
+  return setting.level < Level::quasistatic || setting.step_s <= grid_step_s * (1 + rounding);
+}
+
+void widen(FidelityOffer& offer, const FidelityRow& row) {
+  offer.error_max_n = std::max(offer.error_max_n, row.error_max_n);
+  offer.error_rms_n = std::max(offer.error_rms_n, row.error_rms_n);
+  offer.times_real_time = std::min(offer.times_real_time, row.times_real_time);
+}
+
+/// The setting's rows on every one of `scenes`, or nothing.
+std::optional<FidelityOffer> offer_of(const FidelityTable& table, const FidelitySetting& setting,
+                                      const std::vector<std::string>& scenes) {
+  std::optional<FidelityOffer> offer;
+  for (const std::string& scene : scenes) {
+    bool measured = false;
+    for (const FidelityRow& row : table.rows) {
+      if (row.scene != scene || row.setting != setting) continue;
+      measured = true;
+      if (!offer) offer = {setting, 0, 0, row.times_real_time};
+      widen(*offer, row);
+    }
+    if (!measured) return std::nullopt;
+  }
+  return offer;
+}
+
+std::string number(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+std::string wished(const FidelityWish& wish) {
+  std::string text;
+  if (wish.accuracy_n) text = "an error of at most " + number("%.4g mN", *wish.accuracy_n * 1e3);
+  if (wish.times_real_time)
+    text += (text.empty() ? "" : " and ") +
+            number("at least %.4g times real time", *wish.times_real_time);
+  if (wish.level) text += " at level " + std::string(to_string(*wish.level));
+  return text;
+}
+
+/// What comes closest: the most accurate, of those that are fast enough if there is one, and the
+/// fastest, of those that are accurate enough; each only where it was asked for.
+std::string nearest(const std::vector<FidelityOffer>& all, const FidelityWish& wish) {
+  if (all.empty()) return "none";
+  FidelityOffer accurate = *std::min_element(all.begin(), all.end(), more_accurate);
+  FidelityOffer fast = all.front();
+  for (const FidelityOffer& offer : all) {
+    if (wish.times_real_time && offer.times_real_time >= *wish.times_real_time &&
+        (accurate.times_real_time < *wish.times_real_time || more_accurate(offer, accurate)))
+      accurate = offer;
+    if (wish.accuracy_n && offer.error_max_n <= *wish.accuracy_n &&
+        (fast.error_max_n > *wish.accuracy_n || faster(offer, fast)))
+      fast = offer;
+  }
+  if (!wish.times_real_time || accurate.setting == fast.setting) return to_string(accurate);
+  if (!wish.accuracy_n) return to_string(fast);
+  return to_string(accurate) + " or " + to_string(fast);
+}
+
+struct Amount {
+  double value;
+  std::string_view unit;
+};
+
+std::optional<Amount> amount(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+  std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
+  return Amount{value, unit};
+}
+
+}  // namespace
+
+std::string to_string(const FidelityOffer& offer) {
+  return to_string(offer.setting) + " (" + number("%.3g mN", offer.error_max_n * 1e3) +
+         number(", %.3g times real time)", offer.times_real_time);
+}
+
+std::vector<std::string> involved(const Scene& scene) {
+  std::vector<std::string> kinds{"press", "slide", "fabrics17"};
+  if (asks_for(scene, Trait::overshoot)) kinds.emplace_back("retouch");
+  if (asks_for(scene, Trait::stick_slip)) kinds.emplace_back("stick_slip");
+  return kinds;
+}
+
+std::vector<FidelityOffer> offers(const FidelityTable& table, const Scene& scene) {
+  const std::vector<std::string> kinds = involved(scene);
+  std::vector<FidelityOffer> out;
+  for (const FidelityRow& row : table.rows) {
+    if (row.scene != kinds.front() || !a_bench_can(row.setting)) continue;
+    if (!check(scene, row.setting.level)) continue;
+    if (std::any_of(out.begin(), out.end(),
+                    [&](const FidelityOffer& o) { return o.setting == row.setting; }))
+      continue;
+    if (const auto offer = offer_of(table, row.setting, kinds)) out.push_back(*offer);
+  }
+  std::sort(out.begin(), out.end(), faster);
+  return out;
+}
+
+Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
+                             const FidelityWish& wish) {
+  std::vector<FidelityOffer> all = offers(table, scene), good;
+  if (wish.level)
+    std::erase_if(all, [&](const FidelityOffer& o) { return o.setting.level != *wish.level; });
+  for (const FidelityOffer& offer : all)
+    if (offer.error_max_n <= wish.accuracy_n.value_or(HUGE_VAL) &&
+        offer.times_real_time >= wish.times_real_time.value_or(0))
+      good.push_back(offer);
+  if (good.empty())
+    return fail(Errc::unsupported, "no measured setting does what is asked",
+                "scene " + std::string(scene.name), wished(wish),
+                "the nearest: " + nearest(all, wish), "Ask for less of the one or of the other");
+  return wish.accuracy_n ? good.front()
+                         : *std::min_element(good.begin(), good.end(), more_accurate);
+}
+
+Result<double> parse_accuracy_n(std::string_view text) {
+  const auto refuse = [&] {
+    return fail(Errc::invalid_argument, "not an accuracy", "--accuracy",
+                "an error of the force over 0 and up to 1000 N, such as 10mN, 0.01N or 0.5%",
+                std::string(text));
+  };
+  const auto read = amount(text);
+  if (!read) return refuse();
+  const double per_n = read->unit == "N"    ? 1
+                       : read->unit == "mN" ? 1e-3
+                       : read->unit == "%"  ? 0.01 * paper_load_n
+                                            : 0;
+  const double error_n = per_n * read->value;
+  if (!(error_n > 0 && error_n <= 1000)) return refuse();
+  return error_n;
+}
+
+Result<double> parse_times_real_time(std::string_view text) {
+  const auto read = amount(text);
+  if (!read || read->unit != "x" || !(read->value > 0 && read->value <= 1e12))
+    return fail(Errc::invalid_argument, "not a speed", "--budget",
+                "a multiple of real time over 0, such as 1000x", std::string(text));
+  return read->value;
+}
+
+}  // namespace weft::sim
