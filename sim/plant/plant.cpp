@@ -1,10 +1,19 @@
 #include "sim/plant/plant.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "sim/plant/random.hpp"
 
 namespace weft::sim {
+
+Status check(const PlantParams& params, const ContactMaterial& material) {
+  if (params.level < Level::dynamic) return {};
+  if (Status s = check(params.geometry, params.mount, material, params.dynamics); !s) return s;
+  if (params.level < Level::modal) return {};
+  if (auto made = Vibration::make(params.vibration, {}, 0); !made) return pass(made.error());
+  return {};
+}
 
 Plant::Plant(const PlantParams& params, std::uint64_t rig_seed)
     : params_(params),
@@ -16,7 +25,7 @@ Plant::Plant(const PlantParams& params, std::uint64_t rig_seed)
   mount(bare_plate(), {});
 }
 
-void Plant::mount(const Patch& patch, const Pose& pose) {
+void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
   ContactGeometry geometry = params_.geometry;
   geometry.tilt_x += rig_tilt_x_ + patch.tilt_x;
   geometry.tilt_y += rig_tilt_y_ + patch.tilt_y;
@@ -26,6 +35,7 @@ void Plant::mount(const Patch& patch, const Pose& pose) {
                        LinearTexture(patch.field));
   else if (params_.level >= Level::dynamic)
     dynamic_.emplace(geometry, params_.mount, patch.material, params_.dynamics);
+  if (params_.level >= Level::modal) listen(patch, now);
   if (params_.watched.pads) {
     texture_ = TextureMap(patch.field, patch.material.law.lambda_m);
     cursors_ = {};
@@ -40,6 +50,13 @@ void Plant::mount(const Patch& patch, const Pose& pose) {
     contact_ = algebraic_ ? algebraic_->probe.step(contact_, pose) : model_.step(contact_, pose, 0);
 }
 
+void Plant::listen(const Patch& patch, TimePoint now) {
+  auto made = SoundingContact::make(*dynamic_, params_.vibration, patch.field, patch.skew_rad,
+                                    mix(mix(rig_seed_, "vibration"), patch.seed), now);
+  WEFT_ASSERT(made.has_value());  // check() has passed
+  sounding_ = std::move(*made);
+}
+
 ContactState Plant::peek(const Pose& pose, double dt_s) const {
   if (!params_.watched.contact) {
     ContactState state = contact_;
@@ -47,7 +64,19 @@ ContactState Plant::peek(const Pose& pose, double dt_s) const {
     return state;
   }
   if (algebraic_) return algebraic_->probe.step(contact_, pose);
+  if (sounding_) return sounding_->peek(contact_, pose, from_seconds(dt_s));
   return dynamic_ ? dynamic_->step(contact_, pose, dt_s) : quasistatic(pose, dt_s);
+}
+
+void Plant::advance(const Pose& pose, double dt_s) {
+  if (sounding_ && params_.watched.contact)
+    contact_ = sounding_->advance(contact_, pose, from_seconds(dt_s));
+  else
+    contact_ = peek(pose, dt_s);
+}
+
+VibrationReadings Plant::take_vibration() {
+  return sounding_ ? sounding_->take() : VibrationReadings{};
 }
 
 ContactState Plant::quasistatic(const Pose& pose, double dt_s) const {

@@ -11,6 +11,7 @@
 #include "sim/plant/contact.hpp"
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/fabric.hpp"
+#include "sim/plant/modal/sounding_contact.hpp"
 #include "sim/plant/pads.hpp"
 #include "sim/plant/scene/level.hpp"
 #include "sim/plant/texture_map.hpp"
@@ -24,12 +25,13 @@ struct Watched {
 };
 
 struct PlantParams {
-  Level level = Level::quasistatic;  ///< L0 to L3; L2 and L3 move the probe with its mass
+  Level level = Level::quasistatic;  ///< L0 to L3; L3's vibrations are in modal/
   Watched watched;
   double set_point_n = 5;  ///< used at L0: the force of a pressed probe
   /// Used at L1: a longer advance() is made of equal steps of at most this.
   double quasistatic_step_s = std::numeric_limits<double>::infinity();
-  DynamicsParams dynamics;  ///< used from L2 on
+  DynamicsParams dynamics;    ///< used from L2 on
+  VibrationParams vibration;  ///< used at L3: sensors that are set are computed
   ContactGeometry geometry;
   Mount mount;
   PadParams pads;
@@ -37,17 +39,25 @@ struct PlantParams {
       1e-4;  ///< standard deviation of the probe's own tilt, drawn once per rig [rad, E]
 };
 
+/// Refuses what a level's equations have no solution for: check() of the dynamics from L2 on, the
+/// sensors' parameters at L3. Errors: range, naming the field.
+Status check(const PlantParams& params, const ContactMaterial& material);
+
 class Plant {
  public:
+  /// The parameters must pass check() with the material of every patch.
   Plant(const PlantParams& params, std::uint64_t rig_seed);
 
-  /// A fresh patch under the probe at `pose`: no memory of what was there before.
-  void mount(const Patch& patch, const Pose& pose);
-  /// Moves in a straight line to `pose` within `dt_s` >= 0.
-  void advance(const Pose& pose, double dt_s) { contact_ = peek(pose, dt_s); }
-  /// What advance() would lead to; changes nothing. Where the contact is not watched, the pose is
-  /// all that there is.
+  /// A fresh patch under the probe at `pose`: no memory of what was there before. `now` >= 0
+  /// matters to level L3 alone, whose readings are counted from time zero.
+  void mount(const Patch& patch, const Pose& pose, TimePoint now = {});
+  /// Moves in a straight line to `pose` within `dt_s` >= 0; at L3 whole nanoseconds, at most 1 s.
+  void advance(const Pose& pose, double dt_s);
+  /// What advance() would lead to; changes nothing.
   [[nodiscard]] ContactState peek(const Pose& pose, double dt_s) const;
+  /// What accelerometer and microphone have read since this was last called; nothing below L3. The
+  /// readings are kept until they are taken.
+  VibrationReadings take_vibration();
   /// Converts the two pads of one stage of frame `frame` in the present state.
   void convert(int stage, std::uint64_t frame);
 
@@ -68,6 +78,7 @@ class Plant {
     AlgebraicProbe probe;
     LinearTexture texture;
   };
+  void listen(const Patch& patch, TimePoint now);
   [[nodiscard]] ContactState quasistatic(const Pose& pose, double dt_s) const;
   [[nodiscard]] double pressure_pa(std::size_t pad);
   void convert_pad(std::size_t pad, std::uint64_t frame);
@@ -78,6 +89,7 @@ class Plant {
   ContactModel model_;
   std::optional<Algebraic> algebraic_;
   std::optional<DynamicContact> dynamic_;
+  std::optional<SoundingContact> sounding_;
   ContactState contact_;
   TextureMap texture_;
   double skew_cos_ = 1, skew_sin_ = 0;

@@ -66,9 +66,9 @@ double TextureMap::response(double u_m, double v_m, Cursor& cursor) {
 }
 
 const float* TextureMap::tile(int column, int row) {
-  std::unique_ptr<float[]>& slot = tiles_[key(column, row)];
+  std::shared_ptr<float[]>& slot = tiles_[key(column, row)];
   if (!slot) {
-    slot = std::make_unique<float[]>(static_cast<std::size_t>(outputs) * outputs);
+    slot = std::make_shared<float[]>(static_cast<std::size_t>(outputs) * outputs);
     synthesise(strip(HeightField::Axis::u, column), strip(HeightField::Axis::v, row));
     average(slot.get());
   }

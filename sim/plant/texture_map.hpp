@@ -59,7 +59,7 @@ class TextureMap {
   HeightField field_;
   double lambda_m_ = 1;
   float log_mean_ = 0;
-  std::unordered_map<std::uint64_t, std::unique_ptr<float[]>> tiles_;
+  std::unordered_map<std::uint64_t, std::shared_ptr<float[]>> tiles_;  // copies share them
   std::unordered_map<int, Strip> strips_u_, strips_v_;
   std::vector<float> raw_;     // window x padded: e^{h/lambda} of one tile
   std::vector<float> prefix_;  // (window + 1) x padded: running sums along v

@@ -9,6 +9,7 @@ namespace weft::sim {
 struct Approach {
   double stage_z_m = 0;  ///< at the step's begin
   double stage_z_mps = 0;
+  Vector2 stage_m{};        ///< x and y, as stage_z_m
   Vector2 stage_mps{};      ///< along x and y
   double touch_z_m = 0;     ///< z of the face's centre at first touch, at the step's begin
   double touch_mps = 0;     ///< its change with time for a face that keeps its lag

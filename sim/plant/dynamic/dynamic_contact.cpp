@@ -43,6 +43,16 @@ struct DynamicContact::Span {
   }
 };
 
+/// Equal substeps over a part of the stages' step.
+struct DynamicContact::Leg {
+  double substeps;
+  Span span;
+
+  Leg(const Relaxation& relaxation, const DynamicsParams& params, double length_s)
+      : substeps(std::clamp(std::ceil(length_s / params.step_s * (1 - 1e-12)), 1.0, most_substeps)),
+        span(relaxation, length_s / substeps, Span::first_share(params.integrator)) {}
+};
+
 /// State within a step of the stages.
 struct DynamicContact::Motion {
   double z_m, v_mps;
@@ -81,22 +91,62 @@ DynamicContact::DynamicContact(const ContactGeometry& geometry, const Mount& mou
           LuGre{.static_ratio = params.static_ratio, .stribeck_mps = params.stribeck_speed_mps}
               .limit_ratio(params.friction_speed_mps)) {}
 
-ContactState DynamicContact::step(const ContactState& from, const Pose& to, double dt_s) const {
+ContactState DynamicContact::step(const ContactState& from, const Pose& to, double dt_s,
+                                  const Instants& instants, std::span<SlidingContact> at) const {
+  std::fill(at.begin(), at.end(), standing(from));
   if (!usable(from.pose) || !usable(to) || !(dt_s >= 0 && dt_s <= longest_s)) return from;
   if (dt_s < shortest_s && to == from.pose) return from;
   const Approach path = approach(from, to, dt_s);
   Motion motion = begin(from, path);
   if (dt_s >= shortest_s) {
-    const double count =
-        std::clamp(std::ceil(dt_s / params_.step_s * (1 - 1e-12)), 1.0, most_substeps);
-    const Span span(material_.relaxation, dt_s / count, Span::first_share(params_.integrator));
-    for (double i = 0; i < count; ++i) advance(motion, path, i * span.h_s, span);
+    travel(motion, path, dt_s, instants, at);
   } else {
     settle_memory(motion.memory, (motion.z_m - path.touch_z_m) * law_.per_lambda,
                   RelaxationStep(material_.relaxation, 0));
     motion.normal_n = force_n(motion.memory);
   }
   return finish(from, to, motion, path, dt_s);
+}
+
+/// The whole step, leg by leg from one instant to the next.
+void DynamicContact::travel(Motion& motion, const Approach& path, double dt_s,
+                            const Instants& instants, std::span<SlidingContact> at) const {
+  double t_s = 0;
+  const auto go = [&](const Leg& leg, double end_s) {
+    for (double i = 0; i < leg.substeps; ++i)
+      advance(motion, path, t_s + i * leg.span.h_s, leg.span);
+    t_s = end_s;
+  };
+  const auto leg = [&](double length_s) { return Leg(material_.relaxation, params_, length_s); };
+  if (instants.count > 0) {
+    if (instants.first_s >= shortest_s) go(leg(instants.first_s), instants.first_s);
+    const Leg each = leg(instants.every_s);
+    for (std::size_t i = 0; i < instants.count; ++i) {
+      if (i > 0) go(each, instants.first_s + static_cast<double>(i) * instants.every_s);
+      if (!at.empty()) at[i] = seen(motion, path, t_s);
+    }
+  }
+  if (dt_s - t_s >= shortest_s) go(leg(dt_s - t_s), dt_s);
+}
+
+SlidingContact DynamicContact::seen(const Motion& motion, const Approach& path, double t_s) const {
+  const Vector2& lag = motion.glide.lag_m;
+  return {.place_m = {path.stage_m[0] + path.stage_mps[0] * t_s - lag[0],
+                      path.stage_m[1] + path.stage_mps[1] * t_s - lag[1]},
+          .friction_n = friction_n(motion, path),
+          .normal_n = motion.normal_n,
+          .stiffness_n_m = stiffness_n_m(motion.normal_n)};
+}
+
+SlidingContact DynamicContact::standing(const ContactState& state) const {
+  return {{state.face_x_m(), state.face_y_m()},
+          state.friction_n,
+          state.normal_n,
+          stiffness_n_m(state.normal_n)};
+}
+
+double DynamicContact::stiffness_n_m(double normal_n) const {
+  return normal_n > 0 ? (normal_n + law_.top_n) * law_.per_lambda : 0;
 }
 
 Approach DynamicContact::approach(const ContactState& from, const Pose& to, double dt_s) const {
@@ -124,8 +174,10 @@ Approach DynamicContact::approach(const ContactState& from, const Pose& to, doub
   };
   const double at_begin = jump ? touch(to, 0) : touch(from.pose, -1);
   const double at_end = jump ? at_begin : touch(to, 1);
-  return {.stage_z_m = jump ? to.z_m : from.pose.z_m,
+  const Pose& start = jump ? to : from.pose;
+  return {.stage_z_m = start.z_m,
           .stage_z_mps = (to.z_m - from.pose.z_m) * per_s,
+          .stage_m = {start.x_m, start.y_m},
           .stage_mps = {moved[0] * per_s, moved[1] * per_s},
           .touch_z_m = at_begin,
           .touch_mps = (at_end - at_begin) * per_s,
@@ -145,7 +197,7 @@ DynamicContact::Motion DynamicContact::begin(const ContactState& from,
           .power = NearPower(material_.friction.exponent)};
 }
 
-ContactState DynamicContact::finish(const ContactState& from, const Pose& to, Motion& motion,
+ContactState DynamicContact::finish(const ContactState& from, const Pose& to, const Motion& motion,
                                     const Approach& approach, double dt_s) const {
   ContactState state = from;
   state.pose = to;
@@ -167,12 +219,15 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, Mo
           ? motion.normal_n /
                 (law_.top_n * std::expm1(std::clamp(state.exponent, 1e-12, law_.largest_exponent)))
           : 0;
-  state.friction_n = {};
-  if (motion.normal_n > 0 && material_.friction.coefficient > 0)
-    state.friction_n =
-        friction(motion.normal_n, motion.power)
-            .force_n(motion.glide.bristle, sum(1, approach.stage_mps, 1, motion.glide.room_mps));
+  state.friction_n = friction_n(motion, approach);
   return state;
+}
+
+Vector2 DynamicContact::friction_n(const Motion& motion, const Approach& approach) const {
+  if (!(motion.normal_n > 0)) return {};
+  NearPower power = motion.power;  // a look leaves no trace in the motion
+  return friction(motion.normal_n, power)
+      .force_n(motion.glide.bristle, sum(1, approach.stage_mps, 1, motion.glide.room_mps));
 }
 
 /// One substep, cut where the face touches or leaves the cloth.

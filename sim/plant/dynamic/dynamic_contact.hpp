@@ -7,13 +7,24 @@
 // The two are coupled at the step's middle: the normal force there sets the friction, the face's
 // place there the cloth's height.
 
+#include <cstddef>
+#include <span>
+
 #include "sim/plant/dynamic/approach.hpp"
 #include "sim/plant/dynamic/dynamics_params.hpp"
 #include "sim/plant/dynamic/glide.hpp"
 #include "sim/plant/dynamic/near.hpp"
 #include "sim/plant/dynamic/press_stage.hpp"
+#include "sim/plant/sliding_contact.hpp"
 
 namespace weft::sim {
+
+/// Instants within a step of the stages: `first_s`, then every `every_s`; `count` of them, none
+/// after the step's end.
+struct Instants {
+  double first_s = 0, every_s = 0;
+  std::size_t count = 0;
+};
 
 class DynamicContact {
  public:
@@ -26,19 +37,31 @@ class DynamicContact {
   /// or leaves the cloth is cut there. Less than 1 ps lets the stages jump and the probe stay. A
   /// pose that is not finite or further than 1 km away, a negative dt_s and one above an hour
   /// change nothing.
-  [[nodiscard]] ContactState step(const ContactState& from, const Pose& to, double dt_s) const;
+  [[nodiscard]] ContactState step(const ContactState& from, const Pose& to, double dt_s) const {
+    return step(from, to, dt_s, {}, {});
+  }
+  /// The same with substeps that also end at the given instants. `at` is either empty or receives
+  /// the contact at each of them.
+  [[nodiscard]] ContactState step(const ContactState& from, const Pose& to, double dt_s,
+                                  const Instants& instants, std::span<SlidingContact> at) const;
 
   [[nodiscard]] const DynamicsParams& params() const { return params_; }
 
  private:
   struct Span;
+  struct Leg;
   struct Motion;
   struct Pressed;
 
   [[nodiscard]] Approach approach(const ContactState& from, const Pose& to, double dt_s) const;
   [[nodiscard]] Motion begin(const ContactState& from, const Approach& approach) const;
-  [[nodiscard]] ContactState finish(const ContactState& from, const Pose& to, Motion& motion,
+  [[nodiscard]] ContactState finish(const ContactState& from, const Pose& to, const Motion& motion,
                                     const Approach& approach, double dt_s) const;
+  void travel(Motion& motion, const Approach& path, double dt_s, const Instants& instants,
+              std::span<SlidingContact> at) const;
+  [[nodiscard]] SlidingContact seen(const Motion& motion, const Approach& path, double t_s) const;
+  [[nodiscard]] SlidingContact standing(const ContactState& state) const;
+  [[nodiscard]] double stiffness_n_m(double normal_n) const;
   void advance(Motion& motion, const Approach& approach, double t_s, const Span& whole) const;
   [[nodiscard]] Pressed press(const Motion& motion, const Approach& approach, double t_s,
                               const Span& span) const;
@@ -51,6 +74,7 @@ class DynamicContact {
   void settle_memory(PressMemory& memory, double exponent, const RelaxationStep& relaxation) const;
   void glide(Motion& motion, const Approach& approach, double h_s, const Pressed& pressed) const;
   [[nodiscard]] LuGre friction(double normal_n, NearPower& power) const;
+  [[nodiscard]] Vector2 friction_n(const Motion& motion, const Approach& approach) const;
   [[nodiscard]] double force_n(const PressMemory& memory) const;
 
   ContactModel statics_;

@@ -22,7 +22,10 @@ Slip slip(const GlideLaw& law, const LuGre& lugre, BristleRule rule, const Glide
   const double a = inertia + law.damper_n_s_m + law.stiffness_n_m * tau_s;
   const Vector2 held = sum(inertia, from.room_mps, law.stiffness_n_m, from.lag_m);
   const Vector2 q = sum(1, held, a, stage_mps);
-  if (!(lugre.kinetic_n > 0)) return {{q[0] / a, q[1] / a}, {}};
+  if (!(lugre.kinetic_n > 0)) {
+    const double all = a + lugre.viscous_n_s_m;
+    return {{q[0] / all, q[1] / all}, {}};
+  }
   return solve_slip(lugre, rule, a, q, from.bristle, friction_s, guess_mps);
 }
 
@@ -40,7 +43,7 @@ GlideState explicit_part(const GlideLaw& law, const LuGre& lugre, const GlideSta
   const Vector2 w = sum(1, stage_mps, 1, from.room_mps);
   Vector2 force = sum(law.stiffness_n_m, from.lag_m, -law.damper_n_s_m, from.room_mps);
   GlideState to = from;
-  if (lugre.kinetic_n > 0) {
+  if (lugre.kinetic_n > 0 || lugre.viscous_n_s_m > 0) {
     force = sum(1, force, -1, lugre.force_n(from.bristle, w));
     to.bristle = sum(1, from.bristle, tau_s, lugre.bristle_rate(from.bristle, w));
   }

@@ -63,10 +63,10 @@ double LowPass::advance(double value) {
 }
 
 Result<Converter> Converter::make(const ConverterParams& params, std::int64_t step_ns,
-                                  std::uint64_t seed) {
+                                  std::uint64_t seed, std::int64_t first_step) {
   if (auto ok = check(params, step_ns); !ok) return pass(ok.error());
   Converter made(params, params.period_ns / step_ns, seed);
-  made.left_ = made.steps_;
+  made.left_ = made.steps_ - first_step % made.steps_;
   if (params.bandwidth_hz == 0) return made;
   auto low_pass = LowPass::make(params.bandwidth_hz, static_cast<double>(step_ns) / ns_per_s);
   if (!low_pass) return pass(low_pass.error(), "low-pass");

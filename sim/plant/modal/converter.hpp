@@ -41,8 +41,10 @@ class LowPass {
 class Converter {
  public:
   /// Errors: range, naming the field.
+  /// Readings are due at multiples of the period; the converter starts at the end of step
+  /// `first_step` >= 0.
   static Result<Converter> make(const ConverterParams& params, std::int64_t step_ns,
-                                std::uint64_t seed);
+                                std::uint64_t seed, std::int64_t first_step = 0);
   /// A reading where one is due at this step's end; `offset` is there from the beginning of time.
   std::optional<double> advance(double value, double offset = 0);
 

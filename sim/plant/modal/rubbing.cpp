@@ -64,17 +64,18 @@ Vector2 limited(const Vector2& value, double largest) {
 
 }  // namespace
 
-FaceWaves::FaceWaves(std::span<const HeightField::Term> terms, double face_half_width_m,
-                     std::size_t most) {
+FaceWaves::FaceWaves(std::span<const HeightField::Term> terms, double skew_rad,
+                     double face_half_width_m, std::size_t most) {
   struct Kept {
-    double mean_m;
-    const HeightField::Term* term;
+    double mean_m, kx, ky, phase_rad;
   };
   std::vector<Kept> kept;
-  for (const HeightField::Term& term : terms)
-    kept.push_back(
-        {term.amplitude_m * sinc(term.ku * face_half_width_m) * sinc(term.kv * face_half_width_m),
-         &term});
+  const double c = std::cos(skew_rad), s = std::sin(skew_rad);
+  for (const HeightField::Term& term : terms) {
+    const double kx = c * term.ku - s * term.kv, ky = s * term.ku + c * term.kv;
+    kept.push_back({term.amplitude_m * sinc(kx * face_half_width_m) * sinc(ky * face_half_width_m),
+                    kx, ky, term.phase_rad});
+  }
   std::stable_sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) {
     return std::abs(a.mean_m) > std::abs(b.mean_m);
   });
@@ -84,9 +85,9 @@ FaceWaves::FaceWaves(std::span<const HeightField::Term> terms, double face_half_
     all->assign(count_, 0.0);
   for (std::size_t i = 0; i < kept.size(); ++i) {
     amplitude_m_[i] = kept[i].mean_m;
-    turns_x_[i] = kept[i].term->ku / two_pi;
-    turns_y_[i] = kept[i].term->kv / two_pi;
-    phase_turns_[i] = kept[i].term->phase_rad / two_pi;
+    turns_x_[i] = kept[i].kx / two_pi;
+    turns_y_[i] = kept[i].ky / two_pi;
+    phase_turns_[i] = kept[i].phase_rad / two_pi;
   }
 }
 
@@ -125,14 +126,15 @@ double Asperities::at(double path_m) {
   return sum;
 }
 
-Rubbing::Rubbing(const RubbingParams& params, const HeightField& field, std::uint64_t seed)
+Rubbing::Rubbing(const RubbingParams& params, const HeightField& field, std::uint64_t seed,
+                 double skew_rad)
     : params_(params),
-      waves_(field.terms(), params.face_half_width_m, params.waves),
+      waves_(field.terms(), skew_rad, params.face_half_width_m, params.waves),
       normal_(params.coarsest_m, params.finest_share, mix(seed, "asperities, normal")),
       tangential_(params.coarsest_m, params.finest_share, mix(seed, "asperities, tangential")) {}
 
 Result<Rubbing> Rubbing::make(const RubbingParams& params, const HeightField& field,
-                              std::uint64_t seed) {
+                              std::uint64_t seed, double skew_rad) {
   const auto refuse = [](std::string_view what, std::string_view expected, double value) {
     return fail(Errc::range, "no face rubs like this", std::string(what), std::string(expected),
                 std::to_string(value));
@@ -149,7 +151,8 @@ Result<Rubbing> Rubbing::make(const RubbingParams& params, const HeightField& fi
     return refuse("coarsest_m", "1e-6 to 1", params.coarsest_m);
   if (!inside(params.finest_share, 0, 1))
     return refuse("finest_share", "0 to 1", params.finest_share);
-  return Rubbing(params, field, seed);
+  if (!inside(skew_rad, -10, 10)) return refuse("skew_rad", "-10 to 10", skew_rad);
+  return Rubbing(params, field, seed, skew_rad);
 }
 
 Force Rubbing::advance(const SlidingContact& contact) {

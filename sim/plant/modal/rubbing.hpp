@@ -9,19 +9,11 @@
 #include <span>
 #include <vector>
 
-#include "sim/plant/friction.hpp"
 #include "sim/plant/height_field.hpp"
 #include "sim/plant/modal/modal_bank.hpp"
+#include "sim/plant/sliding_contact.hpp"
 
 namespace weft::sim {
-
-/// The contact at one instant, as level L2 has it.
-struct SlidingContact {
-  Vector2 place_m{};         ///< of the face over the cloth, fabric frame
-  Vector2 friction_n{};      ///< on the cloth
-  double normal_n = 0;       ///< cloth's force on the face, >= 0
-  double stiffness_n_m = 0;  ///< dF/d(indentation) of the whole face there
-};
 
 /// All [E].
 struct RubbingParams {
@@ -37,8 +29,10 @@ struct RubbingParams {
 class FaceWaves {
  public:
   FaceWaves() = default;
-  /// Keeps the `most` waves with the largest mean over the face.
-  FaceWaves(std::span<const HeightField::Term> terms, double face_half_width_m, std::size_t most);
+  /// Keeps the `most` waves with the largest mean over the face; the yarns are turned by `skew_rad`
+  /// against the face.
+  FaceWaves(std::span<const HeightField::Term> terms, double skew_rad, double face_half_width_m,
+            std::size_t most);
 
   /// Mean height under the face [m], |place| <= 1 km.
   [[nodiscard]] double height_m(const Vector2& place_m) const;
@@ -69,9 +63,10 @@ class Asperities {
 /// Turns contacts into forces on the structures.
 class Rubbing {
  public:
+  /// The yarns of `field` are turned by `skew_rad` against the stages.
   /// Errors: range, for parameters that are negative, not numbers or absurd.
   static Result<Rubbing> make(const RubbingParams& params, const HeightField& field,
-                              std::uint64_t seed);
+                              std::uint64_t seed, double skew_rad = 0);
 
   /// Force on the plate along x, y (friction) and z (downwards) at the end of a step; the probe
   /// feels the opposite. Numbers that are none count as 0, absurd ones are held at 1 km and 1e6 N;
@@ -81,7 +76,8 @@ class Rubbing {
   [[nodiscard]] double path_m() const { return path_m_; }
 
  private:
-  Rubbing(const RubbingParams& params, const HeightField& field, std::uint64_t seed);
+  Rubbing(const RubbingParams& params, const HeightField& field, std::uint64_t seed,
+          double skew_rad);
 
   RubbingParams params_;
   FaceWaves waves_;

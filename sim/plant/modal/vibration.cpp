@@ -15,7 +15,7 @@ double rate_hz(std::int64_t step_ns) {
 }  // namespace
 
 Result<Vibration::Probe> Vibration::probe(const AccelerometerParams& params, std::int64_t step_ns,
-                                          std::uint64_t seed) {
+                                          std::uint64_t seed, std::int64_t first_step) {
   for (const double g : params.gravity_mps2)
     if (!(std::abs(g) <= 1e4))  // NaN too
       return fail(Errc::range, "no such gravity", "gravity_mps2", "-1e4 to 1e4", std::to_string(g));
@@ -25,7 +25,7 @@ Result<Vibration::Probe> Vibration::probe(const AccelerometerParams& params, std
   if (!bank) return pass(bank.error());
   Probe probe{std::move(*bank), params.gravity_mps2, {}};
   for (std::uint64_t axis = 0; axis < 3; ++axis) {
-    auto converter = Converter::make(params.converter, step_ns, mix(seed, axis));
+    auto converter = Converter::make(params.converter, step_ns, mix(seed, axis), first_step);
     if (!converter) return pass(converter.error());
     probe.axes.push_back(*converter);
   }
@@ -33,31 +33,36 @@ Result<Vibration::Probe> Vibration::probe(const AccelerometerParams& params, std
 }
 
 Result<Vibration::Sound> Vibration::sound(const MicrophoneParams& params, std::int64_t step_ns,
-                                          std::uint64_t seed) {
+                                          std::uint64_t seed, std::int64_t first_step) {
   const auto modes = plate_modes(params.plate, rate_hz(step_ns));
   if (!modes) return pass(modes.error());
   auto bank = ModalBank::make(*modes, 1, rate_hz(step_ns));
   if (!bank) return pass(bank.error());
-  auto converter = Converter::make(params.converter, step_ns, seed);
+  auto converter = Converter::make(params.converter, step_ns, seed, first_step);
   if (!converter) return pass(converter.error());
   return Sound{std::move(*bank), *converter};
 }
 
 Result<Vibration> Vibration::make(const VibrationParams& params, const HeightField& field,
-                                  std::uint64_t seed) {
+                                  std::uint64_t seed, const VibrationStart& start) {
   if (params.step_ns < 1000 || params.step_ns > 100'000'000)
     return fail(Errc::range, "no vibration is stepped like this", "step_ns", "1000 to 100000000",
                 std::to_string(params.step_ns));
-  auto rubbing = Rubbing::make(params.rubbing, field, mix(seed, "rubbing"));
+  if (start.first_step < 0)
+    return fail(Errc::range, "no vibration starts before time zero", "first_step", "0 or more",
+                std::to_string(start.first_step));
+  auto rubbing = Rubbing::make(params.rubbing, field, mix(seed, "rubbing"), start.skew_rad);
   if (!rubbing) return pass(rubbing.error(), "rubbing");
   Vibration made(params.step_ns, std::move(*rubbing));
   if (params.accelerometer) {
-    auto probe = Vibration::probe(*params.accelerometer, params.step_ns, mix(seed, "probe"));
+    auto probe = Vibration::probe(*params.accelerometer, params.step_ns, mix(seed, "probe"),
+                                  start.first_step);
     if (!probe) return pass(probe.error(), "accelerometer");
     made.probe_ = std::move(*probe);
   }
   if (params.microphone) {
-    auto sound = Vibration::sound(*params.microphone, params.step_ns, mix(seed, "microphone"));
+    auto sound = Vibration::sound(*params.microphone, params.step_ns, mix(seed, "microphone"),
+                                  start.first_step);
     if (!sound) return pass(sound.error(), "microphone");
     made.sound_ = std::move(*sound);
   }

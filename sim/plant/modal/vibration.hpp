@@ -30,6 +30,13 @@ struct VibrationParams {
   RubbingParams rubbing;
 };
 
+/// How a cloth lies and since when: what differs from one mounted patch to the next.
+struct VibrationStart {
+  double skew_rad = 0;          ///< of the yarns against the stages
+  std::int64_t first_step = 0;  ///< >= 0, steps of time zero: readings are due at multiples of the
+                                ///< sensors' periods since then
+};
+
 /// Readings that fell due at the end of a step.
 struct VibrationSample {
   std::optional<std::array<double, 3>> acceleration_mps2;
@@ -41,12 +48,14 @@ class Vibration {
  public:
   /// Errors: range, naming the field; what the parts refuse.
   static Result<Vibration> make(const VibrationParams& params, const HeightField& field,
-                                std::uint64_t seed);
+                                std::uint64_t seed, const VibrationStart& start = {});
 
   /// One step of `step_ns` with the contact as it is at its end. Whatever the contact says, no
   /// reading is anything but a number within its range.
   VibrationSample advance(const SlidingContact& at_end);
   [[nodiscard]] std::int64_t step_ns() const { return step_ns_; }
+  /// Whether anything is asked for.
+  [[nodiscard]] bool listens() const { return probe_ || sound_; }
 
  private:
   struct Probe {
@@ -61,9 +70,9 @@ class Vibration {
   Vibration(std::int64_t step_ns, Rubbing rubbing)
       : step_ns_(step_ns), rubbing_(std::move(rubbing)) {}
   static Result<Probe> probe(const AccelerometerParams& params, std::int64_t step_ns,
-                             std::uint64_t seed);
+                             std::uint64_t seed, std::int64_t first_step);
   static Result<Sound> sound(const MicrophoneParams& params, std::int64_t step_ns,
-                             std::uint64_t seed);
+                             std::uint64_t seed, std::int64_t first_step);
 
   std::int64_t step_ns_;
   Rubbing rubbing_;
