@@ -22,11 +22,6 @@ std::uint64_t BenchWorld::frame_at_or_after(TimePoint t) {
   return static_cast<std::uint64_t>((ns + pad_timing::frame_ns - 1) / pad_timing::frame_ns);
 }
 
-TimePoint BenchWorld::next_grid_time() const {
-  if (grid_point_ == pad_timing::stages) return frame_start(frame_ + 1);
-  return frame_start(frame_) + Duration((grid_point_ + 1) * pad_timing::stage_ns);
-}
-
 Pose BenchWorld::pose(TimePoint t) const {
   const auto at = [&](AxisId axis) { return stages_[index(axis)].carriage(t); };
   const double ry = at(AxisId::ry), arm = geometry_.probe_arm_m;
@@ -38,26 +33,30 @@ Pose BenchWorld::pose(TimePoint t) const {
 }
 
 void BenchWorld::take_grid_step() {
-  const TimePoint t = next_grid_time();
-  plant_.advance(pose(t), to_seconds(t - plant_time_));
+  const TimePoint t = next_.time();
+  const Pose there = pose(t);
+  plant_.advance(there, to_seconds(t - plant_time_));
+  if (motion_ && motion_->poses.size() < BenchMotion::most_poses) motion_->poses.push_back(there);
   for (Stage& stage : stages_) stage.settle(t);
   plant_time_ = t;
-  if (grid_point_ < pad_timing::stages) {
-    plant_.convert(grid_point_++, frame_);
-    return;
-  }
-  finished_ = {frame_++, plant_.pad_counts()};
-  grid_point_ = 0;
+  if (next_.ends_frame())
+    finished_ = {next_.frame, plant_.pad_counts()};
+  else
+    plant_.convert(next_.stage, next_.frame);
+  next_.advance();
 }
 
 void BenchWorld::advance_to(TimePoint now) {
-  while (next_grid_time() <= now) take_grid_step();
+  while (next_.time() <= now) take_grid_step();
 }
 
 void BenchWorld::mount(const Patch& patch, TimePoint now) {
   advance_to(now);
-  plant_.mount(patch, pose(now));
+  const Pose there = pose(now);
+  plant_.mount(patch, there, now);
   plant_time_ = std::max(plant_time_, now);
+  motion_.reset();
+  if (keep_motion_) motion_ = BenchMotion{patch, there, plant_time_, next_, {}};
 }
 
 Stage& BenchWorld::stage(AxisId axis, TimePoint now) {

@@ -5,9 +5,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "protocols/base/time.hpp"
+#include "sim/devices/bench_motion.hpp"
 #include "sim/plant/plant.hpp"
 #include "sim/plant/stage.hpp"
 
@@ -52,13 +55,17 @@ class BenchWorld {
   const PadFrame& frame(TimePoint now);
   [[nodiscard]] const Plant& plant() const { return plant_; }
 
+  /// From the next mount() on, the stages' motion is kept, or not any more.
+  void keep_motion(bool keep) { keep_motion_ = keep; }
+  /// The motion since the last mount(), where it was kept, up to now; it is kept no longer.
+  std::optional<BenchMotion> take_motion() { return std::exchange(motion_, std::nullopt); }
+
   /// Start of frame `frame`, and the first frame that starts at or after `t`.
   static TimePoint frame_start(std::uint64_t frame);
   static std::uint64_t frame_at_or_after(TimePoint t);
 
  private:
   static std::size_t index(AxisId axis) { return static_cast<std::size_t>(axis); }
-  [[nodiscard]] TimePoint next_grid_time() const;
   [[nodiscard]] Pose pose(TimePoint t) const;
   void take_grid_step();
 
@@ -66,9 +73,10 @@ class BenchWorld {
   std::vector<Stage> stages_;
   Plant plant_;
   TimePoint plant_time_{};
-  std::uint64_t frame_ = 0;  ///< under way
-  int grid_point_ = 0;       ///< next: 0 to 7 end a conversion, 8 ends the frame
+  GridPoint next_;  ///< of the grid
   PadFrame finished_;
+  bool keep_motion_ = false;
+  std::optional<BenchMotion> motion_;
 };
 
 }  // namespace weft::sim

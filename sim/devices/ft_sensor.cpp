@@ -8,7 +8,10 @@
 namespace weft::sim {
 
 FtSensor::FtSensor(const FtSensorParams& params, std::uint64_t seed)
-    : params_(params), seed_(mix(seed, "force/torque noise")) {}
+    : params_(params),
+      seed_(mix(seed, "force/torque noise")),
+      noisy_(
+          std::any_of(params.noise.begin(), params.noise.end(), [](double n) { return n > 0; })) {}
 
 Wrench FtSensor::load(const ContactState& contact) const {
   const double fx = contact.friction_n[0], fy = contact.friction_n[1], fz = contact.normal_n;
@@ -29,7 +32,7 @@ Wrench FtSensor::converted(const ContactState& contact, std::uint32_t sample,
   Wrench wrench = load(contact);
   Random random(mix(seed_, sample));
   for (std::size_t i = 0; i < wrench.size(); ++i) {
-    const double noisy = wrench[i] + params_.noise[i] * random.gaussian();
+    const double noisy = noisy_ ? wrench[i] + params_.noise[i] * random.gaussian() : wrench[i];
     const double held = std::clamp(noisy, -params_.range[i], params_.range[i]);
     saturated = saturated || held != noisy;
     const double quantum = params_.quantum[i];

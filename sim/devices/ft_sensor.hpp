@@ -46,6 +46,7 @@ class FtSensor {
 
   FtSensorParams params_;
   std::uint64_t seed_;
+  bool noisy_;  ///< without noise no number is drawn
   Wrench bias_{};
 };
 

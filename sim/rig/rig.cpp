@@ -1,6 +1,7 @@
 #include "sim/rig/rig.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "sim/plant/fabric_library.hpp"
@@ -69,10 +70,8 @@ Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint n
   const auto patch = cut_patch(*found, parts_->library.params, parts_->library.spread,
                                parts_->config.switches, patch_seed);
   if (!patch) return pass(patch.error());
-  const PlantParams& plant = parts_->config.world.plant;
-  if (plant.level >= Level::dynamic)
-    if (Status s = check(plant.geometry, plant.mount, patch->material, plant.dynamics); !s)
-      return pass(s.error(), fabric);
+  if (Status s = check(parts_->config.world.plant, patch->material); !s)
+    return pass(s.error(), fabric);
   parts_->world.mount(*patch, now);
   return {};
 }
@@ -98,12 +97,40 @@ std::vector<std::string> Rig::fabrics() const {
 
 Truth Rig::truth(TimePoint now) {
   const ContactState contact = parts_->world.contact(now);
-  return {.contact_force_n = contact.normal_n,
-          .indentation_m = contact.indentation_m,
-          .probe_z_m = contact.probe_z_m(),
-          .fabric_point_m = {contact.face_x_m(), contact.face_y_m()},
-          .friction_n = contact.friction_n,
-          .pad_pressure_pa = parts_->world.plant().pad_pressures_pa()};
+  Truth truth{.contact_force_n = contact.normal_n,
+              .indentation_m = contact.indentation_m,
+              .probe_z_m = contact.probe_z_m(),
+              .fabric_point_m = {contact.face_x_m(), contact.face_y_m()},
+              .friction_n = contact.friction_n,
+              .pad_pressure_pa = parts_->world.plant().pad_pressures_pa()};
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  const Watched& watched = parts_->config.world.plant.watched;
+  if (!watched.pads) truth.pad_pressure_pa.fill(unknown);
+  if (watched.contact) return truth;
+  truth.contact_force_n = truth.indentation_m = truth.probe_z_m = unknown;
+  truth.friction_n.fill(unknown);
+  return truth;
+}
+
+FidelitySetting Rig::setting() const {
+  return setting_of(parts_->config.world.plant);
+}
+
+std::size_t Rig::texture_tiles() const {
+  return parts_->world.plant().texture_tiles();
+}
+
+void Rig::keep_motion(bool keep) {
+  parts_->world.keep_motion(keep);
+}
+
+std::optional<BenchMotion> Rig::take_motion(TimePoint now) {
+  parts_->world.advance_to(now);
+  return parts_->world.take_motion();
+}
+
+std::vector<RunError> Rig::run_errors(const BenchMotion& motion) const {
+  return sim::run_errors(parts_->config.world.plant, parts_->seed, motion);
 }
 
 }  // namespace weft::sim

@@ -14,10 +14,12 @@
 #include "drivers/api/loop.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
+#include "sim/devices/replay.hpp"
 
 namespace weft::sim {
 
-/// What no instrument of the rig can know. For tests, reports and figures only.
+/// What no instrument of the rig can know. For tests, reports and figures only. Of a rig without
+/// force sensor and pads nothing is computed but where the stages are: the rest is NaN.
 struct Truth {
   double contact_force_n = 0;  ///< normal force of the probe on the cloth, >= 0
   double indentation_m = 0;    ///< of the face's centre into the cloth; negative above it
@@ -57,6 +59,17 @@ class Rig {
   [[nodiscard]] std::vector<std::string> fabrics() const;
   /// State of the plant at `now`, which must not lie before the last call of any kind.
   [[nodiscard]] Truth truth(TimePoint now);
+
+  /// Level, integrator and step of the plant.
+  [[nodiscard]] FidelitySetting setting() const;
+  /// Squares of texture made for the patch on the plate: none without pads.
+  [[nodiscard]] std::size_t texture_tiles() const;
+  /// From the next mount() on, the stages' motion is kept, or not any more.
+  void keep_motion(bool keep);
+  /// The motion since the last mount(), where it was kept, up to `now`; it is kept no longer.
+  std::optional<BenchMotion> take_motion(TimePoint now);
+  /// How far this rig's simulation of a motion is from finer ones (sim/devices/replay.hpp).
+  [[nodiscard]] std::vector<RunError> run_errors(const BenchMotion& motion) const;
 
  private:
   struct Parts;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/units.hpp"
+#include "sim/plant/fidelity/setting.hpp"
 #include "sim/plant/field_reader.hpp"
 
 namespace weft::sim {
@@ -97,37 +98,98 @@ Status read_dynamics(const json& object, DynamicsParams& dynamics) {
   reader.number("bristle_damping", dynamics.bristle_damping, 0, 100);
   reader.number("viscous_n_s_m", dynamics.viscous_n_s_m, 0, 1e4);
   if (Status s = reader.finish(); !s) return s;
-  if (integrator != "midpoint" && integrator != "tr_bdf2")
-    return fail(Errc::parse, "no such integrator", "/simulation/dynamics/integrator",
-                "midpoint or tr_bdf2", integrator);
-  dynamics.integrator = integrator == "midpoint" ? Integrator::midpoint : Integrator::tr_bdf2;
+  const auto read = integrator_from(integrator);
+  if (!read)
+    return fail(Errc::parse, read.error().message, "/simulation/dynamics/integrator",
+                read.error().expected, integrator);
+  dynamics.integrator = *read;
   return {};
 }
 
-Result<Level> read_level(const std::string& text) {
-  const auto level = level_from(text);
-  if (level && (*level == Level::quasistatic || *level == Level::dynamic)) return *level;
-  return fail(Errc::unsupported, "a bench cannot be simulated at this level of fidelity",
-              "/simulation/level", "L1 or L2", text);
+Status read_traits(const json& list, std::vector<Trait>& traits) {
+  const std::string where = "/simulation/traits";
+  if (!list.is_array() || list.size() > all_traits.size())
+    return fail(Errc::parse, "not a list of traits", where, "names of traits, each once");
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::string at = where + "/" + std::to_string(i);
+    if (!list[i].is_string()) return fail(Errc::parse, "not a trait", at, "a name");
+    const auto trait = trait_from(list[i].get<std::string>());
+    if (!trait)
+      return fail(Errc::parse, trait.error().message, at, trait.error().expected,
+                  trait.error().got);
+    if (std::find(traits.begin(), traits.end(), *trait) != traits.end())
+      return fail(Errc::parse, "a trait twice", at, {}, std::string(name_of(*trait)));
+    traits.push_back(*trait);
+  }
+  return {};
+}
+
+/// Where the scene is refused: the place in the file, and the scene's own sentence.
+Status at_level(const Error& error) {
+  return fail(error.code, error.message, "/simulation/level", error.expected, error.got,
+              error.hint);
+}
+
+Status read_level(const std::string& text, RigConfig& config) {
+  Level& level = config.world.plant.level;
+  if (text == "auto") {
+    const auto least = least_level(config.scene);
+    if (!least) return at_level(least.error());
+    level = *least;
+    return {};
+  }
+  const auto named = level_from(text);
+  if (!named)
+    return fail(Errc::parse, named.error().message, "/simulation/level",
+                "auto, " + named.error().expected, text);
+  if (Status s = check(config.scene, *named); !s) return at_level(s.error());
+  level = *named;
+  config.level_by_hand = true;
+  return {};
+}
+
+/// What an earlier run wrote down about its choice.
+Status read_chosen(const json& object, RigConfig& config) {
+  FieldReader reader(object, "/simulation/chosen");
+  reader.text("setting", config.chosen_setting).text("because", config.chosen_because);
+  return reader.finish();
+}
+
+/// The keys of `simulation` that say how it is simulated, not what.
+Status read_fidelity(FieldReader& reader, RigConfig& config) {
+  PlantParams& plant = config.world.plant;
+  std::string level = "auto";
+  double step_s = 0;
+  reader.text("level", level).number("step_us", step_s, 1, 50000, 1e-6);
+  const json* traits = reader.child("traits");
+  const json* chosen = reader.child("chosen");
+  const double unset_n = -1;
+  double set_point_n = unset_n;
+  reader.number("set_point_n", set_point_n, 0.01, 1000);
+  if (step_s > 0) plant.dynamics.step_s = plant.quasistatic_step_s = step_s;
+  config.set_point_by_hand = set_point_n != unset_n;
+  if (config.set_point_by_hand) plant.set_point_n = set_point_n;
+  if (traits != nullptr)
+    if (Status s = read_traits(*traits, config.scene.traits); !s) return s;
+  if (chosen != nullptr)
+    if (Status s = read_chosen(*chosen, config); !s) return s;
+  return read_level(level, config);
 }
 
 Status read_simulation(const json& object, RigConfig& config) {
   PlantParams& plant = config.world.plant;
   FieldReader reader(object, "/simulation");
-  std::string level = "L1";
-  reader.text("level", level).ignore("fabrics").ignore("note");
+  reader.ignore("fabrics").ignore("fidelity").ignore("note").ignore("console");
   reader.number("mount_stiffness_n_m", plant.mount.stiffness_n_m, 1, 1e9);
   reader.number("stop_stiffness_n_m", plant.mount.stop_stiffness_n_m, 1, 1e9);
   reader.number("slack_mm", plant.mount.slack_m, 0, 50, m_per_mm);
   reader.number("rig_tilt_mrad", plant.rig_tilt, 0, 100, 1e-3);
-  reader.number("step_us", plant.dynamics.step_s, 1, 50000, 1e-6);
   const json* dynamics = reader.child("dynamics");
   const json* pads = reader.child("pads");
   const json* switches = reader.child("switches");
+  const Status fidelity = read_fidelity(reader, config);
   if (Status s = reader.finish(); !s) return s;
-  const auto chosen = read_level(level);
-  if (!chosen) return pass(chosen.error());
-  plant.level = *chosen;
+  if (!fidelity) return fidelity;
   if (dynamics != nullptr)
     if (Status s = read_dynamics(*dynamics, plant.dynamics); !s) return s;
   if (pads != nullptr)
@@ -209,6 +271,25 @@ std::string text_at(const json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+/// Sensors that the ladder of fidelity knows and that no emulator plays yet are named as such.
+Result<EmulatedDevice> no_emulator(const std::string& kind, const std::string& where) {
+  struct Sensor {
+    std::string_view kind;
+    Channel channel;
+  };
+  for (const auto& [name, channel] : {Sensor{"accelerometer", Channel::accelerometer},
+                                      {"microphone", Channel::microphone},
+                                      {"imprint", Channel::imprint}}) {
+    if (kind != name) continue;
+    const auto level = least_level({"of one sensor", {channel}, {}});
+    return fail(Errc::unsupported,
+                "level " + std::string(level ? to_string(*level) : "?") + " produces " +
+                    std::string(to_string(channel)) + ", but no emulator of this version sends it",
+                where, "apt_stage, rdt or taxel", kind);
+  }
+  return fail(Errc::parse, "no such emulator", where, "apt_stage, rdt or taxel", kind);
+}
+
 Result<EmulatedDevice> read_device(const json& device, const std::string& where,
                                    RigConfig& config) {
   if (!device.is_object()) return fail(Errc::parse, "not a device", where, "an object");
@@ -233,9 +314,26 @@ Result<EmulatedDevice> read_device(const json& device, const std::string& where,
     if (!params) return pass(params.error());
     out.params = *params;
   } else {
-    return fail(Errc::parse, "no such emulator", at + "/kind", "apt_stage, rdt or taxel", kind);
+    return no_emulator(kind, at + "/kind");
   }
   return out;
+}
+
+Channel channel_of(const EmulatedDevice& device) {
+  if (std::holds_alternative<AptStageParams>(device.params)) return Channel::stages;
+  if (std::holds_alternative<RdtEmulatorParams>(device.params)) return Channel::wrench;
+  return Channel::taxels;
+}
+
+/// The scene's channels, and that the plant computes no more than they need.
+void watch(RigConfig& config) {
+  std::vector<Channel>& channels = config.scene.channels;
+  for (const EmulatedDevice& device : config.devices)
+    if (!asks_for(config.scene, channel_of(device))) channels.push_back(channel_of(device));
+  std::sort(channels.begin(), channels.end());
+  Watched& watched = config.world.plant.watched;
+  watched.pads = asks_for(config.scene, Channel::taxels);
+  watched.contact = watched.pads || asks_for(config.scene, Channel::wrench);
 }
 
 Status read_devices(const json& devices, RigConfig& config) {
@@ -260,6 +358,7 @@ Result<RigConfig> parse_rig_config(std::string_view rig_json) {
   if (!rig.is_object()) return fail(Errc::parse, "not a JSON object", "rig file", "an object");
   RigConfig config;
   if (Status s = read_devices(child_or_empty(rig, "devices"), config); !s) return pass(s.error());
+  watch(config);
   if (Status s = read_plate(child_or_empty(rig, "plate"), config); !s) return pass(s.error());
   if (Status s = read_probe(child_or_empty(rig, "probe"), config); !s) return pass(s.error());
   if (Status s = read_simulation(child_or_empty(rig, "simulation"), config); !s)

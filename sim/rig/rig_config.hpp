@@ -13,6 +13,7 @@
 #include "sim/devices/rdt_emulator.hpp"
 #include "sim/devices/taxel_emulator.hpp"
 #include "sim/plant/fabric.hpp"
+#include "sim/plant/scene/scene.hpp"
 
 namespace weft::sim {
 
@@ -23,13 +24,22 @@ struct EmulatedDevice {
 
 struct RigConfig {
   WorldParams world;
+  /// What the devices deliver, and `simulation.traits`.
+  Scene scene{"of the bench", {}, {}};
+  /// `simulation.level` names the level; otherwise it is the least that provides the scene.
+  bool level_by_hand = false;
+  /// `simulation.chosen`: how an earlier run came to its setting, and to which.
+  std::string chosen_setting, chosen_because;
+  bool set_point_by_hand = false;  ///< `simulation.set_point_n` is there
   MaterialSwitches switches;
   std::vector<EmulatedDevice> devices;
 };
 
 /// Reads `devices[].role`, `devices[].emulator`, `limits.travel_mm`, `probe`, `plate` and
 /// `simulation`; other keys belong to others. `simulation` and `emulator` are read strictly.
-/// Errors: parse and range, with a JSON pointer.
+/// Only what the scene needs is set to be computed.
+/// Errors: parse and range, and unsupported for a level that cannot produce the scene, with a JSON
+/// pointer.
 Result<RigConfig> parse_rig_config(std::string_view rig_json);
 
 }  // namespace weft::sim

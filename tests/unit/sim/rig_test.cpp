@@ -145,6 +145,20 @@ TEST_CASE("a press is regulated through the bytes, standing and sliding, on soft
   }
 }
 
+TEST_CASE("at level L0 a loop has its set point at once, and the weight before it presses") {
+  Host host(test::bench17_with(
+      {{"/simulation/level", R"("L0")"}, {"/simulation/traits", R"(["mean_level"])"}}));
+  host.start_force();
+  REQUIRE(host.rig->mount("nylon", 2, host.loop.now()).has_value());
+  host.touch();
+  CHECK(host.rig->truth(host.loop.now()).contact_force_n == Approx(1.96133));
+  host.regulate(5, 5);
+  CHECK(host.regulate(5, 2) == 0);
+  host.move(&host.y, 20, 2);
+  CHECK(host.regulate(5, 9) == 0);
+  CHECK(host.rig->truth(host.loop.now()).friction_n[1] > 0.3);
+}
+
 TEST_CASE("the same seeds give the same bytes, another seed of either kind others") {
   const Bytes bytes = trial(1, 1);
   CHECK(bytes.size() > 10000);
@@ -202,7 +216,7 @@ TEST_CASE("a rig file with a fault is refused, with the place of the fault") {
   CHECK(where("[1, 2]") == "rig file: rig file");
   CHECK(where(bench17_with({{"/simulation/slackk_mm", "1"}})) == "rig file: /simulation/slackk_mm");
   CHECK(where(bench17_with({{"/simulation/level", R"("L7")"}})) == "rig file: /simulation/level");
-  for (const char* level : {R"("L0")", R"("L3")", R"("Z+")"})
+  for (const char* level : {R"("L0")", R"("Z")", R"("Z+")", R"("Auto")"})
     CHECK(where(bench17_with({{"/simulation/level", level}})) == "rig file: /simulation/level");
   for (const char* step : {"0", "-1", "60000", "1e308", R"("fine")"})
     CHECK(where(bench17_with({{"/simulation/step_us", step}})) == "rig file: /simulation/step_us");

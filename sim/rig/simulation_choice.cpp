@@ -1,0 +1,129 @@
+#include "sim/rig/simulation_choice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "sim/rig/rig_config.hpp"
+
+namespace weft::sim {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* level_place = "/simulation/level";
+
+std::string number(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+Scene scene_of(const RigConfig& config, const SimulationWish& wish) {
+  Scene scene = config.scene;
+  if (config.level_by_hand) return scene;
+  for (const Trait trait : wish.traits)
+    if (!asks_for(scene, trait)) scene.traits.push_back(trait);
+  return scene;
+}
+
+std::string needs(const Scene& scene) {
+  return "the scene needs " + needs_of(scene);
+}
+
+/// Nobody asked for an accuracy or a speed: the level is the rig file's or the scene's.
+Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
+  SimulationChoice choice{setting_of(config.world.plant), {}, {}};
+  if (config.level_by_hand) {
+    const bool earlier = config.chosen_setting == to_string(choice.setting);
+    choice.because = earlier ? config.chosen_because : "the rig file names it";
+    return choice;
+  }
+  const auto least = least_level(scene);
+  if (!least)
+    return fail(least.error().code, least.error().message, level_place, {}, {}, least.error().hint);
+  PlantParams plant = config.world.plant;
+  plant.level = *least;
+  choice.setting = setting_of(plant);
+  choice.because = needs(scene);
+  return choice;
+}
+
+std::string wished(const SimulationWish& wish, const FidelityOffer& offer) {
+  const std::string measured = number("measured %.3g mN at worst", offer.error_max_n * 1e3) +
+                               number(", %.3g times real time)", offer.times_real_time);
+  const std::string error =
+      wish.accuracy_n ? number(" within %.4g mN", *wish.accuracy_n * 1e3) : std::string();
+  const std::string speed =
+      wish.times_real_time ? number("%.4g times real time", *wish.times_real_time) : std::string();
+  if (!wish.accuracy_n) return "the most accurate setting at " + speed + " (" + measured;
+  return "the fastest setting" + error + (speed.empty() ? "" : " and over " + speed) + " (" +
+         measured;
+}
+
+Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
+                                  const SimulationWish& wish, const FidelityTable* table) {
+  if (table == nullptr)
+    return fail(Errc::not_found, "the rig file names no table to choose from",
+                "/simulation/fidelity", "a path relative to the rig file", "nothing",
+                "sim/fidelity.json is made by weft trade sim");
+  FidelityWish asked{.accuracy_n = wish.accuracy_n, .times_real_time = wish.times_real_time};
+  if (config.level_by_hand) asked.level = config.world.plant.level;
+  const auto offer = choose(*table, scene, asked);
+  if (!offer)
+    return fail(offer.error().code, offer.error().message, level_place, offer.error().expected,
+                offer.error().got, offer.error().hint);
+  return SimulationChoice{
+      offer->setting, needs(scene) + ", and this is " + wished(wish, *offer), {}};
+}
+
+/// L0 knows one force, and no recipe's phase: all that are held must be the same.
+Status write_set_point(const RigConfig& config, const SimulationWish& wish,
+                       ordered_json& simulation) {
+  if (config.set_point_by_hand || wish.set_points_n.empty()) return {};
+  const auto [least, most] =
+      std::minmax_element(wish.set_points_n.begin(), wish.set_points_n.end());
+  if (*least != *most)
+    return fail(Errc::unsupported, "level L0 knows one set point, and the recipe holds several",
+                level_place, "L1 or above",
+                "L0, with " + number("%g to ", *least) + number("%g N", *most),
+                "Choose that level, or let simulation.set_point_n name one force");
+  simulation["set_point_n"] = *least;
+  return {};
+}
+
+void write_setting(const FidelitySetting& setting, ordered_json& simulation) {
+  if (setting.level >= Level::quasistatic) simulation["step_us"] = setting.step_s * 1e6;
+  if (setting.level >= Level::dynamic)
+    simulation["dynamics"]["integrator"] = to_string(setting.integrator);
+}
+
+}  // namespace
+
+Result<SimulationChoice> choose_simulation(std::string_view rig_json, const SimulationWish& wish,
+                                           const FidelityTable* table) {
+  const auto config = parse_rig_config(rig_json);
+  if (!config) return pass(config.error());
+  const bool knob = wish.accuracy_n || wish.times_real_time;
+  const Scene scene = scene_of(*config, wish);
+  auto choice = knob ? by_table(*config, scene, wish, table) : by_scene(*config, scene);
+  if (!choice) return choice;
+  choice->rig_json = rig_json;
+  const bool open = knob || !config->level_by_hand;
+  if (!open && choice->setting.level != Level::algebraic) return choice;
+  auto rig = ordered_json::parse(rig_json);
+  ordered_json& simulation = rig["simulation"];
+  if (choice->setting.level == Level::algebraic)
+    if (Status s = write_set_point(*config, wish, simulation); !s) return pass(s.error());
+  if (open) {
+    simulation["level"] = to_string(choice->setting.level);
+    simulation["chosen"] = {{"setting", to_string(choice->setting)}, {"because", choice->because}};
+  }
+  if (knob) write_setting(choice->setting, simulation);
+  choice->rig_json = rig.dump(2);
+  return choice;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,40 @@
+#pragma once
+// How finely a campaign is simulated, and why: from the scene, or from an accuracy and a speed that
+// somebody asks for.
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/plant/fidelity/table.hpp"
+
+namespace weft::sim {
+
+/// What a campaign asks of the bench, beyond what its rig file says.
+struct SimulationWish {
+  /// Of the recipe. They choose where the rig file leaves the level open; they are no reason to
+  /// refuse a level that it names, as `simulation.traits` are.
+  std::vector<Trait> traits;
+  /// Forces that the recipe holds: level L0, which knows one set point, is given it.
+  std::vector<double> set_points_n;
+  std::optional<double> accuracy_n{};
+  std::optional<double> times_real_time{};
+};
+
+struct SimulationChoice {
+  FidelitySetting setting;
+  std::string because;  ///< "the scene needs a wrench, taxel counts and a regulated force"
+  /// The rig file with the choice written into `simulation`, where anything was chosen: it names
+  /// level, step and integrator, and `chosen` says how they came about. Running it again makes the
+  /// same run whatever table or rule there is by then.
+  std::string rig_json;
+};
+
+/// `table` may be null where neither accuracy nor speed is asked for. A function of its arguments.
+/// Errors: what parse_rig_config and choose refuse, each with a place in the rig file; unsupported
+/// for L0 and a recipe that holds several forces.
+Result<SimulationChoice> choose_simulation(std::string_view rig_json, const SimulationWish& wish,
+                                           const FidelityTable* table);
+
+}  // namespace weft::sim

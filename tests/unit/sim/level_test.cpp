@@ -1,0 +1,304 @@
+// How a rig comes to its level of fidelity, what it then leaves out, and how far it is from a finer
+// one.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "protocols/rdt/rdt.hpp"
+#include "sim/rig/rig_config.hpp"
+#include "sim/rig/simulation_choice.hpp"
+#include "tests/unit/sim/support.hpp"
+
+using namespace weft;
+using namespace weft::sim;
+using nlohmann::json;
+using test::bench17_with;
+
+namespace {
+
+using Changes = std::vector<std::pair<std::string, std::string>>;
+
+Level level_of(const Changes& changes) {
+  const auto config = parse_rig_config(bench17_with(changes));
+  if (!config) FAIL(to_string(config.error()));
+  return config->world.plant.level;
+}
+
+std::string refusal(const std::string& rig) {
+  const auto config = parse_rig_config(rig);
+  REQUIRE_FALSE(config);
+  return to_string(config.error());
+}
+
+/// bench17 without the devices of these roles.
+std::string bench17_without(const std::vector<std::string>& roles) {
+  json rig = json::parse(test::bench17_text()), kept = json::array();
+  for (const json& device : rig["devices"])
+    if (std::find(roles.begin(), roles.end(), device["role"]) == roles.end())
+      kept.push_back(device);
+  rig["devices"] = kept;
+  return rig.dump();
+}
+
+SimulationChoice choice_of(const std::string& rig, const SimulationWish& wish,
+                           const FidelityTable* table = nullptr) {
+  auto choice = choose_simulation(rig, wish, table);
+  if (!choice) FAIL(to_string(choice.error()));
+  return *choice;
+}
+
+FidelityTable table_of(const std::vector<FidelityOffer>& offers) {
+  FidelityTable table;
+  for (const char* scene : {"press", "slide", "fabrics17"})
+    for (const FidelityOffer& o : offers)
+      table.rows.push_back({scene, o.setting, o.error_max_n, o.error_rms_n, o.times_real_time});
+  return table;
+}
+
+const FidelitySetting l1{Level::quasistatic, Integrator::midpoint, grid_step_s};
+const FidelitySetting coarse_l2{Level::dynamic, Integrator::tr_bdf2, 1e-3};
+const std::string traits = "/simulation/traits", level = "/simulation/level";
+
+}  // namespace
+
+TEST_CASE("a rig's level is the least that gives its sensors and traits") {
+  CHECK(level_of({}) == Level::quasistatic);
+  CHECK(level_of({{traits, "[]"}}) == Level::algebraic);
+  CHECK(level_of({{traits, R"(["mean_level"])"}}) == Level::algebraic);
+  CHECK(level_of({{traits, R"(["relaxation"])"}}) == Level::quasistatic);
+  CHECK(level_of({{traits, R"(["regulated_force", "stick_slip"])"}}) == Level::dynamic);
+  for (const Level by_hand : {Level::quasistatic, Level::dynamic, Level::modal})
+    CHECK(level_of({{level, '"' + std::string(to_string(by_hand)) + '"'}}) == by_hand);
+  json rig = json::parse(test::bench17_text());
+  rig["simulation"].erase("level");
+  CHECK(parse_rig_config(rig.dump())->world.plant.level == Level::quasistatic);
+}
+
+TEST_CASE("a level that cannot produce the scene is refused with the scene's sentence") {
+  CHECK(refusal(bench17_with({{level, R"("L0")"}})) ==
+        "/simulation/level: level L0 cannot produce relaxation (expected L1 or above, got L0). "
+        "Choose that level or leave the channel out of the scene.");
+  CHECK(refusal(bench17_with({{level, R"("L1")"}, {traits, R"(["overshoot"])"}}))
+            .find("cannot produce overshoot at touch-down (expected L2 or above") !=
+        std::string::npos);
+  CHECK(refusal(bench17_with({{level, R"("Z")"}})).find("cannot produce stage positions") !=
+        std::string::npos);
+  CHECK(refusal(bench17_with({{traits, R"(["neighbour_load"])"}}))
+            .find("no level produces all that the scene asks for") != std::string::npos);
+  CHECK(refusal(bench17_with({{traits, R"(["slip"])"}})).find("/simulation/traits/0") == 0);
+  CHECK(refusal(bench17_with({{traits, R"(["overshoot", "overshoot"])"}})).find("twice") !=
+        std::string::npos);
+}
+
+TEST_CASE("a sensor that only a higher level has is refused until an emulator plays it") {
+  for (const auto& [kind, least] : {std::pair{"accelerometer", "level L3 produces acceleration"},
+                                    {"microphone", "level L3 produces sound"},
+                                    {"imprint", "level Z produces an imprint"}}) {
+    const std::string said =
+        refusal(bench17_with({{"/devices/6/emulator/kind", '"' + std::string(kind) + '"'}}));
+    CHECK(said.find(least) != std::string::npos);
+  }
+}
+
+TEST_CASE("a level that follows from the scene and the same one by hand make the same run") {
+  const auto forces = [](const std::string& rig_json) {
+    auto rig = test::make_rig(rig_json, 1);
+    test::TestLoop loop;
+    test::TestLink taxels(loop);
+    REQUIRE(rig->attach("taxels", taxels, loop));
+    REQUIRE(rig->mount("felt", 3, loop.now()));
+    loop.run_for(1);
+    return taxels.received;
+  };
+  CHECK(forces(test::bench17_text()) == forces(bench17_with({{level, R"("L1")"}})));
+}
+
+TEST_CASE("a rig without pads makes no texture, one without any force no contact") {
+  test::TestLoop loop;
+  const auto pressed = [&](const std::string& text) {
+    // The plate is at 60 mm: the probe starts 2 mm inside the cloth, at rest in its slack.
+    json rig = json::parse(text);
+    for (json& device : rig["devices"])
+      if (device["role"] == "z") device["emulator"]["start_mm"] = 59.5;
+    auto made = test::make_rig(rig.dump(), 1);
+    REQUIRE(made->mount("terry", 1, {}));
+    return made;
+  };
+  const TimePoint later{std::chrono::seconds(2)};
+  auto whole = pressed(test::bench17_text());
+  const double force_n = whole->truth(later).contact_force_n;
+  CHECK(force_n > 1);
+  CHECK(whole->texture_tiles() > 0);
+  auto no_taxels = pressed(bench17_without({"taxels"}));
+  CHECK(no_taxels->truth(later).contact_force_n == force_n);
+  CHECK(no_taxels->texture_tiles() == 0);
+  CHECK(std::isnan(no_taxels->truth(later).pad_pressure_pa[5]));
+  auto stages_only = pressed(bench17_without({"taxels", "wrench"}));
+  CHECK(std::isnan(stages_only->truth(later).contact_force_n));
+  CHECK(stages_only->truth(later).fabric_point_m == whole->truth(later).fabric_point_m);
+  CHECK(stages_only->texture_tiles() == 0);
+}
+
+TEST_CASE("a sensor without noise reads its load to one quantum, one with noise does not") {
+  const auto scatter = [](const char* scale) {
+    auto rig = test::make_rig(bench17_with({{"/devices/5/emulator/noise_scale", scale}}), 1);
+    test::TestLoop loop;
+    test::TestLink ft(loop);
+    REQUIRE(rig->attach("ft", ft, loop));
+    ft.send(test::hex("12 34 00 02 00 00 00 00"));
+    loop.run_for(1);
+    std::vector<std::int32_t> seen;
+    for (const Bytes& piece : ft.pieces)
+      seen.push_back(protocols::rdt::decode_record(piece)->force_counts[2]);
+    REQUIRE(seen.size() > 90);
+    return *std::max_element(seen.begin(), seen.end()) -
+           *std::min_element(seen.begin(), seen.end());
+  };
+  CHECK(scatter("0") == 0);
+  CHECK(scatter("1") > 20'000);  // 20 mN
+}
+
+TEST_CASE("a choice is written into the rig file, so that it can be run again") {
+  const std::string rig = bench17_with({{traits, "[]"}});
+  const SimulationChoice choice = choice_of(rig, {{Trait::regulated_force}, {5, 5}});
+  CHECK(to_string(choice.setting) == "L1 3.072 ms");
+  CHECK(choice.because == "the scene needs a wrench, taxel counts and a regulated force");
+  const json written = json::parse(choice.rig_json);
+  CHECK(written["simulation"]["level"] == "L1");
+  CHECK(written["simulation"]["chosen"]["because"] == choice.because);
+  CHECK(written["devices"] == json::parse(rig)["devices"]);
+  const SimulationChoice again = choice_of(choice.rig_json, {});
+  CHECK(again.rig_json == choice.rig_json);
+  CHECK(again.because == choice.because);
+  CHECK(again.setting == choice.setting);
+}
+
+TEST_CASE("a level by hand stays, and its file too") {
+  const std::string rig = bench17_with({{level, R"("L2")"}});
+  const SimulationChoice choice = choice_of(rig, {{Trait::regulated_force}, {5}});
+  CHECK(choice.rig_json == rig);
+  CHECK(choice.because == "the rig file names it");
+  CHECK(to_string(choice.setting) == "L2 midpoint 0.384 ms");
+  // what was once chosen explains nothing when somebody has changed the level since
+  json edited = json::parse(choice_of(test::bench17_text(), {}).rig_json);
+  edited["simulation"]["level"] = "L2";
+  CHECK(choice_of(edited.dump(), {}).because == "the rig file names it");
+}
+
+TEST_CASE("level L0 is given the recipe's one force, and refused for several") {
+  const std::string rig = bench17_with({{level, R"("L0")"}, {traits, "[]"}});
+  const SimulationChoice choice = choice_of(rig, {{Trait::regulated_force}, {4, 4}});
+  CHECK(choice.setting.level == Level::algebraic);
+  CHECK(parse_rig_config(choice.rig_json)->world.plant.set_point_n == 4);
+  const auto several = choose_simulation(rig, {{}, {4, 5}}, nullptr);
+  REQUIRE_FALSE(several);
+  CHECK(to_string(several.error()).find("knows one set point") != std::string::npos);
+  const std::string named =
+      bench17_with({{level, R"("L0")"}, {traits, "[]"}, {"/simulation/set_point_n", "3"}});
+  CHECK(parse_rig_config(choice_of(named, {{}, {4, 5}}).rig_json)->world.plant.set_point_n == 3);
+}
+
+TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says what was chosen") {
+  const FidelityTable table = table_of({{l1, 20e-3, 5e-3, 40'000}, {coarse_l2, 5e-3, 1e-3, 3'000}});
+  SimulationWish wish{{Trait::regulated_force}, {5}};
+  wish.accuracy_n = 10e-3;
+  const SimulationChoice choice = choice_of(test::bench17_text(), wish, &table);
+  CHECK(choice.setting == coarse_l2);
+  CHECK(choice.because ==
+        "the scene needs a wrench, taxel counts, relaxation and a regulated force, and this is the "
+        "fastest setting within 10 mN (measured 5 mN at worst, 3e+03 times real time)");
+  const auto config = parse_rig_config(choice.rig_json);
+  REQUIRE(config);
+  CHECK(to_string(setting_of(config->world.plant)) == "L2 tr_bdf2 1 ms");
+  CHECK(choice_of(choice.rig_json, {}).because == choice.because);
+  wish.accuracy_n = {};
+  wish.times_real_time = 1e4;
+  CHECK(choice_of(test::bench17_text(), wish, &table).setting == l1);
+  // a level by hand is kept: there the wish cannot be granted
+  CHECK_FALSE(choose_simulation(bench17_with({{level, R"("L2")"}}), wish, &table));
+  CHECK_FALSE(choose_simulation(test::bench17_text(), wish, nullptr));
+}
+
+namespace {
+
+/// A press and a slide of a world whose motion is kept; the counts of every frame.
+struct KeptRun {
+  BenchMotion motion;
+  std::vector<std::array<std::uint16_t, pad_count>> counts;
+  std::vector<double> normal_n;
+};
+
+WorldParams world_params(const FidelitySetting& setting) {
+  WorldParams params;
+  for (StageParams& stage : params.stages) stage = {.low = -1, .high = 1, .start = 0.05};
+  params.stages[2].start = 0.057;
+  params.stages[3].start = params.stages[4].start = 0;
+  params.plant.geometry.plate_z_m = 0.06;
+  apply(setting, params.plant);
+  return params;
+}
+
+KeptRun press_and_slide(const FidelitySetting& setting) {
+  BenchWorld world(world_params(setting), 7);
+  const TimePoint begin{std::chrono::milliseconds(123)};
+  world.keep_motion(true);
+  world.mount(test::patch_of(test::library(), "jersey", 5), begin);
+  KeptRun run;
+  for (std::uint64_t frame = BenchWorld::frame_at_or_after(begin); frame < 400; ++frame) {
+    const TimePoint t = BenchWorld::frame_start(frame);
+    if (frame == 10) world.stage(AxisId::z, t).move_to(0.0598, {1e-3, 0.02}, t);
+    if (frame == 250) world.stage(AxisId::y, t).move_to(0.06, {2e-3, 0.02}, t);
+    const TimePoint end = BenchWorld::frame_start(frame + 1);
+    run.counts.push_back(world.frame(end).counts);
+    run.normal_n.push_back(world.plant().contact().normal_n);
+  }
+  auto motion = world.take_motion();
+  REQUIRE(motion);
+  CHECK_FALSE(world.take_motion());
+  run.motion = std::move(*motion);
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
+  for (const FidelitySetting& setting :
+       {FidelitySetting{.level = Level::algebraic}, l1, coarse_l2}) {
+    const KeptRun run = press_and_slide(setting);
+    CAPTURE(to_string(setting));
+    REQUIRE(run.normal_n.back() > 1);
+    const Replayed again = replay(world_params(setting).plant, 7, run.motion);
+    // The patch was put on within a frame, whose end comes first in the replay.
+    const auto skip = static_cast<std::ptrdiff_t>(again.counts.size() - run.counts.size());
+    REQUIRE(skip == 1);
+    CHECK(std::equal(run.counts.begin(), run.counts.end(), again.counts.begin() + skip));
+    CHECK(std::equal(run.normal_n.begin(), run.normal_n.end(), again.normal_n.begin() + skip));
+    const RunError none = difference(again, again);
+    CHECK(none.samples > 200);
+    CHECK((none.force_max_n == 0 && none.friction_max_n == 0 && none.counts_max == 0));
+    CHECK(difference(again, replay(world_params(setting).plant, 8, run.motion)).counts_max > 0);
+  }
+}
+
+TEST_CASE("a run's error falls with its step, and L1's against L2 does not") {
+  const KeptRun run = press_and_slide(l1);
+  const auto at = [&](const FidelitySetting& setting) {
+    return run_errors(world_params(setting).plant, 7, run.motion);
+  };
+  const auto quasistatic = at(l1);
+  REQUIRE(quasistatic.size() == 2);
+  CHECK(quasistatic[0].reference == "L1 0.768 ms");
+  CHECK(quasistatic[1].reference == "L2 midpoint 0.2 ms");
+  CHECK(quasistatic[0].force_max_n < quasistatic[1].force_max_n);  // sim.md 0.2: a model's floor
+  CHECK(quasistatic[1].force_rms_n > 1e-5);
+  CHECK(quasistatic[1].force_rms_n < 20e-3);
+  CHECK(quasistatic[1].counts_max >= 1);
+  const auto coarse = at({Level::dynamic, Integrator::midpoint, 1e-3});
+  const auto fine = at({Level::dynamic, Integrator::midpoint, 0.1e-3});
+  REQUIRE(coarse.size() == 1);
+  CHECK(fine[0].force_rms_n < 0.3 * coarse[0].force_rms_n);
+  const auto algebraic = at({.level = Level::algebraic});
+  CHECK(algebraic[0].reference == "L1 3.072 ms");
+  CHECK(algebraic[0].force_max_n > 0.5);  // the set point at once
+}
