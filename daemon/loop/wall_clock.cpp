@@ -1,5 +1,7 @@
 #include "daemon/loop/wall_clock.hpp"
 
+#include <ctime>
+
 namespace weft::daemon {
 
 std::chrono::nanoseconds steady_wall_now() {
@@ -8,6 +10,12 @@ std::chrono::nanoseconds steady_wall_now() {
 
 double steady_wall_seconds() {
   return std::chrono::duration<double>(steady_wall_now()).count();
+}
+
+double process_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 std::chrono::nanoseconds utc_now() {

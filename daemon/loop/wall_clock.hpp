@@ -9,6 +9,8 @@ namespace weft::daemon {
 std::chrono::nanoseconds steady_wall_now();
 /// The same in seconds.
 double steady_wall_seconds();
+/// Processor time of this process alone, any origin: other work of the machine does not count.
+double process_cpu_seconds();
 /// Since 1970-01-01 UTC; recorded for people, part of no digest.
 std::chrono::nanoseconds utc_now();
 

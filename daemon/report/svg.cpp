@@ -194,6 +194,20 @@ void Axes::draw_y(Canvas& canvas, std::string_view title, int tick_count) const 
     canvas.text({area.x - 42, area.y + area.height / 2}, title, "axis-title", Anchor::middle, true);
 }
 
+void Axes::draw_log_y(Canvas& canvas, std::string_view title,
+                      const std::function<std::string(double)>& label) const {
+  draw_log_y_grid(canvas);
+  for (const double value : log_ticks(y.data))
+    canvas.text({area.x - 6, y(value) + 4}, label(value), "tick", Anchor::end);
+  if (!title.empty())
+    canvas.text({area.x - 50, area.y + area.height / 2}, title, "axis-title", Anchor::middle, true);
+}
+
+void Axes::draw_log_y_grid(Canvas& canvas) const {
+  for (const double value : log_ticks(y.data))
+    canvas.line({area.x, y(value)}, {area.x + area.width, y(value)}, "grid");
+}
+
 void Axes::draw_y_grid(Canvas& canvas, int tick_count) const {
   for (const double value : ticks(y.data, tick_count).at)
     canvas.line({area.x, y(value)}, {area.x + area.width, y(value)}, "grid");

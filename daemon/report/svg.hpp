@@ -95,6 +95,10 @@ struct Axes {
   void draw_log_x(Canvas& canvas, std::string_view title,
                   const std::function<std::string(double)>& label) const;
   void draw_y(Canvas& canvas, std::string_view title, int tick_count) const;
+  /// For a logarithmic y.
+  void draw_log_y(Canvas& canvas, std::string_view title,
+                  const std::function<std::string(double)>& label) const;
+  void draw_log_y_grid(Canvas& canvas) const;
   /// The lines of draw_y() alone, for a panel beside one that has the labels.
   void draw_y_grid(Canvas& canvas, int tick_count) const;
 
