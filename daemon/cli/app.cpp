@@ -13,6 +13,7 @@
 #include "daemon/cli/features_command.hpp"
 #include "daemon/cli/run_command.hpp"
 #include "daemon/cli/trade_command.hpp"
+#include "daemon/cli/trade_sim_command.hpp"
 #include "daemon/cli/train_command.hpp"
 
 namespace weft::daemon::cli {
@@ -30,6 +31,7 @@ struct Commands {
   EvaluateArgs evaluate;
   ClassifyArgs classify;
   TradeClassifierArgs trade_classifier;
+  TradeSimArgs trade_sim;
   std::function<Result<int>(Console&)> chosen;
 };
 
@@ -60,6 +62,8 @@ void add_commands(CLI::App& root, Commands& all) {
   trade->fallthrough()->require_subcommand(1);
   add(*trade, all, "classifier", "feature count, learner, slide length, speed, exploration, vote",
       all.trade_classifier, run_trade_classifier);
+  add(*trade, all, "sim", "the plant's levels, integrators and steps on its scenes", all.trade_sim,
+      run_trade_sim);
 }
 
 bool asks_for_json(std::span<const char* const> arguments) {

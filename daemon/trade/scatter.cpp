@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/report/format.hpp"
 #include "daemon/report/marks.hpp"
 #include "daemon/report/svg.hpp"
 #include "daemon/trade/trade_point.hpp"
@@ -24,8 +25,19 @@ constexpr std::string_view sheet = R"css(
 .front-line{fill:none;stroke:var(--ink);stroke-width:1.4;stroke-dasharray:5 4}
 svg .front-name{font-size:11.5px;font-weight:600}svg .panel-name{font-size:13px;font-weight:600}
 svg .stamp{font-size:15px;font-weight:700;letter-spacing:.1em;fill:var(--badge-ink)}
+.level-line{stroke:var(--badge-ink);stroke-width:1.3;stroke-dasharray:2 3}
+svg .level-name{font-size:11.5px;fill:var(--badge-ink)}
 .on-front th,.on-front td{font-weight:650}
 )css";
+
+svg::Range error_range(const Scatter& scatter) {
+  std::vector<double> values;
+  for (const ScatterPanel& panel : scatter.panels) {
+    for (const ScatterPoint& p : panel.points) values.push_back(p.share);
+    for (const ScatterLine& line : panel.lines) values.push_back(line.share);
+  }
+  return svg::log_range_of(values, 0.08);
+}
 
 svg::Range share_range(const Scatter& scatter) {
   double low = 1, high = 0;
@@ -46,8 +58,14 @@ svg::Range time_range(const ScatterPanel& panel) {
   return svg::log_range_of(times, 0.08);
 }
 
-bool has_place(const ScatterPoint& p) {
-  return p.time_s > 0 && std::isfinite(p.time_s) && std::isfinite(p.share);
+bool has_place(const ScatterPoint& p, bool errors) {
+  return p.time_s > 0 && std::isfinite(p.time_s) && std::isfinite(p.share) &&
+         (!errors || p.share > 0);
+}
+
+/// The value that an axis shows: shares in percent.
+double shown(double share, bool errors) {
+  return errors ? share : share * 100;
 }
 
 double width_of(const std::string& text) {
@@ -108,10 +126,11 @@ class Names {
 
 // Up to each time, what the best choice reaches.
 std::vector<Point> staircase(const Axes& axes, std::vector<const ScatterPoint*> front) {
+  const bool errors = axes.y.logarithmic;
   std::ranges::stable_sort(front, {}, [](const ScatterPoint* p) { return p->time_s; });
   std::vector<Point> stairs;
   for (const ScatterPoint* p : front) {
-    const Point at = axes.at(p->time_s, p->share * 100);
+    const Point at = axes.at(p->time_s, shown(p->share, errors));
     if (!stairs.empty()) stairs.push_back({at.x, stairs.back().y});
     stairs.push_back(at);
   }
@@ -119,6 +138,7 @@ std::vector<Point> staircase(const Axes& axes, std::vector<const ScatterPoint*> 
 }
 
 void draw_point(Canvas& canvas, const Axes& axes, const ScatterPoint& p) {
+  if (axes.y.logarithmic) return draw_mark(canvas, axes.at(p.time_s, p.share), p.family);
   const Point low = axes.at(p.time_s, p.low * 100), high = axes.at(p.time_s, p.high * 100);
   const std::string whisker = "whisker " + mark_class(p.family);
   canvas.line(low, high, whisker);
@@ -127,25 +147,46 @@ void draw_point(Canvas& canvas, const Axes& axes, const ScatterPoint& p) {
   draw_mark(canvas, axes.at(p.time_s, p.share * 100), p.family);
 }
 
+void draw_lines(Canvas& canvas, const Axes& axes, const ScatterPanel& panel, Names& names) {
+  const double right = axes.area.x + axes.area.width;
+  for (const ScatterLine& line : panel.lines) {
+    const double y = axes.y(shown(line.share, axes.y.logarithmic));
+    canvas.line({axes.area.x, y}, {right, y}, "level-line");
+    canvas.text({right - 4, y - 4}, line.label, "level-name", Anchor::end);
+    names.keep_clear({right - 4 - width_of(line.label), y - 16, width_of(line.label), 16});
+  }
+}
+
 void draw_panel(Canvas& canvas, const Axes& axes, const ScatterPanel& panel) {
+  const bool errors = axes.y.logarithmic;
   axes.draw_log_x(canvas, panel.x_title, tick_text);
   canvas.text({axes.area.x, axes.area.y - 8}, panel.title, "panel-name");
   std::vector<const ScatterPoint*> front;
   Names names(axes.area);
+  draw_lines(canvas, axes, panel, names);
   for (const ScatterPoint& p : panel.points) {
-    if (!has_place(p)) continue;
+    if (!has_place(p, errors)) continue;
     draw_point(canvas, axes, p);
-    names.keep_clear(around(axes.at(p.time_s, p.share * 100), p.front ? front_radius : 6));
+    names.keep_clear(around(axes.at(p.time_s, shown(p.share, errors)), p.front ? front_radius : 6));
     if (p.front) front.push_back(&p);
   }
   const std::vector<Point> stairs = staircase(axes, front);
   canvas.polyline(stairs, "front-line");
   for (std::size_t k = 1; k < stairs.size(); ++k) names.keep_clear(span(stairs[k - 1], stairs[k]));
   for (const ScatterPoint* p : front) {
-    const Point at = axes.at(p->time_s, p->share * 100);
+    const Point at = axes.at(p->time_s, shown(p->share, errors));
     canvas.diamond(at, front_radius, "front-mark");
     names.write(canvas, at, p->label);
   }
+}
+
+void draw_heights(Canvas& canvas, const Axes& axes, const std::string& title, bool first) {
+  if (axes.y.logarithmic) {
+    if (first) return axes.draw_log_y(canvas, title, general);
+    return axes.draw_log_y_grid(canvas);
+  }
+  if (first) return axes.draw_y(canvas, title, 8);
+  axes.draw_y_grid(canvas, 8);
 }
 
 bool is_present(const Scatter& scatter, std::size_t family) {
@@ -174,13 +215,13 @@ std::string scatter_figure(const Scatter& scatter) {
   Canvas canvas(width, top + panel_height + 44, scatter.words, "plot");
   draw_legend(canvas, scatter);
   canvas.text({width - 12, top - 8}, scatter.stamp, "stamp", Anchor::end);
-  const svg::Range shares = share_range(scatter);
+  const svg::Range shares = scatter.errors ? error_range(scatter) : share_range(scatter);
   for (std::size_t k = 0; k < scatter.panels.size(); ++k) {
     const double x = left + static_cast<double>(k) * (panel_width + gap);
     Axes axes({x, top, panel_width, panel_height}, time_range(scatter.panels[k]), shares);
     axes.x.logarithmic = true;
-    if (k == 0) axes.draw_y(canvas, scatter.y_title, 8);
-    if (k > 0) axes.draw_y_grid(canvas, 8);
+    axes.y.logarithmic = scatter.errors;
+    draw_heights(canvas, axes, scatter.y_title, k == 0);
     draw_panel(canvas, axes, scatter.panels[k]);
   }
   return canvas.finish();

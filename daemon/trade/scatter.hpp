@@ -1,5 +1,6 @@
 #pragma once
-// A picture of shares against times on a logarithmic axis: one panel per kind of time.
+// A picture of shares, or of errors on a logarithmic axis of their own, against times on a
+// logarithmic axis: one panel per kind of time or error.
 
 #include <cstddef>
 #include <string>
@@ -11,7 +12,7 @@ namespace weft::daemon {
 /// A mark with its interval. `family` chooses shape and colour.
 struct ScatterPoint {
   double time_s = 0;  ///< positive
-  double share = 0;   ///< 0 to 1, with the interval low to high
+  double share = 0;   ///< 0 to 1, with the interval low to high; or a positive error
   double low = 0;
   double high = 1;
   std::size_t family = 0;
@@ -19,10 +20,17 @@ struct ScatterPoint {
   std::string label;  ///< written beside points on the front
 };
 
+/// A level across a panel, such as a sensor's resolution.
+struct ScatterLine {
+  double share = 0;
+  std::string label;
+};
+
 struct ScatterPanel {
   std::string title;  ///< "(a) ..."
   std::string x_title;
   std::vector<ScatterPoint> points;
+  std::vector<ScatterLine> lines;
 };
 
 struct Scatter {
@@ -31,11 +39,13 @@ struct Scatter {
   std::string stamp;                  ///< written into the picture: "SIMULATED"
   std::vector<std::string> families;  ///< legend, in the order of ScatterPoint::family
   std::vector<ScatterPanel> panels;
+  /// Errors, on a logarithmic axis and without intervals: less is better. Else shares.
+  bool errors = false;
 };
 
 /// <svg>: panels side by side on one share axis, a mark per family, 95 % intervals as bars, points
 /// on the front in a diamond and joined by a staircase (what the best choice up to a time reaches),
-/// a legend. Points whose time is not positive and finite are left out.
+/// a legend. Points whose time is not positive and finite are left out, and errors that are not.
 std::string scatter_figure(const Scatter& scatter);
 
 /// What the picture needs beside style_sheet() and marks_style().

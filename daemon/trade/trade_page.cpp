@@ -4,7 +4,7 @@
 
 #include "daemon/report/format.hpp"
 #include "daemon/report/html.hpp"
-#include "daemon/report/marks.hpp"
+#include "daemon/trade/page_parts.hpp"
 #include "daemon/trade/scatter.hpp"
 
 namespace weft::daemon {
@@ -17,14 +17,10 @@ bool holds(const std::vector<std::size_t>& front, std::size_t i) {
   return std::ranges::find(front, i) != front.end();
 }
 
-std::string badge(BenchKind kind) {
-  return "<span class=\"badge\">" + std::string(bench_words(kind)) + "</span>";
-}
-
 ScatterPanel panel_of(const TradeSet& set, const TradeCost& cost, char letter,
                       const std::vector<std::string>& families,
                       const std::vector<std::size_t>& front) {
-  ScatterPanel out{std::string("(") + letter + ") " + cost.words, cost.title, {}};
+  ScatterPanel out{std::string("(") + letter + ") " + cost.words, cost.title, {}, {}};
   for (std::size_t i = 0; i < set.points.size(); ++i) {
     const TradePoint& p = set.points[i];
     const auto family = std::ranges::find(families, p.family) - families.begin();
@@ -79,16 +75,12 @@ std::string table(const TradeSet& set, const std::vector<TradeCost>& costs, cons
   return out.finish();
 }
 
-std::string item(const std::string& name, const std::string& value) {
-  return "<dt>" + escape(name) + "</dt><dd>" +
-         (value.empty() ? std::string(no_value) : escape(value)) + "</dd>\n";
-}
-
 std::string facts(const TradeSet& set) {
-  std::string out = "<figure><dl>\n" + item("data set", set.dataset) + item("SHA-256", set.sha256) +
-                    item("bench", std::string(to_string(set.bench)));
-  for (const Setting& fact : set.facts) out += item(fact.first, text_of(fact));
-  for (const auto& [family, why] : set.left_out) out += item("not varied: " + family, why);
+  std::string out = "<figure><dl>\n" + definition("data set", set.dataset) +
+                    definition("SHA-256", set.sha256) +
+                    definition("bench", std::string(to_string(set.bench)));
+  for (const Setting& fact : set.facts) out += definition(fact.first, text_of(fact));
+  for (const auto& [family, why] : set.left_out) out += definition("not varied: " + family, why);
   return out + "</dl></figure>\n";
 }
 
@@ -112,16 +104,17 @@ Result<std::string> section(const TradeReport& report, const TradeSet& set) {
     if (!front) return pass(front.error(), set.dataset);
     fronts.push_back(std::move(*front));
   }
-  std::string out = "<section>\n<h2>" + escape(set.dataset) + " " + badge(set.bench) + "</h2>\n";
+  std::string out =
+      "<section>\n<h2>" + escape(set.dataset) + " " + bench_badge(set.bench) + "</h2>\n";
   if (set.bench == BenchKind::simulated) out += simulated_note();
   out += figure(picture(report, set, fronts),
                 "Every mark is one choice; bars are 95 % intervals (" + escape(methods_of(set)) +
                     "). The front is of the measured values: where intervals overlap, the order "
                     "may be chance.",
-                badge(set.bench));
+                bench_badge(set.bench));
   out += figure(table(set, report.costs, fronts),
                 "Settings of a choice: rest the pointer on its name, or see the JSON file.",
-                badge(set.bench));
+                bench_badge(set.bench));
   return out + facts(set) + "</section>\n";
 }
 
@@ -129,7 +122,7 @@ std::string heading(const TradeReport& report) {
   std::string out = "<header>";
   std::vector<BenchKind> told;
   for (const TradeSet& set : report.sets) {
-    if (std::ranges::find(told, set.bench) == told.end()) out += badge(set.bench) + " ";
+    if (std::ranges::find(told, set.bench) == told.end()) out += bench_badge(set.bench) + " ";
     told.push_back(set.bench);
   }
   out += "\n<h1>" + escape(report.title) + "</h1>\n";
@@ -138,28 +131,24 @@ std::string heading(const TradeReport& report) {
 }
 
 std::string provenance(const TradeReport& report) {
-  return "<section>\n<h2>How it was measured</h2>\n<figure><dl>\n" + item("timing", report.timing) +
-         item("training", report.training) + item("machine", report.machine) +
-         item("software", "weft " + report.software +
-                              (report.commit.empty() ? "" : ", commit " + report.commit)) +
+  return "<section>\n<h2>How it was measured</h2>\n<figure><dl>\n" +
+         definition("timing", report.timing) + definition("training", report.training) +
+         definition("machine", report.machine) +
+         definition("software", "weft " + report.software +
+                                    (report.commit.empty() ? "" : ", commit " + report.commit)) +
          "</dl></figure>\n</section>\n";
 }
 
 }  // namespace
 
 Result<std::string> trade_html(const TradeReport& report) {
-  std::string out =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>" +
-      escape(report.title) + "</title>\n<style>" + std::string(style_sheet()) +
-      std::string(marks_style()) + std::string(scatter_style()) +
-      "</style>\n</head>\n<body>\n<main>\n" + heading(report);
+  std::string out = heading(report);
   for (const TradeSet& set : report.sets) {
     const auto one = section(report, set);
     if (!one) return pass(one.error());
     out += *one;
   }
-  return out + provenance(report) + "</main>\n</body>\n</html>\n";
+  return page_around(report.title, out + provenance(report));
 }
 
 }  // namespace weft::daemon
