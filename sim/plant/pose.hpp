@@ -1,6 +1,8 @@
 #pragma once
 // Where the stages are, in the fabric's terms. Frames: sim/README.md.
 
+#include <cmath>
+
 namespace weft::sim {
 
 /// All five axes of the bench at one instant.
@@ -13,6 +15,14 @@ struct Pose {
 
   friend bool operator==(const Pose&, const Pose&) = default;
 };
+
+/// False for what no stage can reach: NaN, infinity, beyond 1 km or 1000 rad. Models stay where
+/// they are instead of going there.
+inline bool reachable(const Pose& pose) {
+  const auto near = [](double x) { return std::abs(x) <= 1e3; };
+  return near(pose.x_m) && near(pose.y_m) && near(pose.z_m) && near(pose.rx_rad) &&
+         near(pose.ry_rad);
+}
 
 /// The pose after `share` of the straight way from `a` to `b`.
 constexpr Pose between(const Pose& a, const Pose& b, double share) {

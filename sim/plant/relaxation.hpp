@@ -28,6 +28,7 @@ struct RelaxationStep {
   std::array<double, Relaxation::terms> at_begin{};  ///< weight of F_e at the step's begin
   std::array<double, Relaxation::terms> at_end{};    ///< weight of F_e at the step's end
   double gain = 1;
+  static constexpr double faded_n = 1e-300;
 
   /// `dt_s` = 0 is a jump of F_e: nothing relaxes.
   RelaxationStep(const Relaxation& relaxation, double dt_s) {
@@ -50,9 +51,12 @@ struct RelaxationStep {
   }
 
   void advance(RelaxationState& state, double elastic_n) const {
-    for (std::size_t i = 0; i < Relaxation::terms; ++i)
-      state.relaxed_n[i] =
+    for (std::size_t i = 0; i < Relaxation::terms; ++i) {
+      const double relaxed_n =
           keep[i] * state.relaxed_n[i] + at_begin[i] * state.elastic_n + at_end[i] * elastic_n;
+      // A memory fades to zero and not into the denormals, where it would stay and cost.
+      state.relaxed_n[i] = std::abs(relaxed_n) < faded_n ? 0 : relaxed_n;
+    }
     state.elastic_n = elastic_n;
   }
 };

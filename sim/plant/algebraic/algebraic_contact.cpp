@@ -35,6 +35,7 @@ AlgebraicContact::AlgebraicContact(const ContactGeometry& geometry, const Contac
       set_point_n_(set_point_n) {}
 
 ContactState AlgebraicContact::step(const ContactState& from, const Pose& to) const {
+  if (!reachable(to)) return from;
   ContactState state;
   state.pose = to;
   state.slope_x = geometry_.tilt_x - to.ry_rad;

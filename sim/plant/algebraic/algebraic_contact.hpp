@@ -25,12 +25,13 @@ class LinearTexture {
 
 class AlgebraicContact {
  public:
-  /// `set_point_n` > 0 is the normal force of every pose that reaches the cloth.
+  /// `set_point_n` >= 0 is the normal force of every pose that reaches the cloth.
   AlgebraicContact(const ContactGeometry& geometry, const ContactMaterial& material,
                    double set_point_n);
 
   /// The state at `to`: of `from` only the direction of the last motion is used, and that only to
-  /// know where friction points while the probe stands.
+  /// know where friction points while the probe stands. A pose that is not `reachable` changes
+  /// nothing.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& to) const;
   /// Pressure at an offset from the face's centre, linear in the local height; not below 0 [Pa].
   [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,
