@@ -62,18 +62,40 @@ WEFT_INLINE Complex<V> times_conjugate(Complex<V> a, const double* w) {
   return {a.re * re + a.im * im, a.im * re - a.re * im};
 }
 
+/// One butterfly of split(), in place.
+template <class V>
+WEFT_INLINE void split_four(Complex<V>& a, Complex<V>& b, Complex<V>& c, Complex<V>& d,
+                            const double* w) {
+  const auto even = a + c, odd = b + d, fall = a - c, turn = times_i(b - d);
+  a = even + odd;
+  b = times(fall - turn, w);
+  c = times(even - odd, w + 2);
+  d = times(fall + turn, w + 4);
+}
+
+/// One butterfly of join(), in place.
+template <class V>
+WEFT_INLINE void join_four(Complex<V>& a, Complex<V>& b, Complex<V>& c, Complex<V>& d,
+                           const double* w) {
+  b = times_conjugate(b, w);
+  c = times_conjugate(c, w + 2);
+  d = times_conjugate(d, w + 4);
+  const auto even = a + c, odd = b + d, fall = a - c, turn = times_i(b - d);
+  a = even + odd;
+  b = fall + turn;
+  c = even - odd;
+  d = fall - turn;
+}
+
 /// Decimation in frequency by four: natural order in, quarters of the spectrum out.
 template <class V>
 WEFT_INLINE void split(double* x, std::size_t size, const double* w) {
   const std::size_t quarter = size / 4 * step<V>;
   for (double* const end = x + quarter; x < end; x += step<V>, w += twiddles_per_butterfly) {
-    const auto a = get<V>(x), b = get<V>(x + quarter), c = get<V>(x + 2 * quarter),
-               d = get<V>(x + 3 * quarter);
-    const auto even = a + c, odd = b + d, fall = a - c, turn = times_i(b - d);
-    put(x, even + odd);
-    put(x + quarter, times(fall - turn, w));
-    put(x + 2 * quarter, times(even - odd, w + 2));
-    put(x + 3 * quarter, times(fall + turn, w + 4));
+    auto a = get<V>(x), b = get<V>(x + quarter), c = get<V>(x + 2 * quarter),
+         d = get<V>(x + 3 * quarter);
+    split_four(a, b, c, d, w);
+    put(x, a), put(x + quarter, b), put(x + 2 * quarter, c), put(x + 3 * quarter, d);
   }
 }
 
@@ -82,14 +104,57 @@ template <class V>
 WEFT_INLINE void join(double* x, std::size_t size, const double* w) {
   const std::size_t quarter = size / 4 * step<V>;
   for (double* const end = x + quarter; x < end; x += step<V>, w += twiddles_per_butterfly) {
-    const auto a = get<V>(x), b = times_conjugate(get<V>(x + quarter), w),
-               c = times_conjugate(get<V>(x + 2 * quarter), w + 2),
-               d = times_conjugate(get<V>(x + 3 * quarter), w + 4);
-    const auto even = a + c, odd = b + d, fall = a - c, turn = times_i(b - d);
-    put(x, even + odd);
-    put(x + quarter, fall + turn);
-    put(x + 2 * quarter, even - odd);
-    put(x + 3 * quarter, fall - turn);
+    auto a = get<V>(x), b = get<V>(x + quarter), c = get<V>(x + 2 * quarter),
+         d = get<V>(x + 3 * quarter);
+    join_four(a, b, c, d, w);
+    put(x, a), put(x + quarter, b), put(x + 2 * quarter, c), put(x + 3 * quarter, d);
+  }
+}
+
+/// Sixteen elements a sixteenth of the transform apart: what two levels work on together.
+template <class V>
+struct Sixteen {
+  std::array<Complex<V>, 16> at;
+
+  WEFT_INLINE void load(const double* x, std::size_t part) {
+    for (std::size_t m = 0; m < at.size(); ++m) at[m] = get<V>(x + m * part);
+  }
+  WEFT_INLINE void store(double* x, std::size_t part) const {
+    for (std::size_t m = 0; m < at.size(); ++m) put(x + m * part, at[m]);
+  }
+};
+
+/// split(), then split() of every quarter, in one pass over the memory: the same bits.
+template <class V>
+WEFT_INLINE void split_twice(double* x, std::size_t size, const double* w) {
+  const std::size_t sixteenth = size / 16, part = sixteenth * step<V>;
+  const double* inner = w + size / 4 * twiddles_per_butterfly;
+  for (std::size_t j = 0; j < sixteenth; ++j, x += step<V>, inner += twiddles_per_butterfly) {
+    Sixteen<V> v;
+    v.load(x, part);
+    for (std::size_t m = 0; m < 4; ++m)
+      split_four(v.at[m], v.at[m + 4], v.at[m + 8], v.at[m + 12],
+                 w + (j + m * sixteenth) * twiddles_per_butterfly);
+    for (std::size_t q = 0; q < 16; q += 4)
+      split_four(v.at[q], v.at[q + 1], v.at[q + 2], v.at[q + 3], inner);
+    v.store(x, part);
+  }
+}
+
+/// Takes split_twice() back, times sixteen.
+template <class V>
+WEFT_INLINE void join_twice(double* x, std::size_t size, const double* w) {
+  const std::size_t sixteenth = size / 16, part = sixteenth * step<V>;
+  const double* inner = w + size / 4 * twiddles_per_butterfly;
+  for (std::size_t j = 0; j < sixteenth; ++j, x += step<V>, inner += twiddles_per_butterfly) {
+    Sixteen<V> v;
+    v.load(x, part);
+    for (std::size_t q = 0; q < 16; q += 4)
+      join_four(v.at[q], v.at[q + 1], v.at[q + 2], v.at[q + 3], inner);
+    for (std::size_t m = 0; m < 4; ++m)
+      join_four(v.at[m], v.at[m + 4], v.at[m + 8], v.at[m + 12],
+                w + (j + m * sixteenth) * twiddles_per_butterfly);
+    v.store(x, part);
   }
 }
 
@@ -108,13 +173,26 @@ WEFT_INLINE void convolve_pair(double* x, const double* kernel) {
   put(x + step<V>, sum - difference);
 }
 
+/// Elements that the second cache holds with room to spare (1 MiB). Longer transforms take two
+/// levels in one pass, because each pass goes to the memory and back.
+template <class V>
+inline constexpr std::size_t most_near = (std::size_t{1} << 20) / (step<V> * sizeof(double));
+
 /// Forward transform, product with the kernel, inverse transform of `size` elements, a power of two
-/// from four on. One quarter after the other to the end by `deeper`, which is this function for
-/// size / 4, so that all but the first levels stay in the nearest cache.
+/// from four on. One part after the other to the end by `deeper`, which is this function for a
+/// quarter or a sixteenth of the size, so that all but the first levels stay in the nearest cache.
 template <class V, class Deeper>
 WEFT_INLINE void convolve(double* x, std::size_t size, const double* w, const double* kernel,
                           Deeper deeper) {
-  const std::size_t quarter = size / 4;
+  const std::size_t quarter = size / 4, sixteenth = size / 16;
+  if (size > most_near<V>) {
+    split_twice<V>(x, size, w);
+    for (std::size_t p = 0; p < size; p += sixteenth)
+      deeper(x + p * step<V>, sixteenth, w + (quarter + sixteenth) * twiddles_per_butterfly,
+             kernel + 2 * p);
+    join_twice<V>(x, size, w);
+    return;
+  }
   split<V>(x, size, w);
   for (std::size_t q = 0; q < 4; ++q) {
     double* const part = x + q * quarter * step<V>;

@@ -2,6 +2,10 @@
 // Eight doubles side by side, one per taxel, mapped by the compiler to what the processor has.
 // Lanes never mix and nothing is fused, so every processor and compiler computes the same bits.
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
 #include <cstddef>
 #include <new>
 #include <vector>
@@ -80,17 +84,33 @@ WEFT_INLINE V magnitude(V a) {
   return larger<V>(a, -a);
 }
 
-/// Memory on cache line boundaries: a load of eight doubles then touches one line, not two.
+/// Memory on cache line boundaries: a load of eight doubles then touches one line, not two. Blocks
+/// of several huge pages ask the kernel for such: a long transform walks a dozen places far apart,
+/// and with pages of 4 KiB every step of each would wait for the page table.
 template <class T>
 struct LineAllocator {
   using value_type = T;
-  static constexpr std::align_val_t line{64};
+  static constexpr std::size_t line = 64, huge_page = std::size_t{1} << 21;
   LineAllocator() = default;
   template <class U>
   LineAllocator(const LineAllocator<U>& /*other*/) {}
-  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), line)); }
-  void deallocate(T* p, std::size_t /*n*/) { ::operator delete(p, line); }
-  friend bool operator==(const LineAllocator&, const LineAllocator&) { return true; }
+  T* allocate(std::size_t n) {
+    void* const p = ::operator new(n * sizeof(T), alignment(n));
+    prefer_huge_pages(p, n * sizeof(T));
+    return static_cast<T*>(p);
+  }
+  void deallocate(T* p, std::size_t n) { ::operator delete(p, alignment(n)); }
+  static std::align_val_t alignment(std::size_t n) {
+    return std::align_val_t{n * sizeof(T) < 2 * huge_page ? line : huge_page};
+  }
+  static void prefer_huge_pages([[maybe_unused]] void* p, [[maybe_unused]] std::size_t bytes) {
+#ifdef __linux__
+    if (bytes >= 2 * huge_page) ::madvise(p, bytes / huge_page * huge_page, MADV_HUGEPAGE);
+#endif
+  }
+  friend bool operator==(const LineAllocator&, const LineAllocator&) {
+    return true;
+  }
 };
 using AlignedDoubles = std::vector<double, LineAllocator<double>>;
 

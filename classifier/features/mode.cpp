@@ -62,6 +62,36 @@ void count_sixteen(const double* rows, std::size_t count, const Plan& where, dou
   count_bins<signals>(rows, count, where, bin, table);
 }
 
+// Of up to `few` samples: the most frequent of the bins [count x signals of V], the smallest of
+// several.
+constexpr std::size_t few = 16;
+template <class V>
+WEFT_INLINE void compare_all(const double* rows, std::size_t count, double bin, double* out) {
+  constexpr std::size_t width = 2 * simd::lanes_of<V>;
+  alignas(64) std::array<double, few * width> bins;
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t k = 0; k < width; ++k)
+      bins[i * width + k] = std::nearbyint(rows[i * width + k] / bin);
+  for (std::size_t k = 0; k < width; k += simd::lanes_of<V>) {
+    V best = simd::load<V>(&bins[k]), most = simd::all<V>(0.0);
+    for (std::size_t i = k; count > 1 && i < count * width; i += width) {
+      const V v = simd::load<V>(&bins[i]);
+      V times = simd::all<V>(0.0);
+      for (std::size_t j = k; j < count * width; j += width)
+        times += simd::load<V>(&bins[j]) == v ? simd::all<V>(1.0) : simd::all<V>(0.0);
+      const V of_equals = times == most ? simd::smaller(v, best) : best;
+      best = times > most ? v : of_equals;
+      most = simd::larger(times, most);
+    }
+    simd::store(out + k, bin * (best + simd::all<V>(0.0)));  // no -0
+  }
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void compare_sixteen(const double* rows, std::size_t count, double bin, double* out) {
+  compare_all<simd::Lanes>(rows, count, bin, out);
+}
+
 // The first of the highest counts.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 std::size_t highest(const std::uint32_t* counts, std::size_t size) {
@@ -90,6 +120,12 @@ double ModeFinder::by_sorting(const double* column, std::size_t width, std::size
 
 ModeFinder::Values ModeFinder::find(const double* rows, std::size_t width, std::size_t count,
                                     const Values& low, const Values& high, double bin) {
+  Values out{};
+  if (count <= few) {
+    width == signals ? compare_sixteen(rows, count, bin, out.data())
+                     : compare_all<double>(rows, count, bin, out.data());
+    return out;
+  }
   const Plan plan = plan_tables(low, high, bin);
   table_.assign(plan.size, 0);
   if (width == signals) {
@@ -97,7 +133,6 @@ ModeFinder::Values ModeFinder::find(const double* rows, std::size_t width, std::
   } else {
     count_bins<2>(rows, count, plan, bin, table_.data());
   }
-  Values out{};
   for (std::size_t k = 0; k < width; ++k) {
     const std::size_t size = static_cast<std::size_t>(plan.last[k]) + 1;
     const std::size_t best = highest(table_.data() + plan.begin[k], size);

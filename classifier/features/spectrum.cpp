@@ -21,7 +21,8 @@ using fourier::step;
 using fourier::times;
 using simd::Lanes;
 
-constexpr std::size_t least_part = 4;  // so that a part can be split again
+constexpr std::size_t least_part = 4;    // so that a part can be split again
+constexpr std::size_t most_direct = 16;  // samples; a convolution of 32 costs more
 
 // Radix and part: their product is the shortest transform of at least `least` elements, a quarter
 // longer at most.
@@ -69,21 +70,35 @@ struct PowerOfTwo {
   alignas(64) std::array<double, Spectrum::most_signals> second{};
 
   void set(std::size_t k, int exponent) {
-    first[k] = std::ldexp(1.0, exponent / 2);
-    second[k] = std::ldexp(1.0, exponent - exponent / 2);
+    first[k] = power(exponent / 2);
+    second[k] = power(exponent - exponent / 2);
+  }
+
+ private:
+  // From the exponent's bits: half an exponent of a double is that of a normal number.
+  static double power(int exponent) {
+    return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
   }
 };
+
+// std::frexp's exponent, by the bits where the number is normal.
+int exponent_of(double v) {
+  const auto biased = static_cast<int>(std::bit_cast<std::uint64_t>(v) >> 52 & 0x7ff);
+  if (biased != 0 && biased != 0x7ff) return biased - 1022;
+  int exponent = 0;
+  if (v > 0.0) std::frexp(v, &exponent);
+  return exponent;
+}
 
 struct Scaling {
   PowerOfTwo in;   // brings the largest magnitude into [1/2, 1)
   PowerOfTwo out;  // and back; zero for a silent signal, which would show its partner's rounding
 };
 
-Scaling scaling_of(const std::array<double, Spectrum::most_signals>& top) {
+Scaling scaling_of(const double* top, std::size_t signals) {
   Scaling out;
-  for (std::size_t k = 0; k < top.size(); ++k) {
-    int exponent = 0;
-    std::frexp(top[k], &exponent);
+  for (std::size_t k = 0; k < signals; ++k) {
+    const int exponent = exponent_of(top[k]);
     out.in.set(k, -exponent);
     out.out.set(k, exponent);
     if (top[k] == 0.0) out.out.first[k] = 0.0;
@@ -95,6 +110,7 @@ Scaling scaling_of(const std::array<double, Spectrum::most_signals>& top) {
 struct Job {
   const double* rows;
   const double* offset;
+  const double* largest;
   std::size_t length, radix, part;
   const double* root;
   const double* first;   // twiddles of the first level
@@ -102,18 +118,6 @@ struct Job {
   const double* chirp;
   const double* kernel;
 };
-
-template <class V>
-WEFT_INLINE void find_top(const Job& job, double* top) {
-  for (std::size_t half = 0; half < step<V>; half += fourier::width<V>) {
-    const V zero = simd::load<V>(job.offset + half);
-    V most = simd::all<V>(0.0);
-    for (std::size_t j = 0; j < job.length; ++j)
-      most =
-          simd::larger(most, simd::magnitude(simd::load<V>(job.rows + j * step<V> + half) - zero));
-    simd::store(top + half, most);
-  }
-}
 
 // The first level of the forward transform on signals less offset, scaled, times the chirp. At most
 // half of the elements, rounded up to whole parts, is signal: zeros need not be written.
@@ -177,11 +181,38 @@ WEFT_INLINE void transform_by(const Job& job, const PowerOfTwo& scale, double* x
   join_signals<V, R>(job, x);
 }
 
+// Term by term, for the shortest signals; four times the squares, as take_squares().
+template <class V>
+WEFT_INLINE void transform_directly(const Job& job, const PowerOfTwo& scale, double* x) {
+  const auto zero = get<V>(job.offset), one = get<V>(scale.first.data()),
+             two = get<V>(scale.second.data());
+  std::array<Complex<V>, most_direct> signal;
+  std::size_t taken = 0;
+  do {  // at least one
+    const auto v = get<V>(job.rows + taken * step<V>) - zero;
+    signal[taken] = {v.re * one.re * two.re, v.im * one.im * two.im};
+  } while (++taken < job.length);
+  for (std::size_t k = 0; k <= job.length / 2; ++k) {
+    Complex<V> even = signal[0], odd{};
+    for (std::size_t j = 1, turn = k; j < job.length; ++j) {
+      even = even + signal[j] * job.root[2 * turn];
+      odd = odd + signal[j] * job.root[2 * turn + 1];
+      turn += k;
+      if (turn >= job.length) turn -= job.length;
+    }
+    put(x + k * step<V>,
+        Complex<V>{even.re * even.re + odd.re * odd.re, even.im * even.im + odd.im * odd.im} * 4.0);
+  }
+}
+
 template <class V, class Convolve>
 WEFT_INLINE void magnitudes_of(const Job& job, double* x, Convolve convolve) {
-  alignas(64) std::array<double, Spectrum::most_signals> top{};
-  find_top<V>(job, top.data());
-  const Scaling scaling = scaling_of(top);
+  const Scaling scaling = scaling_of(job.largest, step<V>);
+  if (job.length <= most_direct) {
+    transform_directly<V>(job, scaling.in, x);
+    take_roots<V>(x, job.length / 2 + 1, scaling.out);
+    return;
+  }
   switch (job.radix) {
     case 4:
       transform_by<V, 4>(job, scaling.in, x, convolve);
@@ -236,6 +267,10 @@ void forward(double* x, std::size_t size, const double* w) {
 }  // namespace
 
 Spectrum::Spectrum(std::size_t length) : length_(length) {
+  if (length <= most_direct) {
+    root_ = roots_of_unity(length);
+    return;
+  }
   std::tie(radix_, part_) = first_cut(2 * length - 1);
   twiddle_ = twiddles(radix_, part_);
   root_ = roots_of_unity(radix_);
@@ -276,11 +311,11 @@ void Spectrum::transform_kernel() {
 }
 
 template <class V>
-const double* Spectrum::magnitudes(const double* rows, const double* offset,
+const double* Spectrum::magnitudes(const double* rows, const double* offset, const double* largest,
                                    simd::AlignedDoubles& scratch) const {
-  const std::size_t needed = radix_ * part_ * step<V>;
+  const std::size_t needed = std::max(bins(), radix_ * part_) * step<V>;
   if (scratch.size() < needed) scratch.resize(needed);
-  const Job job{rows,         offset,          length_,  radix_,        part_,
+  const Job job{rows,         offset,          largest,  length_,       radix_,        part_,
                 root_.data(), twiddle_.data(), levels(), chirp_.data(), kernel_.data()};
   if constexpr (fourier::width<V> == 1) {
     magnitudes_of_one(job, scratch.data());
@@ -290,9 +325,9 @@ const double* Spectrum::magnitudes(const double* rows, const double* offset,
   return scratch.data();
 }
 
-template const double* Spectrum::magnitudes<Lanes>(const double*, const double*,
+template const double* Spectrum::magnitudes<Lanes>(const double*, const double*, const double*,
                                                    simd::AlignedDoubles&) const;
-template const double* Spectrum::magnitudes<double>(const double*, const double*,
+template const double* Spectrum::magnitudes<double>(const double*, const double*, const double*,
                                                     simd::AlignedDoubles&) const;
 
 const Spectrum& SpectrumCache::of(std::size_t length) {

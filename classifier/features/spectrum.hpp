@@ -5,7 +5,7 @@
 // Bluestein's algorithm: the transform of length n becomes a convolution of a length that is easy,
 // so that a prime n costs the same as its neighbours (a mixed-radix library is O(n p) in the
 // largest prime factor p). Two real signals are one complex one; eight of those fill the lanes of a
-// processor.
+// processor. Up to sixteen samples the sums are taken as they are written.
 
 #include <cstddef>
 #include <memory>
@@ -28,21 +28,25 @@ class Spectrum {
   [[nodiscard]] std::size_t bins() const { return length_ / 2 + 1; }
 
   /// |DFT| of s real signals, each less its `offset` [s]: sixteen for V = simd::Lanes, two for V =
-  /// double. `rows` [length x s], a sample of every signal per row; returns [bins x s] in
-  /// `scratch`, which grows to what is needed and may be shared between lengths. Signals share
-  /// transforms in pairs; each is scaled by a power of two first, so a weak signal does not drown
-  /// in the rounding of a strong one, and a silent one has exact zeros.
+  /// double. `rows` [length x s], a sample of every signal per row; `largest` [s]: the largest
+  /// magnitude of each less its offset. Returns [bins x s] in `scratch`, which grows to what is
+  /// needed and may be shared between lengths. Signals share transforms in pairs; each is scaled by
+  /// a power of two first, so a weak signal does not drown in the rounding of a strong one, and a
+  /// silent one has exact zeros.
   template <class V>
-  const double* magnitudes(const double* rows, const double* offset,
+  const double* magnitudes(const double* rows, const double* offset, const double* largest,
                            simd::AlignedDoubles& scratch) const;
 
  private:
   void transform_kernel();
   // Twiddles behind those of the first level.
-  [[nodiscard]] const double* levels() const { return twiddle_.data() + 2 * (radix_ - 1) * part_; }
+  [[nodiscard]] const double* levels() const {
+    return radix_ == 0 ? nullptr : twiddle_.data() + 2 * (radix_ - 1) * part_;
+  }
 
   std::size_t length_;
-  // The transform has radix x part >= 2 length - 1 elements; a part is a power of two.
+  // The transform has radix x part >= 2 length - 1 elements; a part is a power of two. None of
+  // both, and roots of `length`, where the signals are so short that terms are summed one by one.
   std::size_t radix_ = 0, part_ = 0;
   std::vector<double> twiddle_;
   std::vector<double> root_;     // cos and sin of 2 pi k / radix

@@ -20,8 +20,8 @@ inline constexpr std::size_t row_of = 2 * lanes_of<V>;
 
 // A relative variance that is only rounding: 0.1 repeated has 2e-34.
 constexpr double constant_tolerance = 1e-24;
-constexpr double fewest_peaks = 3.0;       // for a skewness
-constexpr std::size_t fewest_samples = 4;  // for a kurtosis
+constexpr double fewest_peaks = 3.0;    // for a skewness
+constexpr double fewest_samples = 4.0;  // for a kurtosis
 
 // Whether the signal falls here after it last rose, so that the value before was a strict local
 // maximum: a flat top counts once, end points never (as MATLAB's findpeaks). Updates `rising`, 1 or
@@ -110,25 +110,116 @@ void add_powers_two(const double* rows, std::size_t count, Powers& out) {
   add_powers_with<double>(rows, count, out);
 }
 
-bool varies(double variance, double mean) {
-  return variance > constant_tolerance * std::max(1.0, mean * mean);
+// Means of the signal and of its peaks; 0 where there is none.
+template <class V>
+WEFT_INLINE void set_means_with(const TaxelBlock::Running& running, double n, Powers& out) {
+  for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
+    const V peaks = load<V>(&running.peaks[k]), of_peaks = load<V>(&running.peak_sum[k]) / peaks;
+    store(&out.mean[k], load<V>(&running.sum[k]) / n);
+    store(&out.peak_mean[k], peaks > 0.0 ? of_peaks : all<V>(0.0));
+  }
 }
 
-// Biased m3 / m2^1.5; 0 for a constant.
-double skewness(double second, double third, double count, double mean) {
-  const double m2 = second / count;
-  return varies(m2, mean) ? third / count / (m2 * std::sqrt(m2)) : 0.0;
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void set_means_sixteen(const TaxelBlock::Running& running, double n, Powers& out) {
+  set_means_with<Lanes>(running, n, out);
 }
 
 Powers powers_of(const double* rows, std::size_t width, std::size_t samples,
                  const TaxelBlock::Running& running) {
   Powers out;
-  for (std::size_t k = 0; k < taxels; ++k) {
-    out.mean[k] = running.sum[k] / static_cast<double>(samples);
-    out.peak_mean[k] = running.peaks[k] > 0.0 ? running.peak_sum[k] / running.peaks[k] : 0.0;
+  const auto n = static_cast<double>(samples);
+  if (width == taxels) {
+    set_means_sixteen(running, n, out);
+    add_powers_sixteen(rows, samples, out);
+  } else {
+    set_means_with<double>(running, n, out);
+    add_powers_two(rows, samples, out);
   }
-  width == taxels ? add_powers_sixteen(rows, samples, out) : add_powers_two(rows, samples, out);
   return out;
+}
+
+template <Block block>
+PerTaxel& at(TaxelBlock::Features& features) {
+  constexpr auto* found = std::find(taxel_blocks.begin(), taxel_blocks.end(), block);
+  return features[static_cast<std::size_t>(found - taxel_blocks.begin())];
+}
+
+// The largest of 1 and the squared mean says how much of a variance is only rounding.
+template <class V>
+WEFT_INLINE auto varies(V variance, V mean) {
+  return variance > constant_tolerance * simd::larger(all<V>(1.0), mean * mean);
+}
+
+// Biased m3 / m2^1.5 of what `count` values sum to; 0 for a constant and for fewer than three.
+// `root` of m2.
+template <class V>
+WEFT_INLINE V skewness(V second, V third, V count, V mean, V root) {
+  const V m2 = second / count, ratio = third / count / (m2 * root);
+  const V moving = varies(m2, mean) ? ratio : all<V>(0.0);
+  return count >= fewest_peaks ? moving : all<V>(0.0);
+}
+
+// What follows from the sums of powers. Everything is computed and then chosen from: a quotient by
+// 0 goes no further.
+struct Shape {
+  const Powers& p;
+  const TaxelBlock::Running& running;
+  const FeatureOptions& options;
+  double n;
+};
+
+// Roots in a loop of their own over plain numbers: only so do compilers take them side by side.
+template <class V>
+WEFT_INLINE void take_roots_with(const Shape& of, PerTaxel& norm, PerTaxel& skew) {
+  const bool of_signal = of.options.skew == SkewOf::signal, rms = of.options.norm == Norm::rms;
+  const PerTaxel& second = of_signal ? of.p.second : of.p.peak_second;
+  alignas(64) PerTaxel square{}, m2{};
+  for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
+    const V count = of_signal ? all<V>(of.n) : load<V>(&of.running.peaks[k]);
+    store(&m2[k], load<V>(&second[k]) / count);
+    const V sum = load<V>(&of.running.square[k]);
+    store(&square[k], rms ? sum / of.n : sum);
+  }
+  for (std::size_t k = 0; k < row_of<V>; ++k) skew[k] = std::sqrt(m2[k]);
+  for (std::size_t k = 0; k < row_of<V>; ++k) norm[k] = std::sqrt(square[k]);
+}
+
+template <class V>
+WEFT_INLINE void shape_with(const Shape& of, TaxelBlock::Features& out) {
+  const bool of_signal = of.options.skew == SkewOf::signal;
+  const Powers& p = of.p;
+  const double n = of.n;
+  PerTaxel &var = at<Block::var>(out), &kurt = at<Block::kurt>(out), &skew = at<Block::skew>(out);
+  PerTaxel &range = at<Block::range>(out), &m5 = at<Block::m5>(out), &sh = at<Block::sh>(out);
+  PerTaxel& hfrq = at<Block::hfrq>(out);
+  take_roots_with<V>(of, at<Block::norm>(out), skew);
+  const V zero = all<V>(0.0), three = all<V>(3.0);
+  for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
+    const V mean = load<V>(&p.mean[k]), second = load<V>(&p.second[k]), m2 = second / n;
+    const auto moves = varies(m2, mean);
+    const V variance = n > 1.0 ? m2 * n / (n - 1.0) : zero;
+    const V kurtosis = n >= fewest_samples ? load<V>(&p.fourth[k]) / n / (m2 * m2) : three;
+    store(&range[k], load<V>(&of.running.high[k]) - load<V>(&of.running.low[k]));
+    store(&var[k], moves ? variance : zero);
+    store(&kurt[k], moves ? kurtosis : three);
+    store(&m5[k], moves ? load<V>(&p.fifth[k]) / n : zero);
+    const V root = load<V>(&skew[k]);
+    store(&skew[k], of_signal
+                        ? skewness(second, load<V>(&p.third[k]), all<V>(n), mean, root)
+                        : skewness(load<V>(&p.peak_second[k]), load<V>(&p.peak_third[k]),
+                                   load<V>(&of.running.peaks[k]), load<V>(&p.peak_mean[k]), root));
+    store(&hfrq[k], moves ? load<V>(&hfrq[k]) : zero);  // rounding is no spectrum
+    store(&sh[k], moves ? load<V>(&sh[k]) : zero);
+  }
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void shape_sixteen(const Shape& of, TaxelBlock::Features& out) {
+  shape_with<Lanes>(of, out);
+}
+void shape_two(const Shape& of, TaxelBlock::Features& out) {
+  shape_with<double>(of, out);
 }
 
 // Largest magnitude without DC, and the sum of the upper half: bins floor(K/2)+1 .. K, K =
@@ -158,9 +249,12 @@ void summarise_two(const double* bins, std::size_t top, double scale, PerTaxel& 
   summarise_with<double>(bins, top, scale, largest, upper);
 }
 
-PerTaxel& at(TaxelBlock::Features& features, Block block) {
-  const auto* found = std::find(taxel_blocks.begin(), taxel_blocks.end(), block);
-  return features[static_cast<std::size_t>(found - taxel_blocks.begin())];
+// Rounding keeps the order, so the farthest sample is the smallest or the largest.
+PerTaxel largest_deviation(const TaxelBlock::Running& running, const PerTaxel& mean) {
+  PerTaxel out{};
+  for (std::size_t k = 0; k < taxels; ++k)
+    out[k] = std::max(std::abs(running.low[k] - mean[k]), std::abs(running.high[k] - mean[k]));
+  return out;
 }
 
 }  // namespace
@@ -176,56 +270,57 @@ void TaxelBlock::grow(std::size_t samples) {
 void TaxelBlock::add(const double* counts, std::size_t stride, std::size_t count) {
   if (count == 0) return;
   grow(samples_ + count);
+  // a few at a time, so that they are still in the nearest cache when they are looked at
+  constexpr std::size_t few = 128;
+  for (std::size_t i = 0; i < count; i += few)
+    append(counts + i * stride, stride, std::min(few, count - i));
+}
+
+void TaxelBlock::append(const double* counts, std::size_t stride, std::size_t count) {
   double* const first = rows_.data() + samples_ * width_;
-  for (std::size_t i = 0; i < count; ++i) {
-    double* const end = std::copy_n(counts + i * stride, used_, first + i * width_);
-    std::fill(end, first + (i + 1) * width_, 0.0);
+  if (used_ == width_ && stride == width_) {
+    std::copy_n(counts, count * width_, first);
+  } else {
+    for (std::size_t i = 0; i < count; ++i) {
+      double* const end = std::copy_n(counts + i * stride, used_, first + i * width_);
+      std::fill(end, first + (i + 1) * width_, 0.0);
+    }
   }
   if (samples_ == 0) start(first, width_, running_);
   narrow() ? update_two(first, count, running_) : update_sixteen(first, count, running_);
   samples_ += count;
 }
 
+void TaxelBlock::add_spectrum(const PerTaxel& mean, const FeatureOptions& options,
+                              BlockTools& tools, Features& out) const {
+  const Spectrum& spectrum = tools.spectra.of(samples_);
+  const double scale =
+      options.spectrum == SpectrumScale::amplitude ? 2.0 / static_cast<double>(samples_) : 1.0;
+  const PerTaxel largest = largest_deviation(running_, mean);
+  PerTaxel &hfrq = at<Block::hfrq>(out), &sh = at<Block::sh>(out);
+  if (narrow()) {
+    const double* const bins =
+        spectrum.magnitudes<double>(rows_.data(), mean.data(), largest.data(), tools.transform);
+    summarise_two(bins, samples_ / 2, scale, hfrq, sh);
+  } else {
+    const double* const bins =
+        spectrum.magnitudes<Lanes>(rows_.data(), mean.data(), largest.data(), tools.transform);
+    summarise_sixteen(bins, samples_ / 2, scale, hfrq, sh);
+  }
+}
+
 TaxelBlock::Features TaxelBlock::features(const FeatureOptions& options, BlockTools& tools) const {
   const auto n = static_cast<double>(samples_);
   const Powers p = powers_of(rows_.data(), width_, samples_, running_);
   Features out{};
-  at(out, Block::max) = running_.high;
-  at(out, Block::min) = running_.low;
-  at(out, Block::mean) = p.mean;
-  at(out, Block::mode) = tools.modes.find(rows_.data(), width_, samples_, running_.low,
+  at<Block::max>(out) = running_.high;
+  at<Block::min>(out) = running_.low;
+  at<Block::mean>(out) = p.mean;
+  at<Block::mode>(out) = tools.modes.find(rows_.data(), width_, samples_, running_.low,
                                           running_.high, options.mode_bin_counts);
-  const Spectrum& spectrum = tools.spectra.of(samples_);
-  const double scale = options.spectrum == SpectrumScale::amplitude ? 2.0 / n : 1.0;
-  PerTaxel &hfrq = at(out, Block::hfrq), &sh = at(out, Block::sh);
-  if (narrow()) {
-    const double* const bins =
-        spectrum.magnitudes<double>(rows_.data(), p.mean.data(), tools.transform);
-    summarise_two(bins, samples_ / 2, scale, hfrq, sh);
-  } else {
-    const double* const bins =
-        spectrum.magnitudes<Lanes>(rows_.data(), p.mean.data(), tools.transform);
-    summarise_sixteen(bins, samples_ / 2, scale, hfrq, sh);
-  }
-  for (std::size_t k = 0; k < taxels; ++k) {
-    const double m2 = p.second[k] / n;
-    const bool moves = varies(m2, p.mean[k]);
-    const double square = options.norm == Norm::rms ? running_.square[k] / n : running_.square[k];
-    at(out, Block::norm)[k] = std::sqrt(square);
-    at(out, Block::range)[k] = running_.high[k] - running_.low[k];
-    at(out, Block::var)[k] = moves && samples_ > 1 ? m2 * n / (n - 1.0) : 0.0;
-    at(out, Block::kurt)[k] =
-        moves && samples_ >= fewest_samples ? p.fourth[k] / n / (m2 * m2) : 3.0;
-    at(out, Block::m5)[k] = moves ? p.fifth[k] / n : 0.0;
-    if (options.skew == SkewOf::signal) {
-      at(out, Block::skew)[k] =
-          n >= fewest_peaks ? skewness(p.second[k], p.third[k], n, p.mean[k]) : 0.0;
-    } else if (running_.peaks[k] >= fewest_peaks) {
-      at(out, Block::skew)[k] =
-          skewness(p.peak_second[k], p.peak_third[k], running_.peaks[k], p.peak_mean[k]);
-    }
-    if (!moves) hfrq[k] = sh[k] = 0.0;  // rounding is no spectrum
-  }
+  if (samples_ > 1) add_spectrum(p.mean, options, tools, out);
+  const Shape shape{p, running_, options, n};
+  narrow() ? shape_two(shape, out) : shape_sixteen(shape, out);
   return out;
 }
 

@@ -51,6 +51,9 @@ class TaxelBlock {
 
  private:
   void grow(std::size_t samples);
+  void append(const double* counts, std::size_t stride, std::size_t count);
+  void add_spectrum(const PerTaxel& mean, const FeatureOptions& options, BlockTools& tools,
+                    Features& out) const;
   [[nodiscard]] bool narrow() const { return width_ < taxels; }
 
   std::size_t used_;

@@ -1,5 +1,11 @@
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "classifier/features/fourier.hpp"
 #include "classifier/features/spectrum.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 #include "tests/unit/classifier/slow_features.hpp"
@@ -12,6 +18,14 @@ using testing::slow_magnitudes;
 
 constexpr std::size_t most = Spectrum::most_signals;
 
+// Of each of `width` signals, a row per sample.
+std::vector<double> largest_of(std::span<const double> rows, std::size_t width) {
+  std::vector<double> out(width, 0.0);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    out[i % width] = std::max(out[i % width], std::abs(rows[i]));
+  return out;
+}
+
 // Magnitudes of up to sixteen signals of one length; a row per signal.
 std::vector<std::vector<double>> fast_magnitudes(const std::vector<std::vector<double>>& signals) {
   const std::size_t n = signals.front().size();
@@ -20,7 +34,8 @@ std::vector<std::vector<double>> fast_magnitudes(const std::vector<std::vector<d
   for (std::size_t s = 0; s < signals.size(); ++s)
     for (std::size_t i = 0; i < n; ++i) rows[i * most + s] = signals[s][i];
   const simd::AlignedDoubles offset(most, 0.0);
-  const double* const bins = spectrum.magnitudes<simd::Lanes>(rows.data(), offset.data(), scratch);
+  const double* const bins = spectrum.magnitudes<simd::Lanes>(
+      rows.data(), offset.data(), largest_of(rows, most).data(), scratch);
   std::vector<std::vector<double>> out(signals.size());
   for (std::size_t s = 0; s < signals.size(); ++s)
     for (std::size_t k = 0; k < spectrum.bins(); ++k) out[s].push_back(bins[k * most + s]);
@@ -45,8 +60,54 @@ TEST_CASE("The spectrum equals the definition at every length up to 40 and at pr
   }
 }
 
+TEST_CASE("Levels that are taken two at a time have the bits of one after the other") {
+  constexpr std::size_t size = 256;
+  std::vector<double> w;
+  for (std::size_t part = size; part >= 4; part /= 4)
+    for (std::size_t j = 0; j < part / 4; ++j)
+      for (std::size_t power = 1; power <= 3; ++power)
+        for (const double quarter : {0.0, 0.25})
+          w.push_back(std::cos(
+              2.0 * M_PI * (static_cast<double>(power * j) / static_cast<double>(part) + quarter)));
+  const std::vector<double> start = noise(2 * size, 9);
+  std::vector<double> one = start, both = start;
+  const std::size_t quarter = size / 4;
+  const double* const inner = w.data() + quarter * fourier::twiddles_per_butterfly;
+  fourier::split<double>(one.data(), size, w.data());
+  for (std::size_t q = 0; q < 4; ++q)
+    fourier::split<double>(one.data() + 2 * q * quarter, quarter, inner);
+  fourier::split_twice<double>(both.data(), size, w.data());
+  CHECK(both == one);
+  CHECK(both != start);
+  for (std::size_t q = 0; q < 4; ++q)
+    fourier::join<double>(one.data() + 2 * q * quarter, quarter, inner);
+  fourier::join<double>(one.data(), size, w.data());
+  fourier::join_twice<double>(both.data(), size, w.data());
+  CHECK(both == one);
+  double worst = 0.0;
+  for (std::size_t i = 0; i < both.size(); ++i)
+    worst = std::max(worst, std::abs(both[i] / 16.0 - start[i]));
+  CHECK(worst < 1e-11);
+}
+
+TEST_CASE("A transform beyond the near cache finds three lines where they were put") {
+  constexpr std::size_t n = 30'011;  // prime: 65536 elements of 128 bytes and more
+  constexpr std::array<std::size_t, 3> bins = {1, 4'999, 15'000};
+  std::vector<double> signal(n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (const std::size_t k : bins)
+      signal[i] += std::cos(2.0 * M_PI * static_cast<double>(i * k % n) / static_cast<double>(n));
+  const auto got = fast_magnitudes({signal}).front();
+  double worst = 0.0;
+  for (std::size_t k = 0; k <= n / 2; ++k) {
+    const bool line = std::find(bins.begin(), bins.end(), k) != bins.end();
+    worst = std::max(worst, std::abs(got[k] - (line ? static_cast<double>(n) / 2.0 : 0.0)));
+  }
+  CHECK(worst < 1e-13 * static_cast<double>(n));
+}
+
 TEST_CASE("Two signals by themselves have the bits that they have among sixteen") {
-  for (const std::size_t n : {1U, 5U, 9U, 11U, 13U, 101U, 640U}) {
+  for (const std::size_t n : {1U, 5U, 9U, 11U, 13U, 16U, 17U, 101U, 640U}) {
     INFO("length " << n);
     std::vector<std::vector<double>> signals;
     for (std::uint64_t s = 0; s < most; ++s) signals.push_back(noise(n, 1000 * s + n));
@@ -58,7 +119,8 @@ TEST_CASE("Two signals by themselves have the bits that they have among sixteen"
     const std::vector<double> offset(2, 0.0);
     simd::AlignedDoubles scratch;
     const Spectrum spectrum(n);
-    const double* const bins = spectrum.magnitudes<double>(rows.data(), offset.data(), scratch);
+    const double* const bins = spectrum.magnitudes<double>(rows.data(), offset.data(),
+                                                           largest_of(rows, 2).data(), scratch);
     bool same = true;
     for (std::size_t k = 0; k < spectrum.bins(); ++k)
       same = same && bins[2 * k] == among[3][k] && bins[2 * k + 1] == among[3 + most / 2][k];
