@@ -30,12 +30,12 @@ Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOption
   return {};
 }
 
-// What decides between two points: fewest errors, then (Tie::loss) smallest loss to 1e-9, smallest
-// C, gamma, and first member.
+// What decides between two points: fewest errors, then (not with Tie::order) smallest loss to 1e-9,
+// smallest C, gamma, and first member.
 using Key = std::tuple<std::size_t, double, double, double, std::size_t>;
 
 Key key_of(const TrainOptions& options, const GridPoint& at, const GridScore& score) {
-  const double loss = options.tie == Tie::loss ? std::nearbyint(score.loss * 1e9) : 0.0;
+  const double loss = options.tie == Tie::order ? 0.0 : std::nearbyint(score.loss * 1e9);
   return {score.errors, loss, options.grid.c[at.c], options.grid.gamma[at.gamma], at.member};
 }
 

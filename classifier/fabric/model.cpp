@@ -143,11 +143,12 @@ GridScore FabricModel::cross_validation() const {
   return sum;
 }
 
-Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
-                                            const TrainOptions& options, std::size_t first,
-                                            std::size_t stride) {
+Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix, const TrainOptions& asked,
+                                            std::size_t first, std::size_t stride) {
   const RowsOfLabel rows = rows_by_label(matrix);
   const std::vector<std::string> labels = labels_of(rows);
+  TrainOptions options = asked;
+  options.tie = resolved(asked.tie, labels.size());
   std::vector<Pair> pairs;
   const std::vector<Pair> all = all_pairs(labels.size());
   for (std::size_t i = first; i < all.size(); i += stride) pairs.push_back(all[i]);

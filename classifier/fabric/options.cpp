@@ -30,6 +30,18 @@ std::string_view to_string(Reduction reduction) {
   return "?";
 }
 
+std::string_view to_string(Tie tie) {
+  switch (tie) {
+    case Tie::automatic:
+      return "automatic";
+    case Tie::loss:
+      return "loss";
+    case Tie::order:
+      return "order";
+  }
+  return "?";
+}
+
 Result<Reduction> reduction_from(std::string_view text) {
   for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
     if (text == to_string(r)) return r;

@@ -114,11 +114,11 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   auto aids = classifier::learn_aids(trained->trained, chosen->features, options);
   if (!aids) return pass(aids.error(), args.dataset.string());
   const BenchKind kind = chosen->dataset.info.kind;
-  const StoredModel stored{
-      std::move(trained->trained),
-      std::move(chosen->setup),
-      {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, describe(args.training)},
-      std::move(*aids)};
+  const std::string how = describe(args.training, trained->trained.labels().size());
+  const StoredModel stored{std::move(trained->trained),
+                           std::move(chosen->setup),
+                           {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, how},
+                           std::move(*aids)};
   std::ostringstream text;
   if (auto ok = classifier::save_model(stored, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());

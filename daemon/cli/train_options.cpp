@@ -4,6 +4,15 @@
 #include <charconv>
 
 namespace weft::daemon::cli {
+namespace {
+
+classifier::Tie tie_of(const TrainChoice& choice) {
+  if (choice.tie == "loss") return classifier::Tie::loss;
+  if (choice.tie == "order" || choice.paper_selection) return classifier::Tie::order;
+  return classifier::Tie::automatic;
+}
+
+}  // namespace
 
 std::string seed_problem(const std::string& text) {
   std::uint64_t seed = 0;
@@ -33,7 +42,8 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
       .add_option("--tie", choice.tie,
                   "between parameters with equal errors: loss, the smaller hinge loss; order, the "
                   "smaller C, gamma, delta, which trains in half the time; auto: loss, but order "
-                  "with --paper-selection")
+                  "with --paper-selection or " +
+                      std::to_string(classifier::many_fabrics) + " fabrics and more")
       ->check(CLI::IsMember({"auto", "loss", "order"}))
       ->capture_default_str();
   command.add_option("--threads", choice.threads, "0: one per core; results do not depend on it")
@@ -45,8 +55,7 @@ classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Re
   classifier::TrainOptions options;
   options.reduction = reduction;
   options.nested = !choice.paper_selection;
-  const bool by_order = choice.tie == "order" || (choice.tie == "auto" && choice.paper_selection);
-  options.tie = by_order ? classifier::Tie::order : classifier::Tie::loss;
+  options.tie = tie_of(choice);
   options.cap = choice.cap;
   options.folds = choice.folds;
   options.fold_unit =
@@ -61,6 +70,11 @@ std::string describe(const TrainChoice& choice) {
          ", folds " + std::to_string(choice.folds) + " by " + choice.fold_unit + ", selection " +
          (choice.paper_selection ? "once (paper)" : "inside each fold") +
          (choice.tie == "auto" ? "" : ", ties by " + choice.tie);
+}
+
+std::string describe(TrainChoice choice, std::size_t fabrics) {
+  choice.tie = to_string(classifier::resolved(tie_of(choice), fabrics));
+  return describe(choice);
 }
 
 }  // namespace weft::daemon::cli

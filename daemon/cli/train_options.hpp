@@ -32,7 +32,9 @@ void add_train_options(CLI::App& command, TrainChoice& choice);
 /// smallest parameters (reference AMB-15, AMB-16).
 classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Reduction reduction);
 
-/// One line for people and for the model file.
+/// One line for people.
 std::string describe(const TrainChoice& choice);
+/// The same for the model file, with the rule for ties that a training on so many fabrics used.
+std::string describe(TrainChoice choice, std::size_t fabrics);
 
 }  // namespace weft::daemon::cli

@@ -73,6 +73,10 @@ def good_path(t, d, rows):
 
     trained = t.succeeds("train", "d.h5", "-o", "m.weft", "--seed", "3", "--learner", "pvalue", cwd=d)
     t.expect(trained["cores"] == 3 and trained["bench"] == "unknown", f"train: {trained}")
+    for rule, options in (("loss", []), ("order", ["--paper-selection"]), ("order", ["--tie", "order"]),
+                          ("loss", ["--paper-selection", "--tie", "loss"])):
+        said = t.succeeds("train", "d.h5", "-o", "t.weft", "--learner", "pvalue", *options, cwd=d)["training"]
+        t.expect(said.endswith(f"ties by {rule}") and said in (d / "t.weft").read_text(), f"{options}: {said}")
     write_trial(d / "new.csv", 80, 5, 999)
     answer = t.succeeds("classify", "m.weft", "new.csv", cwd=d)["trials"][0]
     t.expect(answer["label"] == "wool" and answer["votes"]["wool"] == 2, f"classify: {answer}")
