@@ -2,21 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace weft::sim {
 
 namespace {
 
-constexpr double largest_exponent = 700;  // e^700 is still finite
-constexpr int newton_limit = 80;          // quadratic from a bracket: 3 to 8 in use
-constexpr double newton_tolerance = 1e-9;
+constexpr double largest_exponent = 700;   // e^700 is still finite
+constexpr int newton_limit = 80;           // 1 to 3 in use, more where a bracket is needed
+constexpr double newton_tolerance = 1e-6;  // in s, of a quadratic method: its square is left
+constexpr double settled = 1e-13;          // in s: such a guess needs no step
 constexpr double largest_pressure_pa = 1e12;
 
 }  // namespace
 
 double log_sinhc(double x) {
   const double a = std::abs(x);
-  if (a < 1e-3) return a * a / 6;  // error a^4/180 < 1e-14
+  if (a < 0.25) {  // what is left out is below 1e-16
+    const double b = a * a;
+    return b * (1.0 / 6 -
+                b * (1.0 / 180 -
+                     b * (1.0 / 2835 -
+                          b * (1.0 / 37800 - b * (1.0 / 467775 - b * (691.0 / 3831077250.0))))));
+  }
   return a + std::log(-std::expm1(-2 * a) / (2 * a));
 }
 
@@ -27,34 +35,39 @@ struct ContactModel::Balance {
   double offset_n;  // what the memory takes off the force
   double s_from;    // where the step began
   double branch_from;
-  double top_n;        // law's force per unit of e^s - 1
-  double extension_0;  // mount extension at s = 0
+  double top_n;                // law's force per unit of e^s - 1
+  double extension_0;          // mount extension at s = 0
+  double s_near, growth_near;  // e^s is known there
+  double per_length = 1 / model.material_.hysteresis.length;
+  double turn = model.material_.hysteresis.eta / (1 + model.material_.hysteresis.eta);
 
   struct Value {
-    double residual_n, slope_n, elastic_n, force_n, branch;
+    double residual_n, slope_n, elastic_n, force_n, branch, growth;
   };
 
   [[nodiscard]] Value at(double s) const {
-    const Hysteresis& hysteresis = model.material_.hysteresis;
-    const double growth = std::exp(std::min(s, largest_exponent));
-    Value value{0, 0, top_n * (growth - 1), 0, branch_from};
-    double slope = top_n * growth;
-    if (hysteresis.eta > 0) {
-      value.branch = branch_after(branch_from, s_from, s, hysteresis);
-      const double factor = branch_factor(value.branch, hysteresis.eta);
-      const double turning = (s > s_from ? 1 - value.branch : 1 + value.branch) / hysteresis.length;
-      slope = slope * factor + value.elastic_n * hysteresis.eta / (1 + hysteresis.eta) * turning;
-      value.elastic_n *= factor;
+    const double growth = growth_near * near_exp(std::min(s, largest_exponent) - s_near);
+    Value value{0, 0, top_n * (growth - 1), 0, branch_from, growth};
+    const double moved = s - s_from, full_n = value.elastic_n;
+    if (turn > 0) {
+      const double target = moved > 0 ? 1 : -1;
+      value.branch = target + (branch_from - target) * near_exp(-std::abs(moved) * per_length);
+      value.elastic_n *= 1 + turn * (value.branch - 1);
     }
-    value.force_n = relaxation.gain * value.elastic_n - offset_n;
+    value.force_n = std::max(0.0, relaxation.gain * value.elastic_n - offset_n);
     const double lambda_m = model.material_.law.lambda_m;
     const double extension = extension_0 - lambda_m * s;
-    value.slope_n = -lambda_m * model.mount_.slope_n_m(extension);
-    if (value.force_n > 0)
-      value.slope_n -= relaxation.gain * slope;
-    else
-      value.force_n = 0;
     value.residual_n = model.mount_.weight_n() + model.mount_.force_n(extension) - value.force_n;
+    value.slope_n = -lambda_m * model.mount_.slope_n_m(extension);
+    if (!(value.force_n > 0)) return value;
+    double slope = top_n * growth;
+    if (turn > 0) {
+      // Where the step began the curve has a corner: there its side towards the root counts.
+      const bool loading = moved != 0 ? moved > 0 : value.residual_n > 0;
+      const double turning = (loading ? 1 - value.branch : 1 + value.branch) * per_length;
+      slope = slope * (1 + turn * (value.branch - 1)) + full_n * turn * turning;
+    }
+    value.slope_n -= relaxation.gain * slope;
     return value;
   }
 
@@ -65,20 +78,25 @@ struct ContactModel::Balance {
     return std::log1p((load + offset_n) / (relaxation.gain * weakest * top_n));
   }
 
-  /// Newton inside a bracket that every value tightens; halves it where Newton leaves it.
-  [[nodiscard]] double root() const {
-    double low = 0, high = highest();
-    double s = std::clamp(s_from, low, high);
+  /// Newton from where the step began; inside a bracket, that every value tightens, where it goes
+  /// far up the exponential. `s` becomes the root.
+  [[nodiscard]] Value solve(double& s) const {
+    double low = 0, high = std::numeric_limits<double>::infinity();
+    s = s_near;
+    Value value = at(s);
     for (int i = 0; i < newton_limit; ++i) {
-      const Value value = at(s);
       (value.residual_n > 0 ? low : high) = s;
       double next = s - value.residual_n / value.slope_n;
-      if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+      if (std::abs(next - s) <= settled) break;
+      if (!(next >= low && next <= std::min(high, s + 1))) {
+        high = std::min(high, std::max(low, highest()));
+        if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+      }
       const double moved = std::abs(next - s);
-      s = next;
+      value = at(s = next);
       if (moved < newton_tolerance) break;
     }
-    return s;
+    return value;
   }
 };
 
@@ -95,23 +113,6 @@ double ContactModel::log_average(const ContactState& state) const {
          log_sinhc(state.slope_x * half) + log_sinhc(state.slope_y * half);
 }
 
-ContactState ContactModel::step(const ContactState& from, const Pose& pose, double dt_s) const {
-  ContactState state = from;
-  state.pose = pose;
-  state.slope_x = geometry_.tilt_x - pose.ry_rad;
-  state.slope_y = geometry_.tilt_y + pose.rx_rad;
-  const double average = log_average(state);
-  const RelaxationStep relaxation(material_.relaxation, dt_s);
-  const double at_touch =
-      pose.z_m - (surface_z_m(pose) - material_.law.lambda_m * average);  // extension at s = 0
-  if (mount_.weight_n() + mount_.force_n(at_touch) > 0)
-    press(state, relaxation, average);
-  else
-    hang(state, relaxation, average);
-  slide(state, from.pose);
-  return state;
-}
-
 void ContactModel::press(ContactState& state, const RelaxationStep& relaxation,
                          double log_average) const {
   const double lambda_m = material_.law.lambda_m;
@@ -123,12 +124,16 @@ void ContactModel::press(ContactState& state, const RelaxationStep& relaxation,
                         state.exponent,
                         state.branch,
                         top_n,
-                        state.pose.z_m - touch_z_m};
-  state.exponent = balance.root();
-  const auto value = balance.at(state.exponent);
+                        state.pose.z_m - touch_z_m,
+                        std::clamp(state.exponent, 0.0, largest_exponent),
+                        state.exponent > 0 ? state.growth : 1};
+  const auto value = balance.solve(state.exponent);
+  state.growth = value.growth;
   state.branch = value.branch;
   state.normal_n = value.force_n;
-  state.load_ratio = value.force_n / (top_n * std::expm1(std::max(state.exponent, 1e-12)));
+  const double grown = state.exponent > 1e-3 ? value.growth - 1  // less cancels
+                                             : std::expm1(std::max(state.exponent, 1e-12));
+  state.load_ratio = value.force_n / (top_n * grown);
   state.extension_m = balance.extension_0 - lambda_m * state.exponent;
   state.indentation_m = state.probe_z_m() - surface_z_m(state.pose);
   relaxation.advance(state.relaxation, value.elastic_n);
@@ -139,34 +144,69 @@ void ContactModel::hang(ContactState& state, const RelaxationStep& relaxation,
   state.extension_m = mount_.hanging_extension_m();
   state.indentation_m = state.probe_z_m() - surface_z_m(state.pose);
   state.exponent = state.indentation_m / material_.law.lambda_m + log_average;
+  state.growth = 1;
   state.branch = -1;
   state.normal_n = 0;
   state.load_ratio = 0;
   relaxation.advance(state.relaxation, 0);
 }
 
-void ContactModel::slide(ContactState& state, const Pose& from) const {
+void ContactModel::slide(ContactState& state, const ContactState& from) const {
   const Friction& friction = material_.friction;
   if (!(state.normal_n > 0) || !(friction.coefficient > 0)) {
     state.bristle = state.friction_n = {};
+    state.sliding_n = 0;
     return;
   }
-  const Vector2 moved{state.pose.x_m - from.x_m, state.pose.y_m - from.y_m};
+  const Vector2 moved{state.pose.x_m - from.pose.x_m, state.pose.y_m - from.pose.y_m};
   state.bristle = bristle_after(state.bristle, moved, friction.bristle_length_m);
-  const double limit_n = friction.sliding_n(state.normal_n);
-  state.friction_n = {limit_n * state.bristle[0], limit_n * state.bristle[1]};
+  const double change = state.normal_n / from.normal_n - 1;
+  state.sliding_n = from.sliding_n > 0 && std::abs(change) < 0.01
+                        ? from.sliding_n * power_.of_change(change)
+                        : friction.sliding_n(state.normal_n);
+  state.friction_n = {state.sliding_n * state.bristle[0], state.sliding_n * state.bristle[1]};
 }
 
-double ContactModel::pressure_pa(const ContactState& state, double dx_m, double dy_m,
-                                 double texture) const {
-  if (!(state.normal_n > 0)) return 0;
-  const double height_m =
-      material_.waviness.height_m(state.face_x_m() + dx_m, state.face_y_m() + dy_m);
-  const double local_m =
-      state.indentation_m + state.slope_x * dx_m + state.slope_y * dy_m + height_m;
-  const double growth = std::exp(std::min(local_m / material_.law.lambda_m, largest_exponent));
-  const double pressure = state.load_ratio * material_.law.pressure_pa * (growth * texture - 1);
-  return std::clamp(pressure, 0.0, largest_pressure_pa);
+ContactState ContactModel::step(const ContactState& from, const Pose& pose, double dt_s) const {
+  if (!(dt_s >= 0 && dt_s <= std::numeric_limits<double>::max())) return from;
+  return step(from, pose, RelaxationStep(material_.relaxation, dt_s));
+}
+
+WEFT_SIM_CLONES ContactState ContactModel::step(const ContactState& from, const Pose& pose,
+                                                const RelaxationStep& relaxation) const {
+  if (!reachable(pose)) return from;
+  ContactState state = from;
+  state.pose = pose;
+  state.slope_x = geometry_.tilt_x - pose.ry_rad;
+  state.slope_y = geometry_.tilt_y + pose.rx_rad;
+  const double average = log_average(state);
+  const double at_touch =
+      pose.z_m - (surface_z_m(pose) - material_.law.lambda_m * average);  // extension at s = 0
+  if (mount_.weight_n() + mount_.force_n(at_touch) > 0)
+    press(state, relaxation, average);
+  else
+    hang(state, relaxation, average);
+  slide(state, from);
+  return state;
+}
+
+WEFT_SIM_CLONES std::array<double, 2> ContactModel::pressures_pa(
+    const ContactState& state, const std::array<Vector2, 2>& offsets_m,
+    const std::array<double, 2>& textures) const {
+  if (!(state.normal_n > 0)) return {};
+  std::array<double, 2> local_m;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto [dx_m, dy_m] = offsets_m[i];
+    const double height_m =
+        material_.waviness.height_m(state.face_x_m() + dx_m, state.face_y_m() + dy_m);
+    local_m[i] = state.indentation_m + state.slope_x * dx_m + state.slope_y * dy_m + height_m;
+  }
+  const double per_lambda = 1 / material_.law.lambda_m;
+  const simd::Lanes growth =
+      simd::exp(simd::Lanes{local_m[0], local_m[1], local_m[0], local_m[1]} * per_lambda);
+  const double scale = state.load_ratio * material_.law.pressure_pa;
+  return {std::clamp(scale * (growth[0] * textures[0] - 1), 0.0, largest_pressure_pa),
+          std::clamp(scale * (growth[1] * textures[1] - 1), 0.0, largest_pressure_pa)};
 }
 
 }  // namespace weft::sim

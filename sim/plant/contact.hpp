@@ -9,6 +9,7 @@
 #include "sim/plant/friction.hpp"
 #include "sim/plant/hysteresis.hpp"
 #include "sim/plant/mount.hpp"
+#include "sim/plant/near.hpp"
 #include "sim/plant/pose.hpp"
 #include "sim/plant/relaxation.hpp"
 #include "sim/plant/waviness.hpp"
@@ -40,6 +41,7 @@ struct ContactGeometry {
 struct ContactState {
   Pose pose;
   double exponent = -1e9;  ///< s = (indentation + waviness)/lambda + ln(tilt average); > 0 touches
+  double growth = 1;       ///< e^exponent while it touches, 1 above the cloth
   double branch = -1;      ///< of the hysteresis
   RelaxationState relaxation;
   Vector2 bristle{};         ///< share of full sliding, |.| <= 1
@@ -50,6 +52,7 @@ struct ContactState {
       0;               ///< normal force / elastic loading force: memory of the cloth, 0 untouched
   double slope_x = 0;  ///< of the face against the cloth: extra indentation per metre along x
   double slope_y = 0;
+  double sliding_n = 0;  ///< friction of full sliding under the normal force, kept at level L1
   Vector2 friction_n{};  ///< force on the cloth along the fabric frame's axes
   Vector2 lag_m{};       ///< of the probe's face behind the stages; 0 at level L1
   /// Of the probe in the room, which is not where the plate is at rest: x and y are minus the rate
@@ -68,12 +71,22 @@ class ContactModel {
   ContactModel(const ContactGeometry& geometry, const Mount& mount, const ContactMaterial& material)
       : geometry_(geometry), mount_(mount), material_(material) {}
 
-  /// The state `dt_s` later with the stages at `pose`, moved there in a straight line. dt_s >= 0.
+  /// The state `dt_s` later with the stages at `pose`, moved there in a straight line. A pose that
+  /// is not `reachable` and a dt_s that is negative or not finite change nothing.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& pose, double dt_s) const;
+  /// The same for steps of one length, whose relaxation() need not be worked out each time.
+  [[nodiscard]] ContactState step(const ContactState& from, const Pose& pose,
+                                  const RelaxationStep& relaxation) const;
   /// Pressure on the cloth at an offset from the face's centre [Pa], for a
   /// local texture response `texture` = e^{h/lambda}/<e^{h/lambda}>.
   [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,
-                                   double texture) const;
+                                   double texture) const {
+    return pressures_pa(state, {{{dx_m, dy_m}, {dx_m, dy_m}}}, {texture, texture})[0];
+  }
+  /// The same at two offsets: chips convert their pads in pairs.
+  [[nodiscard]] std::array<double, 2> pressures_pa(const ContactState& state,
+                                                   const std::array<Vector2, 2>& offsets_m,
+                                                   const std::array<double, 2>& textures) const;
 
   /// Height of the cloth's mean surface under a face at `pose`, downwards, in the z stage's scale.
   [[nodiscard]] double surface_z_m(const Pose& pose) const;
@@ -83,14 +96,16 @@ class ContactModel {
 
  private:
   struct Balance;
-  [[nodiscard]] double log_average(const ContactState& state) const;
-  void press(ContactState& state, const RelaxationStep& relaxation, double log_average) const;
+  [[nodiscard]] WEFT_SIM_INLINE double log_average(const ContactState& state) const;
+  WEFT_SIM_INLINE void press(ContactState& state, const RelaxationStep& relaxation,
+                             double log_average) const;
   void hang(ContactState& state, const RelaxationStep& relaxation, double log_average) const;
-  void slide(ContactState& state, const Pose& from) const;
+  WEFT_SIM_INLINE void slide(ContactState& state, const ContactState& from) const;
 
   ContactGeometry geometry_;
   Mount mount_;
   ContactMaterial material_;
+  NearPower power_{material_.friction.exponent};  ///< of a change in load
 };
 
 /// ln(sinh(x)/x): average of e^{x t} over t in [-1, 1], safe for any finite x.

@@ -67,22 +67,44 @@ class PadArray {
   void reset(std::uint64_t noise_seed, double gain_scale);
   /// Converts one pad under `pressure_pa` in frame number `frame`. Once per pad and frame.
   void convert(std::size_t pad, double pressure_pa, std::uint64_t frame);
+  /// Converts the pads of stages [first, last) of a frame in the order of the stages, with the same
+  /// bits as one by one: pads know of each other only what the last conversions gave.
+  void convert_stages(const std::array<double, pad_count>& pressure_pa, std::uint64_t frame,
+                      int first = 0, int last = pad_timing::stages);
 
   [[nodiscard]] const std::array<std::uint16_t, pad_count>& counts() const { return counts_; }
 
  private:
-  struct Pad {
-    double gain = 1, gap_m = 0, baseline_counts = 0, idle_f = 0;                  // the sensor's
-    double creep_pa = 0, level = 0, branch = -1, drift_counts = 0, change_f = 0;  // state
+  using Values = std::array<double, pad_count>;
+  /// What belongs to the sensor: four pads at a time are computed side by side.
+  struct Sensor {
+    Values gain{}, gap_m{}, baseline_counts{}, idle_f{};
   };
-  double felt_pa(Pad& pad, double pressure_pa) const;
+  /// What a conversion leaves behind, and its noise in standard deviations.
+  struct State {
+    Values creep_pa, level, branch, drift_counts, change_f, noise;
+  };
+  /// Constants of the conversion, worked out once.
+  struct Law {
+    double creep = 0, creep_keep = 0, hysteresis = 0, per_hysteresis_length = 0;
+    double area_f_m = 0, dielectric_m = 0, gap_pressure_pa = 0;
+    double drift_keep = 0, drift_kick_counts = 0;
+  };
+  static Law law_of(const PadParams& params);
+  static void compute(const Law& law, const Sensor& sensor, const State& from,
+                      const Values& pressure_pa, const Values& draw, const Values& turns,
+                      std::size_t first, std::size_t last, State& to);
+  void draw_noise(std::uint64_t frame, std::size_t first, std::size_t last, Values& draw,
+                  Values& turns) const;
+  void commit(std::size_t pad, const State& next);
   [[nodiscard]] double neighbours_f(std::size_t pad) const;
 
   PadParams params_;
-  double creep_keep_, drift_keep_;
+  Law law_;
   std::uint64_t noise_seed_;
   double gain_scale_ = 1;
-  std::array<Pad, pad_count> pads_{};
+  Sensor sensor_;
+  State state_{};
   std::array<std::uint16_t, pad_count> counts_{};
 };
 

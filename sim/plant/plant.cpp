@@ -26,6 +26,8 @@ Plant::Plant(const PlantParams& params, std::uint64_t rig_seed)
 }
 
 void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
+  finish_stages();
+  prepared_ = {};
   ContactGeometry geometry = params_.geometry;
   geometry.tilt_x += rig_tilt_x_ + patch.tilt_x;
   geometry.tilt_y += rig_tilt_y_ + patch.tilt_y;
@@ -71,6 +73,9 @@ ContactState Plant::peek(const Pose& pose, double dt_s) const {
 void Plant::advance(const Pose& pose, double dt_s) {
   if (sounding_ && params_.watched.contact)
     contact_ = sounding_->advance(contact_, pose, from_seconds(dt_s));
+  else if (params_.watched.contact && params_.level == Level::quasistatic && dt_s >= 0 &&
+           dt_s <= params_.quasistatic_step_s)
+    contact_ = model_.step(contact_, pose, relaxation_over(dt_s));
   else
     contact_ = peek(pose, dt_s);
 }
@@ -89,28 +94,48 @@ ContactState Plant::quasistatic(const Pose& pose, double dt_s) const {
   return model_.step(state, pose, dt_s / count);
 }
 
+const RelaxationStep& Plant::relaxation_over(double dt_s) {
+  for (const auto& known : prepared_)
+    if (known && known->dt_s == dt_s) return known->relaxation;
+  std::swap(prepared_[0], prepared_[1]);
+  prepared_[0].emplace(PreparedStep{dt_s, {model_.material().relaxation, dt_s}});
+  return prepared_[0]->relaxation;
+}
+
 void Plant::convert(int stage, std::uint64_t frame) {
   if (!params_.watched.pads) return;
-  const auto pad = static_cast<std::size_t>(stage);
-  convert_pad(pad, frame);
-  convert_pad(pad + std::size_t{pad_timing::stages}, frame);
+  if (frame != scan_frame_ || stage != scan_last_) finish_stages();
+  if (scan_first_ == scan_last_) scan_first_ = stage;
+  scan_frame_ = frame;
+  scan_last_ = stage + 1;
+  press_pads(static_cast<std::size_t>(stage));
+  if (scan_last_ == pad_timing::stages) finish_stages();
 }
 
-double Plant::pressure_pa(std::size_t pad) {
-  if (!(contact_.normal_n > 0)) return 0;
-  const double dx = pad_dx_m(pad), dy = pad_dy_m(pad);
-  const double x = contact_.face_x_m() + dx, y = contact_.face_y_m() + dy;
-  const double u = skew_cos_ * x + skew_sin_ * y, v = skew_cos_ * y - skew_sin_ * x;
-  if (algebraic_) {
-    const double height_m = algebraic_->texture.height_m(u, v, cursors_[pad]);
-    return algebraic_->probe.pressure_pa(contact_, dx, dy, height_m);
+void Plant::finish_stages() {
+  pads_.convert_stages(pressure_pa_, scan_frame_, scan_first_, scan_last_);
+  scan_first_ = scan_last_ = 0;
+}
+
+/// Of pads `pad` and `pad` + 8, one of each chip.
+void Plant::press_pads(std::size_t pad) {
+  const std::array<std::size_t, 2> pads{pad, pad + std::size_t{pad_timing::stages}};
+  std::array<Vector2, 2> offsets_m;
+  std::array<double, 2> pressures_pa{}, textures{};
+  for (std::size_t i = 0; i < 2 && contact_.normal_n > 0; ++i) {
+    const double dx = pad_dx_m(pads[i]), dy = pad_dy_m(pads[i]);
+    const double x = contact_.face_x_m() + dx, y = contact_.face_y_m() + dy;
+    const double u = skew_cos_ * x + skew_sin_ * y, v = skew_cos_ * y - skew_sin_ * x;
+    offsets_m[i] = {dx, dy};
+    if (algebraic_)
+      pressures_pa[i] = algebraic_->probe.pressure_pa(
+          contact_, dx, dy, algebraic_->texture.height_m(u, v, cursors_[pads[i]]));
+    else
+      textures[i] = texture_.response(u, v, cursors_[pads[i]]);
   }
-  return model_.pressure_pa(contact_, dx, dy, texture_.response(u, v, cursors_[pad]));
-}
-
-void Plant::convert_pad(std::size_t pad, std::uint64_t frame) {
-  pressure_pa_[pad] = pressure_pa(pad);
-  pads_.convert(pad, pressure_pa_[pad], frame);
+  if (!algebraic_ && contact_.normal_n > 0)
+    pressures_pa = model_.pressures_pa(contact_, offsets_m, textures);
+  for (std::size_t i = 0; i < 2; ++i) pressure_pa_[pads[i]] = pressures_pa[i];
 }
 
 }  // namespace weft::sim

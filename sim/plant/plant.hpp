@@ -58,10 +58,12 @@ class Plant {
   /// What accelerometer and microphone have read since this was last called; nothing below L3. The
   /// readings are kept until they are taken.
   VibrationReadings take_vibration();
-  /// Converts the two pads of one stage of frame `frame` in the present state.
+  /// Converts the two pads of one stage of frame `frame` in the present state. Stages run from 0 to
+  /// 7; counts appear with the frame's last.
   void convert(int stage, std::uint64_t frame);
 
   [[nodiscard]] const ContactState& contact() const { return contact_; }
+  /// Of the last frame that was converted to its end, and of stages that a mount cut short.
   [[nodiscard]] const std::array<std::uint16_t, pad_count>& pad_counts() const {
     return pads_.counts();
   }
@@ -80,8 +82,9 @@ class Plant {
   };
   void listen(const Patch& patch, TimePoint now);
   [[nodiscard]] ContactState quasistatic(const Pose& pose, double dt_s) const;
-  [[nodiscard]] double pressure_pa(std::size_t pad);
-  void convert_pad(std::size_t pad, std::uint64_t frame);
+  void press_pads(std::size_t pad);
+  void finish_stages();
+  const RelaxationStep& relaxation_over(double dt_s);
 
   PlantParams params_;
   std::uint64_t rig_seed_;
@@ -96,6 +99,14 @@ class Plant {
   std::array<TextureMap::Cursor, pad_count> cursors_{};
   PadArray pads_;
   std::array<double, pad_count> pressure_pa_{};
+  std::uint64_t scan_frame_ = 0;  // stages [first, last) of it wait for their counts
+  int scan_first_ = 0, scan_last_ = 0;
+  /// A scan has steps of two lengths: what relaxes over them is kept.
+  struct PreparedStep {
+    double dt_s;
+    RelaxationStep relaxation;
+  };
+  std::array<std::optional<PreparedStep>, 2> prepared_;
 };
 
 }  // namespace weft::sim

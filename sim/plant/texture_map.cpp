@@ -33,6 +33,15 @@ constexpr Disc make_disc() {
 
 constexpr Disc disc = make_disc();
 
+constexpr int tile_bits = 5;
+static_assert(TextureMap::tile_cells == 1 << tile_bits);
+
+/// Of a number that an int can hold; std::floor is a call before SSE4.1.
+int floor_of(double x) {
+  const int towards_zero = static_cast<int>(x);
+  return towards_zero - (x < towards_zero ? 1 : 0);
+}
+
 std::uint64_t key(int column, int row) {
   return static_cast<std::uint64_t>(static_cast<std::uint32_t>(column)) << 32 |
          static_cast<std::uint32_t>(row);
@@ -51,15 +60,13 @@ double TextureMap::response(double u_m, double v_m, Cursor& cursor) {
   if (field_.terms().empty()) return 1;
   const double u = std::clamp(u_m / cell_m, -largest_cell, largest_cell);
   const double v = std::clamp(v_m / cell_m, -largest_cell, largest_cell);
-  const double u_cell = std::floor(u), v_cell = std::floor(v);
-  const int column = static_cast<int>(std::floor(u_cell / tile_cells));
-  const int row = static_cast<int>(std::floor(v_cell / tile_cells));
+  const int i = floor_of(u), j = floor_of(v);
+  const int column = i >> tile_bits, row = j >> tile_bits;
   if (column != cursor.column || row != cursor.row || cursor.tile == nullptr)
     cursor = {column, row, tile(column, row)};
-  const auto i = static_cast<std::ptrdiff_t>(u_cell) - std::ptrdiff_t{column} * tile_cells;
-  const auto j = static_cast<std::ptrdiff_t>(v_cell) - std::ptrdiff_t{row} * tile_cells;
-  const float* at = cursor.tile + j * outputs + i;
-  const double a = u - u_cell, b = v - v_cell;
+  const float* at =
+      cursor.tile + std::ptrdiff_t{j & (tile_cells - 1)} * outputs + (i & (tile_cells - 1));
+  const double a = u - i, b = v - j;
   const auto f = [](float x) { return static_cast<double>(x); };
   return (1 - b) * ((1 - a) * f(at[0]) + a * f(at[1])) +
          b * ((1 - a) * f(at[outputs]) + a * f(at[outputs + 1]));

@@ -9,36 +9,24 @@ namespace weft::sim {
 
 Waviness::Waviness(const WavinessSpec& spec, std::uint64_t seed) : flat_(!(spec.rms_m > 0)) {
   Random random(seed);
-  for (Wave& wave : waves_) {
+  for (std::size_t i = 0; i < waves; ++i) {
     const double direction = random.angle();
-    const double number =
-        2 * std::numbers::pi / random.uniform(spec.shortest_wave_m, spec.longest_wave_m);
-    wave.amplitude_m = spec.rms_m * std::sqrt(2.0 / waves);
-    wave.kx = number * std::cos(direction);
-    wave.ky = number * std::sin(direction);
-    wave.phase = random.angle();
+    const double turns = 1 / random.uniform(spec.shortest_wave_m, spec.longest_wave_m);
+    amplitude_m_[i] = spec.rms_m * std::sqrt(2.0 / waves);
+    turns_x_[i] = turns * std::cos(direction);
+    turns_y_[i] = turns * std::sin(direction);
+    phase_turns_[i] = random.uniform();
   }
-}
-
-double Waviness::height_m(double x_m, double y_m) const {
-  if (flat_) return 0;
-  double height = 0;
-  for (const Wave& wave : waves_)
-    height += wave.amplitude_m * std::cos(wave.kx * x_m + wave.ky * y_m + wave.phase);
-  return height;
 }
 
 Waviness::Tangent Waviness::tangent(double x_m, double y_m) const {
-  Tangent tangent;
-  if (flat_) return tangent;
-  for (const Wave& wave : waves_) {
-    const double angle = wave.kx * x_m + wave.ky * y_m + wave.phase;
-    const double fall = -wave.amplitude_m * std::sin(angle);
-    tangent.height_m += wave.amplitude_m * std::cos(angle);
-    tangent.slope_x += wave.kx * fall;
-    tangent.slope_y += wave.ky * fall;
-  }
-  return tangent;
+  if (flat_) return {};
+  const simd::Lanes x = simd::load(turns_x_.data()), y = simd::load(turns_y_.data());
+  const simd::Lanes turns = x * x_m + y * y_m + simd::load(phase_turns_.data());
+  const simd::Lanes amplitude = simd::load(amplitude_m_.data());
+  const simd::Lanes fall = (-2 * std::numbers::pi) * amplitude * simd::sine_of_turns(turns);
+  return {simd::sum(amplitude * simd::cosine_of_turns(turns)), simd::sum(x * fall),
+          simd::sum(y * fall)};
 }
 
 }  // namespace weft::sim

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "sim/plant/lanes_math.hpp"
+
 namespace weft::sim {
 
 struct WavinessSpec {
@@ -21,7 +23,12 @@ class Waviness {
   Waviness(const WavinessSpec& spec, std::uint64_t seed);
 
   /// Height of the cloth above its mean thickness at a point of the fabric frame [m].
-  [[nodiscard]] double height_m(double x_m, double y_m) const;
+  [[nodiscard]] WEFT_SIM_INLINE double height_m(double x_m, double y_m) const {
+    if (flat_) return 0;
+    const simd::Lanes turns = simd::load(turns_x_.data()) * x_m +
+                              simd::load(turns_y_.data()) * y_m + simd::load(phase_turns_.data());
+    return simd::sum(simd::load(amplitude_m_.data()) * simd::cosine_of_turns(turns));
+  }
   /// Height and its slopes along x and y: the plane that touches the waves at a point.
   struct Tangent {
     double height_m = 0, slope_x = 0, slope_y = 0;
@@ -29,10 +36,8 @@ class Waviness {
   [[nodiscard]] Tangent tangent(double x_m, double y_m) const;
 
  private:
-  struct Wave {
-    double amplitude_m = 0, kx = 0, ky = 0, phase = 0;
-  };
-  std::array<Wave, waves> waves_{};
+  // Side by side, in turns: four waves fill the lanes.
+  std::array<double, waves> amplitude_m_{}, turns_x_{}, turns_y_{}, phase_turns_{};
   bool flat_ = true;
 };
 

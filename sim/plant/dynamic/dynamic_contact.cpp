@@ -189,8 +189,8 @@ DynamicContact::Motion DynamicContact::begin(const ContactState& from,
                                              const Approach& approach) const {
   return {.z_m = from.probe_z_m(),
           .v_mps = from.velocity_mps[2],
-          .memory = {from.exponent, std::exp(std::clamp(from.exponent, 0.0, law_.largest_exponent)),
-                     from.branch, from.relaxation},
+          .memory = {from.exponent, from.exponent > 0 ? from.growth : 1, from.branch,
+                     from.relaxation},
           .touching = from.exponent > 0,
           .normal_n = from.normal_n,
           .glide = {approach.lag_m, {from.velocity_mps[0], from.velocity_mps[1]}, from.bristle},
@@ -206,6 +206,7 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, co
   state.lag_m = motion.glide.lag_m;
   state.velocity_mps = {motion.glide.room_mps[0], motion.glide.room_mps[1], motion.v_mps};
   state.exponent = (motion.z_m - approach.touch_at(dt_s, motion.glide.lag_m)) * law_.per_lambda;
+  state.growth = state.exponent > 0 ? motion.memory.growth : 1;
   state.branch = motion.memory.branch;
   state.relaxation = motion.memory.relaxation;
   state.bristle = motion.glide.bristle;
@@ -219,6 +220,7 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, co
           ? motion.normal_n /
                 (law_.top_n * std::expm1(std::clamp(state.exponent, 1e-12, law_.largest_exponent)))
           : 0;
+  state.sliding_n = 0;
   state.friction_n = friction_n(motion, approach);
   return state;
 }

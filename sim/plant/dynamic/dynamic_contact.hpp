@@ -13,8 +13,8 @@
 #include "sim/plant/dynamic/approach.hpp"
 #include "sim/plant/dynamic/dynamics_params.hpp"
 #include "sim/plant/dynamic/glide.hpp"
-#include "sim/plant/dynamic/near.hpp"
 #include "sim/plant/dynamic/press_stage.hpp"
+#include "sim/plant/near.hpp"
 #include "sim/plant/sliding_contact.hpp"
 
 namespace weft::sim {

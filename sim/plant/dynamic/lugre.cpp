@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "sim/plant/dynamic/near.hpp"
+#include "sim/plant/near.hpp"
 
 namespace weft::sim {
 

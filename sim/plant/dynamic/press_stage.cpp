@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/plant/dynamic/near.hpp"
+#include "sim/plant/near.hpp"
 
 namespace weft::sim {
 

@@ -34,6 +34,9 @@ class NearPower {
     }
   }
 
+  /// (1 + e)^n for |e| < 0.01, without memory.
+  [[nodiscard]] double of_change(double e) const { return polynomial_7(binomial_, e); }
+
   double operator()(double x) {
     const double e = (x - at_) * inverse_;
     if (!(std::abs(e) < 0.01)) return anchor(x);
