@@ -187,14 +187,14 @@ Approach DynamicContact::approach(const ContactState& from, const Pose& to, doub
 
 DynamicContact::Motion DynamicContact::begin(const ContactState& from,
                                              const Approach& approach) const {
-  return {.z_m = from.probe_z_m(),
-          .v_mps = from.velocity_mps[2],
-          .memory = {from.exponent, from.exponent > 0 ? from.growth : 1, from.branch,
-                     from.relaxation},
-          .touching = from.exponent > 0,
-          .normal_n = from.normal_n,
-          .glide = {approach.lag_m, {from.velocity_mps[0], from.velocity_mps[1]}, from.bristle},
-          .power = NearPower(material_.friction.exponent)};
+  return {
+      .z_m = from.probe_z_m(),
+      .v_mps = from.velocity_mps[2],
+      .memory = {from.exponent, from.exponent > 0 ? from.growth : 1, from.branch, from.relaxation},
+      .touching = from.exponent > 0,
+      .normal_n = from.normal_n,
+      .glide = {approach.lag_m, {from.velocity_mps[0], from.velocity_mps[1]}, from.bristle},
+      .power = NearPower(material_.friction.exponent)};
 }
 
 ContactState DynamicContact::finish(const ContactState& from, const Pose& to, const Motion& motion,

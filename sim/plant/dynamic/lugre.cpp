@@ -11,7 +11,6 @@ namespace {
 
 constexpr int newton_limit = 80;             // 2 or 3 in use
 constexpr double relative_tolerance = 1e-5;  // of a quadratic method: what is left is its square
-constexpr double settled = 1e-11;            // a guess that is so near needs no step
 constexpr double absolute_tolerance_mps = 1e-16;
 constexpr double series_below = 0.02;
 
@@ -53,8 +52,9 @@ struct SlipEquation {
 
   struct Value {
     double residual, slope;
-    double end;    // share taken off the bristles at the step's end
-    Vector2 rest;  // q - Q b: its direction is the slip's
+    double end, end_slope;  // share taken off the bristles at the step's end
+    Vector2 rest;           // q - Q b: its direction is the slip's
+    double rest_slope;      // its change with u, along b
     double rest_size;
   };
 
@@ -71,8 +71,13 @@ struct SlipEquation {
     const Vector2 rest{q[0] - left * b[0], q[1] - left * b[1]};
     const double rest_size = size(rest);
     const double along = rest_size > 0 ? (rest[0] * b[0] + rest[1] * b[1]) / rest_size : 0;
-    return {a * u + r * taken - rest_size, a + r_slope * taken + (r - along) * taken_slope, s.end,
-            rest, rest_size};
+    return {a * u + r * taken - rest_size,
+            a + r_slope * taken + (r - along) * taken_slope,
+            s.end,
+            x_slope * s.end_slope,
+            rest,
+            taken_slope,
+            rest_size};
   }
 
   /// No slip is faster: P cannot be negative and |Q| is bounded.
@@ -84,7 +89,7 @@ struct SlipEquation {
 }  // namespace
 
 Vector2 LuGre::bristle_rate(const Vector2& bristle, const Vector2& v_mps) const {
-  const double speed = std::hypot(v_mps[0], v_mps[1]), pull = speed / limit_ratio(speed);
+  const double speed = size(v_mps), pull = speed / limit_ratio(speed);
   return {(v_mps[0] - pull * bristle[0]) / length_m, (v_mps[1] - pull * bristle[1]) / length_m};
 }
 
@@ -111,20 +116,27 @@ Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vect
   const SlipEquation equation{lugre, rule, a_n_s_m + lugre.viscous_n_s_m, t_s, q_n, bristle};
   double low = 0, high = std::numeric_limits<double>::infinity(), u = guess_mps;
   SlipEquation::Value value{};
-  bool last = false;
   double squared = u * equation.per_stribeck * u * equation.per_stribeck;
   double excess = (lugre.static_ratio - 1) * std::exp(-squared);
   for (int i = 0; i < newton_limit; ++i) {
     value = equation.at(u, excess);
-    if (last) break;
     (value.residual > 0 ? high : low) = u;
     double next = u - value.residual / value.slope;
-    if (std::abs(next - u) <= settled * u) break;
     if (!(value.slope > 0 && next >= low && next <= high)) {
       high = std::min(high, equation.fastest());
       next = 0.5 * (low + high);
     }
-    last = std::abs(next - u) <= relative_tolerance * u + absolute_tolerance_mps;
+    const double step = next - u;
+    if (std::abs(step) <= relative_tolerance * u + absolute_tolerance_mps) {
+      // As far as Newton's own error goes, what hangs on u follows in a straight line.
+      value.end += step * value.end_slope;
+      value.rest = {value.rest[0] + step * value.rest_slope * bristle[0],
+                    value.rest[1] + step * value.rest_slope * bristle[1]};
+      value.rest_size = size(value.rest);
+      excess -= 2 * u * step * equation.per_stribeck * equation.per_stribeck * excess;
+      u = next;
+      break;
+    }
     u = next;
     const double now = u * equation.per_stribeck * u * equation.per_stribeck;
     // What has underflowed stays so in a product: then in full.

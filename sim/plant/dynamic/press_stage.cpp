@@ -60,6 +60,27 @@ PressStage::Value PressStage::at(double d_m, double offset_n) const {
   return value;
 }
 
+/// The value a last short step further, as exactly as Newton has found it; in full where that step
+/// crosses a corner of the curve.
+PressStage::Value PressStage::follow(const Value& from, double d_m, double ds,
+                                     double offset_n) const {
+  Value value = from;
+  value.exponent += ds;
+  const double turn_at = std::max(memory.exponent, 0.0);
+  if (!(from.exponent > 0) || !(value.exponent > 0) ||
+      (from.exponent > turn_at) != (value.exponent > turn_at))
+    return at(d_m, offset_n);
+  value.growth *= 1 + ds * (1 + 0.5 * ds);
+  value.elastic_n = law.top_n * (value.growth - 1);
+  if (law.hysteresis.eta > 0) {
+    const double turning = value.exponent > turn_at ? 1 - value.branch : 1 + value.branch;
+    value.branch += ds * turning * law.per_length;
+    value.elastic_n *= law.factor(value.branch);
+  }
+  value.force_n = std::max(0.0, relaxation.gain * value.elastic_n - offset_n);
+  return value;
+}
+
 /// No load leads deeper than this: at the root the cloth carries no more than what acts at s = 0.
 double PressStage::highest_m(double offset_n) const {
   const double at_touch_m = -exponent_at_z * law.lambda_m;
@@ -79,10 +100,8 @@ PressStage::Value PressStage::solve(double& d_m) const {
   if (guess > std::min(std::max(memory.exponent, 0.0) + 1, deep_exponent))
     d = std::min(d, high = highest_m(offset_n));
   Value value{};
-  bool last = false;
   for (int i = 0; i < newton_limit; ++i) {
     value = at(d, offset_n);
-    if (last) break;
     if (std::abs(value.residual_n) <= settled * (law.mount.weight_n() + value.force_n)) break;
     (value.residual_n > 0 ? low : high) = d;
     double next = d - value.residual_n / value.slope_n_m;
@@ -92,10 +111,13 @@ PressStage::Value PressStage::solve(double& d_m) const {
     if (!(next >= low && next <= high))
       next = std::isfinite(low) && std::isfinite(high) ? 0.5 * (low + high)
                                                        : std::clamp(next, low, high);
-    const double moved = std::abs(next - d);
-    if (!(moved > 0)) break;
-    last = moved < tolerance * law.lambda_m;
+    const double step_m = next - d;
+    if (!(std::abs(step_m) > 0)) break;
     d = next;
+    if (std::abs(step_m) < tolerance * law.lambda_m) {
+      value = follow(value, d, step_m * law.per_lambda, offset_n);
+      break;
+    }
   }
   d_m = d;
   return value;

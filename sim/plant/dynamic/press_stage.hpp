@@ -57,6 +57,7 @@ struct PressStage {
  private:
   [[nodiscard]] Value at(double d_m, double offset_n) const;
   [[nodiscard]] double highest_m(double offset_n) const;
+  [[nodiscard]] Value follow(const Value& from, double d_m, double ds, double offset_n) const;
 };
 
 }  // namespace weft::sim
