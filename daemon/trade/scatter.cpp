@@ -152,8 +152,9 @@ void draw_lines(Canvas& canvas, const Axes& axes, const ScatterPanel& panel, Nam
   for (const ScatterLine& line : panel.lines) {
     const double y = axes.y(shown(line.share, axes.y.logarithmic));
     canvas.line({axes.area.x, y}, {right, y}, "level-line");
-    canvas.text({right - 4, y - 4}, line.label, "level-name", Anchor::end);
-    names.keep_clear({right - 4 - width_of(line.label), y - 16, width_of(line.label), 16});
+    const double text_y = line.below ? y + 12 : y - 4;
+    canvas.text({right - 4, text_y}, line.label, "level-name", Anchor::end);
+    names.keep_clear({right - 4 - width_of(line.label), text_y - 12, width_of(line.label), 16});
   }
 }
 
@@ -180,9 +181,16 @@ void draw_panel(Canvas& canvas, const Axes& axes, const ScatterPanel& panel) {
   }
 }
 
+/// Five letters at most: the axis title is beside them.
+std::string error_text(double error) {
+  if (error > 0.9e-3) return general(error);
+  const double power = std::floor(std::log10(error) + 1e-9);
+  return general(std::round(error / std::pow(10.0, power))) + "e" + general(power);
+}
+
 void draw_heights(Canvas& canvas, const Axes& axes, const std::string& title, bool first) {
   if (axes.y.logarithmic) {
-    if (first) return axes.draw_log_y(canvas, title, general);
+    if (first) return axes.draw_log_y(canvas, title, error_text);
     return axes.draw_log_y_grid(canvas);
   }
   if (first) return axes.draw_y(canvas, title, 8);

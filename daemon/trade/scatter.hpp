@@ -24,6 +24,7 @@ struct ScatterPoint {
 struct ScatterLine {
   double share = 0;
   std::string label;
+  bool below = false;  ///< the label stands under the line
 };
 
 struct ScatterPanel {

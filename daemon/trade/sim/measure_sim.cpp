@@ -93,7 +93,8 @@ double simulated_s(const SimScene& scene) {
 /// What all settings of one scene are compared with.
 struct Yardsticks {
   std::vector<SimTrace> reference, finest_l1, finest_l2;
-  SimErrors l0_to_l1, l1_to_l2;
+  SimErrors l1_to_l2;
+  std::optional<SimErrors> l2_to_l3;
 };
 
 class SceneTrade {
@@ -138,6 +139,23 @@ class SceneTrade {
     }
     out_.cycle = yardsticks_.reference.front().cycle;
     yardsticks_.l1_to_l2 = errors_of(yardsticks_.finest_l1, yardsticks_.reference);
+    return compare_with_l3();
+  }
+
+  /// The force that rubbing adds, of the scenes in which something rubs.
+  Status compare_with_l3() {
+    SimErrors errors;
+    std::vector<double> largest, rms;
+    for (std::size_t i = 0; i < scene_.cases.size(); ++i) {
+      if (!scene_.cases[i].slides) return {};
+      const auto added = rubbing_force(scene_.cases[i], yardsticks_.finest_l2[i]);
+      if (!added) return pass(added.error());
+      errors.worst_n = larger(errors.worst_n, *added);
+      largest.push_back(added->max);
+      rms.push_back(added->rms);
+    }
+    errors.median_n = {median_of(largest), median_of(rms)};
+    yardsticks_.l2_to_l3 = errors;
     return {};
   }
 
@@ -169,6 +187,10 @@ class SceneTrade {
       case Level::quasistatic:
         point.discretisation = errors_of(runs, yardsticks_.finest_l1);
         point.model = yardsticks_.l1_to_l2;
+        break;
+      case Level::dynamic:
+        point.model = yardsticks_.l2_to_l3;
+        point.discretisation = point.total;
         break;
       default:
         point.discretisation = point.total;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "daemon/report/format.hpp"
+#include "sim/plant/modal/rubbing.hpp"
 
 namespace weft::daemon {
 
@@ -12,6 +13,8 @@ namespace {
 constexpr double absurd_ratio = 10;       // of the largest force of the reference
 constexpr double least_amplitude = 0.5;   // of a stick-slip cycle, else it is lost
 constexpr double cycle_tolerance = 0.10;  // of its amplitude and frequency, else it is wrong
+
+constexpr std::uint64_t rubbing_seed = 1;
 
 class Deviations {
  public:
@@ -79,6 +82,22 @@ SimError error_of(const SimTrace& run, const SimTrace& reference) {
   for (std::size_t i = 0; i < run.touch_s.size(); ++i)
     out.touch_s = std::max(*out.touch_s, std::abs(run.touch_s[i] - reference.touch_s[i]));
   return out;
+}
+
+Result<SimDeviation> rubbing_force(const SimCase& one, const SimTrace& run) {
+  const sim::Patch& patch = one.patch;
+  auto rubbing = sim::Rubbing::make({}, patch.field, rubbing_seed, patch.skew_rad);
+  if (!rubbing) return pass(rubbing.error(), one.name);
+  Deviations out;
+  for (const sim::ContactState& s : run.samples) {
+    const double lambda_m = patch.material.law.lambda_m;
+    const sim::Force force = rubbing->advance(
+        {{s.face_x_m(), s.face_y_m()}, s.friction_n, s.normal_n, s.normal_n / lambda_m});
+    out.add(one.slides ? square(force[0] - s.friction_n[0]) + square(force[1] - s.friction_n[1]) +
+                             square(force[2] - s.normal_n)
+                       : 0);
+  }
+  return out.result();
 }
 
 std::string failure_of(const SimCase& one, const SimTrace& run, const SimTrace& reference) {

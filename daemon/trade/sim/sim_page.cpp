@@ -87,7 +87,7 @@ void mark_front(std::vector<ScatterPoint>& points) {
 }
 
 ScatterPanel panel_of(const SimSceneResult& scene, const std::vector<std::string>& families,
-                      std::string title, Value value) {
+                      std::string title, Value value, bool with_front = true) {
   ScatterPanel out{std::move(title), std::string(x_title), {}, {}};
   for (const SimPoint& p : scene.points) {
     const auto error = value(p);
@@ -96,7 +96,7 @@ ScatterPanel panel_of(const SimSceneResult& scene, const std::vector<std::string
     out.points.push_back(
         {p.best_s, *error, 0, 0, static_cast<std::size_t>(family), false, step_label(p.setting)});
   }
-  mark_front(out.points);
+  if (with_front) mark_front(out.points);
   return out;
 }
 
@@ -121,10 +121,10 @@ std::string force_picture(const SimSceneResult& scene, const std::vector<std::st
               families,
               {panel_of(scene, families, "(a) against the reference: model and step", total_max),
                panel_of(scene, families, "(b) against the same level's finest run: step alone",
-                        discretisation_max)},
+                        discretisation_max, false)},
               true};
   for (ScatterPanel& panel : out.panels)
-    panel.lines = {{fine_resolution_n, "Mini40 Fx, Fy: 10 mN"},
+    panel.lines = {{fine_resolution_n, "Mini40 Fx, Fy: 10 mN", true},
                    {coarse_resolution_n, "Mini40 Fz: 20 mN"}};
   return scrolled(out);
 }
@@ -194,8 +194,9 @@ std::string section(const SimSceneResult& scene, const std::vector<std::string>&
   std::string out =
       "<section>\n<h2>" + escape(scene.scene) + " " + badge() + "</h2>\n" + facts(scene);
   out += figure(force_picture(scene, families),
-                "Every mark is one level, integrator and step; the front is of the figures of its "
-                "panel. Below the dotted lines the sensor cannot tell the runs apart. Failed runs "
+                "Every mark is one level, integrator and step; the front of (a) is the best "
+                "that a time buys; (b) shows how each level converges on itself. Below the dotted "
+                "lines the sensor cannot tell the runs apart. Failed runs "
                 "are not drawn but listed below.",
                 badge());
   if (const std::string pads = pads_picture(scene, families); !pads.empty())
@@ -208,7 +209,7 @@ std::string section(const SimSceneResult& scene, const std::vector<std::string>&
                 "Largest error and root mean square over the samples, of the worst run. \u25C6 on "
                 "the front of (a), \u2717 failed. Of the step: against the finest run of the same "
                 "level; from L2 on that is the reference. Of the model: L0 against L1, L1's finest "
-                "run against the reference.",
+                "run against the reference, L2's reference against what rubbing adds at L3.",
                 badge()) +
          "</section>\n";
 }
