@@ -2,10 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/plant/random.hpp"
 
 namespace weft::sim {
+
+namespace {
+
+/// Between -range and range; what is not a number, and so no load, is nothing.
+double held_to(double range, double value) {
+  return std::isnan(value) ? 0 : std::min(std::max(value, -range), range);
+}
+
+std::int32_t nearest_count(double counts) {
+  constexpr double lowest = std::numeric_limits<std::int32_t>::min();
+  constexpr double highest = std::numeric_limits<std::int32_t>::max();
+  if (std::isnan(counts)) return 0;
+  return static_cast<std::int32_t>(std::clamp(std::round(counts), lowest, highest));
+}
+
+}  // namespace
 
 FtSensor::FtSensor(const FtSensorParams& params, std::uint64_t seed)
     : params_(params),
@@ -33,7 +50,7 @@ Wrench FtSensor::converted(const ContactState& contact, std::uint32_t sample,
   Random random(mix(seed_, sample));
   for (std::size_t i = 0; i < wrench.size(); ++i) {
     const double noisy = noisy_ ? wrench[i] + params_.noise[i] * random.gaussian() : wrench[i];
-    const double held = std::clamp(noisy, -params_.range[i], params_.range[i]);
+    const double held = held_to(params_.range[i], noisy);
     saturated = saturated || held != noisy;
     const double quantum = params_.quantum[i];
     wrench[i] = quantum > 0 ? quantum * std::round(held / quantum) : held;
@@ -46,8 +63,7 @@ FtReading FtSensor::read(const ContactState& contact, std::uint32_t sample) cons
   const Wrench wrench = converted(contact, sample, reading.saturated);
   for (std::size_t i = 0; i < wrench.size(); ++i) {
     const double scale = i < 3 ? params_.counts_per_n : params_.counts_per_nm;
-    const double counts = std::round((wrench[i] - bias_[i]) * scale);
-    reading.counts[i] = static_cast<std::int32_t>(std::clamp(counts, -2147483648.0, 2147483647.0));
+    reading.counts[i] = nearest_count((wrench[i] - bias_[i]) * scale);
   }
   return reading;
 }
