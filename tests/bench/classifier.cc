@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -240,12 +242,62 @@ void features(std::vector<Figure>& out) {
   if (const auto peer = oracle_seconds(trial))
     out.push_back({"features of 16 x 925 samples", own * 1e6, "us", "numpy (oracle's extract)",
                    *peer * 1e6, "peer over ours " + text(*peer / own)});
-  for (const std::size_t length : {std::size_t{907}, std::size_t{1021}, std::size_t{1031},
-                                   std::size_t{1847}, std::size_t{9973}}) {
-    const double each = extraction_seconds(trial_of_length(length)) / static_cast<double>(length);
-    out.push_back({"features per sample, prime " + std::to_string(length), each * 1e9, "ns",
-                   "per sample at 925", own / usual * 1e9, "aim: at most 3 times"});
+}
+
+// Motion alone, counts of plain noise: the time does not depend on the values.
+Trial motion_of(std::size_t samples, std::size_t taxels) {
+  bench::Dice dice(5);
+  Trial out;
+  out.taxels = taxels;
+  out.phase.assign(samples, Phase::motion);
+  out.counts.resize(samples * taxels);
+  for (double& v : out.counts) v = std::nearbyint(dice.normal(9000.0, 300.0));
+  return out;
+}
+
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Processor time of one extraction, short ones many at a time.
+double cost_of(FeatureExtractor& extractor, const Trial& trial) {
+  const std::size_t times = 100'000 / (trial.samples() + 30) + 1;
+  const double start = processor_seconds();
+  for (std::size_t i = 0; i < times; ++i)
+    if (!extractor.extract(trial)) std::abort();
+  return (processor_seconds() - start) / static_cast<double>(times);
+}
+
+// Ratios to an M1 trial's time per sample, both sides in turn; the median.
+void cost_per_sample(std::size_t length, std::size_t taxels, std::vector<Figure>& out) {
+  constexpr std::size_t usual = 925;
+  const Trial trial = motion_of(length, taxels), m1 = motion_of(usual, taxels);
+  FeatureExtractor own, other;
+  cost_of(own, trial), cost_of(other, m1);  // memory and tables
+  std::vector<double> each, reference, ratio;
+  for (std::size_t run = 0; run < (length < 50'000 ? 21U : 3U); ++run) {
+    each.push_back(cost_of(own, trial) / static_cast<double>(length) * 1e9);
+    reference.push_back(cost_of(other, m1) / static_cast<double>(usual) * 1e9);
+    ratio.push_back(each.back() / reference.back());
   }
+  out.push_back(
+      {"features per sample, " + std::to_string(taxels) + " x " + std::to_string(length),
+       bench::median(each), "ns", "per sample of as many x 925", bench::median(reference),
+       "ratio " + text(bench::median(ratio), "%.2f") + ", aim: at most 3; processor time"});
+}
+
+void any_length(bool quick, std::vector<Figure>& out) {
+  for (const std::size_t length :
+       {1U,     2U,      3U,      5U,      7U,       11U,        13U,
+        17U,    37U,     101U,    907U,    997U,     1031U,      1847U,
+        9'973U, 16'411U, 20'011U, 99'991U, 300'007U, 1'000'003U, 1'048'576U})
+    if (!quick || length < 20'000) cost_per_sample(length, bench::bench_taxels, out);
+  // of more taxels a motion may have 2^20 samples
+  if (!quick)
+    for (const std::size_t taxels : {std::size_t{1}, std::size_t{2}})
+      cost_per_sample(10'000'019, taxels, out);
 }
 
 FeatureMatrix gaussian(std::size_t classes) {
@@ -293,8 +345,8 @@ double growth_seconds(std::size_t classes, Tie tie, std::string& note) {
 }
 
 void growth(std::vector<Figure>& out) {
-  for (const Tie tie : {Tie::loss, Tie::order}) {
-    const std::string rule = tie == Tie::loss ? "ties by loss (default)" : "ties by order";
+  for (const Tie tie : {Tie::automatic, Tie::loss}) {
+    const std::string rule = tie == Tie::loss ? "ties by loss" : "default ties";
     std::vector<std::pair<double, double>> points;
     for (const std::size_t classes :
          {std::size_t{17}, std::size_t{50}, std::size_t{100}, std::size_t{500}}) {
@@ -326,6 +378,7 @@ int main(int argc, char** argv) {
   voting(made, out);
   if (campaign) voting(*campaign, out);
   features(out);
+  any_length(quick, out);
   if (!quick) growth(out);
   return bench::report("classifier", out);
 }
