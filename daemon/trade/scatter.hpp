@@ -31,7 +31,7 @@ struct ScatterPanel {
   std::string title;  ///< "(a) ..."
   std::string x_title;
   std::vector<ScatterPoint> points;
-  std::vector<ScatterLine> lines;
+  std::vector<ScatterLine> lines{};
 };
 
 struct Scatter {

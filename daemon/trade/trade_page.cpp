@@ -20,7 +20,7 @@ bool holds(const std::vector<std::size_t>& front, std::size_t i) {
 ScatterPanel panel_of(const TradeSet& set, const TradeCost& cost, char letter,
                       const std::vector<std::string>& families,
                       const std::vector<std::size_t>& front) {
-  ScatterPanel out{std::string("(") + letter + ") " + cost.words, cost.title, {}, {}};
+  ScatterPanel out{std::string("(") + letter + ") " + cost.words, cost.title, {}};
   for (std::size_t i = 0; i < set.points.size(); ++i) {
     const TradePoint& p = set.points[i];
     const auto family = std::ranges::find(families, p.family) - families.begin();
