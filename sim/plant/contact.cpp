@@ -10,23 +10,11 @@ namespace {
 
 constexpr double largest_exponent = 700;   // e^700 is still finite
 constexpr int newton_limit = 80;           // 1 to 3 in use, more where a bracket is needed
-constexpr double newton_tolerance = 1e-6;  // in s, of a quadratic method: its square is left
+constexpr double newton_tolerance = 1e-4;  // in s, of a cubic method: its third power is left
 constexpr double settled = 1e-13;          // in s: such a guess needs no step
 constexpr double largest_pressure_pa = 1e12;
 
 }  // namespace
-
-double log_sinhc(double x) {
-  const double a = std::abs(x);
-  if (a < 0.25) {  // what is left out is below 1e-16
-    const double b = a * a;
-    return b * (1.0 / 6 -
-                b * (1.0 / 180 -
-                     b * (1.0 / 2835 -
-                          b * (1.0 / 37800 - b * (1.0 / 467775 - b * (691.0 / 3831077250.0))))));
-  }
-  return a + std::log(-std::expm1(-2 * a) / (2 * a));
-}
 
 /// weight + mount force - cloth force as a function of the exponent s. Falls monotonically.
 struct ContactModel::Balance {
@@ -35,24 +23,22 @@ struct ContactModel::Balance {
   double offset_n;  // what the memory takes off the force
   double s_from;    // where the step began
   double branch_from;
-  double top_n;                // law's force per unit of e^s - 1
   double extension_0;          // mount extension at s = 0
   double s_near, growth_near;  // e^s is known there
-  double per_length = 1 / model.material_.hysteresis.length;
-  double turn = model.material_.hysteresis.eta / (1 + model.material_.hysteresis.eta);
 
   struct Value {
-    double residual_n, slope_n, elastic_n, force_n, branch, growth;
+    double residual_n, slope_n, bend_n, elastic_n, force_n, branch, growth;
   };
 
   [[nodiscard]] Value at(double s) const {
     const double growth = growth_near * near_exp(std::min(s, largest_exponent) - s_near);
-    Value value{0, 0, top_n * (growth - 1), 0, branch_from, growth};
+    Value value{0, 0, 0, model.top_n_ * (growth - 1), 0, branch_from, growth};
     const double moved = s - s_from, full_n = value.elastic_n;
-    if (turn > 0) {
+    if (model.turn_ > 0) {
       const double target = moved > 0 ? 1 : -1;
-      value.branch = target + (branch_from - target) * near_exp(-std::abs(moved) * per_length);
-      value.elastic_n *= 1 + turn * (value.branch - 1);
+      value.branch =
+          target + (branch_from - target) * near_exp(-std::abs(moved) * model.per_length_);
+      value.elastic_n *= 1 + model.turn_ * (value.branch - 1);
     }
     value.force_n = std::max(0.0, relaxation.gain * value.elastic_n - offset_n);
     const double lambda_m = model.material_.law.lambda_m;
@@ -60,14 +46,17 @@ struct ContactModel::Balance {
     value.residual_n = model.mount_.weight_n() + model.mount_.force_n(extension) - value.force_n;
     value.slope_n = -lambda_m * model.mount_.slope_n_m(extension);
     if (!(value.force_n > 0)) return value;
-    double slope = top_n * growth;
-    if (turn > 0) {
+    double slope = model.top_n_ * growth, bend = slope;
+    if (model.turn_ > 0) {
       // Where the step began the curve has a corner: there its side towards the root counts.
-      const bool loading = moved != 0 ? moved > 0 : value.residual_n > 0;
-      const double turning = (loading ? 1 - value.branch : 1 + value.branch) * per_length;
-      slope = slope * (1 + turn * (value.branch - 1)) + full_n * turn * turning;
+      const double sign = (moved != 0 ? moved > 0 : value.residual_n > 0) ? 1 : -1;
+      const double factor = 1 + model.turn_ * (value.branch - 1);
+      const double turning = model.turn_ * (1 - sign * value.branch) * model.per_length_;
+      bend = bend * (factor + 2 * turning) - full_n * turning * sign * model.per_length_;
+      slope = slope * factor + full_n * turning;
     }
     value.slope_n -= relaxation.gain * slope;
+    value.bend_n = -relaxation.gain * bend;
     return value;
   }
 
@@ -75,18 +64,20 @@ struct ContactModel::Balance {
   [[nodiscard]] double highest() const {
     const double load = model.mount_.weight_n() + model.mount_.force_n(extension_0);
     const double weakest = branch_factor(-1, model.material_.hysteresis.eta);
-    return std::log1p((load + offset_n) / (relaxation.gain * weakest * top_n));
+    return std::log1p((load + offset_n) / (relaxation.gain * weakest * model.top_n_));
   }
 
-  /// Newton from where the step began; inside a bracket, that every value tightens, where it goes
-  /// far up the exponential. `s` becomes the root.
+  /// Halley's method from where the step began; Newton's and a bracket, that every value tightens,
+  /// where it goes far up the exponential. `s` becomes the root.
   [[nodiscard]] Value solve(double& s) const {
     double low = 0, high = std::numeric_limits<double>::infinity();
     s = s_near;
     Value value = at(s);
     for (int i = 0; i < newton_limit; ++i) {
       (value.residual_n > 0 ? low : high) = s;
-      double next = s - value.residual_n / value.slope_n;
+      const double newton = value.residual_n / value.slope_n;
+      const double halley = 1 - 0.5 * newton * value.bend_n / value.slope_n;
+      double next = s - (halley > 0.5 && halley < 2 ? newton / halley : newton);
       if (std::abs(next - s) <= settled) break;
       if (!(next >= low && next <= std::min(high, s + 1))) {
         high = std::min(high, std::max(low, highest()));
@@ -107,9 +98,8 @@ double ContactModel::surface_z_m(const Pose& pose) const {
 
 /// ln of the average of e^{(waviness + slope r)/lambda} over the face.
 double ContactModel::log_average(const ContactState& state) const {
-  const double lambda_m = material_.law.lambda_m;
-  const double half = geometry_.face_half_width_m / lambda_m;
-  return material_.waviness.height_m(state.pose.x_m, state.pose.y_m) / lambda_m +
+  const double half = geometry_.face_half_width_m * per_lambda_;
+  return material_.waviness.height_m(state.pose.x_m, state.pose.y_m) * per_lambda_ +
          log_sinhc(state.slope_x * half) + log_sinhc(state.slope_y * half);
 }
 
@@ -117,13 +107,11 @@ void ContactModel::press(ContactState& state, const RelaxationStep& relaxation,
                          double log_average) const {
   const double lambda_m = material_.law.lambda_m;
   const double touch_z_m = surface_z_m(state.pose) - lambda_m * log_average;
-  const double top_n = geometry_.face_area_m2() * material_.law.pressure_pa;
   const Balance balance{*this,
                         relaxation,
                         relaxation.offset_n(state.relaxation),
                         state.exponent,
                         state.branch,
-                        top_n,
                         state.pose.z_m - touch_z_m,
                         std::clamp(state.exponent, 0.0, largest_exponent),
                         state.exponent > 0 ? state.growth : 1};
@@ -133,7 +121,7 @@ void ContactModel::press(ContactState& state, const RelaxationStep& relaxation,
   state.normal_n = value.force_n;
   const double grown = state.exponent > 1e-3 ? value.growth - 1  // less cancels
                                              : std::expm1(std::max(state.exponent, 1e-12));
-  state.load_ratio = value.force_n / (top_n * grown);
+  state.load_ratio = value.force_n / (top_n_ * grown);
   state.extension_m = balance.extension_0 - lambda_m * state.exponent;
   state.indentation_m = state.probe_z_m() - surface_z_m(state.pose);
   relaxation.advance(state.relaxation, value.elastic_n);
@@ -143,7 +131,7 @@ void ContactModel::hang(ContactState& state, const RelaxationStep& relaxation,
                         double log_average) const {
   state.extension_m = mount_.hanging_extension_m();
   state.indentation_m = state.probe_z_m() - surface_z_m(state.pose);
-  state.exponent = state.indentation_m / material_.law.lambda_m + log_average;
+  state.exponent = state.indentation_m * per_lambda_ + log_average;
   state.growth = 1;
   state.branch = -1;
   state.normal_n = 0;
@@ -151,31 +139,38 @@ void ContactModel::hang(ContactState& state, const RelaxationStep& relaxation,
   relaxation.advance(state.relaxation, 0);
 }
 
-void ContactModel::slide(ContactState& state, const ContactState& from) const {
+/// What sliding has to know of the step's begin.
+struct ContactModel::Before {
+  double x_m, y_m, normal_n;
+};
+
+void ContactModel::slide(ContactState& state, const Before& before) const {
   const Friction& friction = material_.friction;
   if (!(state.normal_n > 0) || !(friction.coefficient > 0)) {
     state.bristle = state.friction_n = {};
     state.sliding_n = 0;
     return;
   }
-  const Vector2 moved{state.pose.x_m - from.pose.x_m, state.pose.y_m - from.pose.y_m};
+  const Vector2 moved{state.pose.x_m - before.x_m, state.pose.y_m - before.y_m};
   state.bristle = bristle_after(state.bristle, moved, friction.bristle_length_m);
-  const double change = state.normal_n / from.normal_n - 1;
-  state.sliding_n = from.sliding_n > 0 && std::abs(change) < 0.01
-                        ? from.sliding_n * power_.of_change(change)
+  const double change = state.normal_n / before.normal_n - 1;
+  state.sliding_n = state.sliding_n > 0 && std::abs(change) < 0.01
+                        ? state.sliding_n * power_.of_change(change)
                         : friction.sliding_n(state.normal_n);
   state.friction_n = {state.sliding_n * state.bristle[0], state.sliding_n * state.bristle[1]};
 }
 
 ContactState ContactModel::step(const ContactState& from, const Pose& pose, double dt_s) const {
-  if (!(dt_s >= 0 && dt_s <= std::numeric_limits<double>::max())) return from;
-  return step(from, pose, RelaxationStep(material_.relaxation, dt_s));
+  ContactState state = from;
+  if (dt_s >= 0 && dt_s <= std::numeric_limits<double>::max())
+    advance(state, pose, RelaxationStep(material_.relaxation, dt_s));
+  return state;
 }
 
-WEFT_SIM_CLONES ContactState ContactModel::step(const ContactState& from, const Pose& pose,
-                                                const RelaxationStep& relaxation) const {
-  if (!reachable(pose)) return from;
-  ContactState state = from;
+WEFT_SIM_CLONES void ContactModel::advance(ContactState& state, const Pose& pose,
+                                           const RelaxationStep& relaxation) const {
+  if (!reachable(pose)) return;
+  const Before before{state.pose.x_m, state.pose.y_m, state.normal_n};
   state.pose = pose;
   state.slope_x = geometry_.tilt_x - pose.ry_rad;
   state.slope_y = geometry_.tilt_y + pose.rx_rad;
@@ -186,8 +181,7 @@ WEFT_SIM_CLONES ContactState ContactModel::step(const ContactState& from, const 
     press(state, relaxation, average);
   else
     hang(state, relaxation, average);
-  slide(state, from);
-  return state;
+  slide(state, before);
 }
 
 WEFT_SIM_CLONES std::array<double, 2> ContactModel::pressures_pa(
@@ -201,9 +195,8 @@ WEFT_SIM_CLONES std::array<double, 2> ContactModel::pressures_pa(
         material_.waviness.height_m(state.face_x_m() + dx_m, state.face_y_m() + dy_m);
     local_m[i] = state.indentation_m + state.slope_x * dx_m + state.slope_y * dy_m + height_m;
   }
-  const double per_lambda = 1 / material_.law.lambda_m;
   const simd::Lanes growth =
-      simd::exp(simd::Lanes{local_m[0], local_m[1], local_m[0], local_m[1]} * per_lambda);
+      simd::exp(simd::Lanes{local_m[0], local_m[1], local_m[0], local_m[1]} * per_lambda_);
   const double scale = state.load_ratio * material_.law.pressure_pa;
   return {std::clamp(scale * (growth[0] * textures[0] - 1), 0.0, largest_pressure_pa),
           std::clamp(scale * (growth[1] * textures[1] - 1), 0.0, largest_pressure_pa)};

@@ -74,9 +74,9 @@ class ContactModel {
   /// The state `dt_s` later with the stages at `pose`, moved there in a straight line. A pose that
   /// is not `reachable` and a dt_s that is negative or not finite change nothing.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& pose, double dt_s) const;
-  /// The same for steps of one length, whose relaxation() need not be worked out each time.
-  [[nodiscard]] ContactState step(const ContactState& from, const Pose& pose,
-                                  const RelaxationStep& relaxation) const;
+  /// The same in place and for steps of one length, whose relaxation need not be worked out each
+  /// time.
+  void advance(ContactState& state, const Pose& pose, const RelaxationStep& relaxation) const;
   /// Pressure on the cloth at an offset from the face's centre [Pa], for a
   /// local texture response `texture` = e^{h/lambda}/<e^{h/lambda}>.
   [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,
@@ -100,15 +100,29 @@ class ContactModel {
   WEFT_SIM_INLINE void press(ContactState& state, const RelaxationStep& relaxation,
                              double log_average) const;
   void hang(ContactState& state, const RelaxationStep& relaxation, double log_average) const;
-  WEFT_SIM_INLINE void slide(ContactState& state, const ContactState& from) const;
+  struct Before;
+  WEFT_SIM_INLINE void slide(ContactState& state, const Before& before) const;
 
   ContactGeometry geometry_;
   Mount mount_;
   ContactMaterial material_;
+  // What every step would divide by.
+  double per_lambda_ = 1 / material_.law.lambda_m;
+  double top_n_ = geometry_.face_area_m2() * material_.law.pressure_pa;  // per unit of e^s - 1
+  double per_length_ = 1 / material_.hysteresis.length;
+  double turn_ = material_.hysteresis.eta / (1 + material_.hysteresis.eta);
   NearPower power_{material_.friction.exponent};  ///< of a change in load
 };
 
 /// ln(sinh(x)/x): average of e^{x t} over t in [-1, 1], safe for any finite x.
-double log_sinhc(double x);
+inline double log_sinhc(double x) {
+  const double a = std::abs(x);
+  if (!(a < 0.25)) return a + std::log(-std::expm1(-2 * a) / (2 * a));
+  const double b = a * a;  // what is left out is below 1e-16
+  return b * (1.0 / 6 -
+              b * (1.0 / 180 -
+                   b * (1.0 / 2835 -
+                        b * (1.0 / 37800 - b * (1.0 / 467775 - b * (691.0 / 3831077250.0))))));
+}
 
 }  // namespace weft::sim

@@ -95,13 +95,28 @@ WEFT_SIM_INLINE Lanes cosine_of_turns(const Lanes& turns) {
   const Lanes whole = (turns + whole_shifter) - whole_shifter;
   return sine_of_quarter(2 * std::numbers::pi * (0.25 - abs(turns - whole)));
 }
-/// sin(2 pi turns).
-WEFT_SIM_INLINE Lanes sine_of_turns(const Lanes& turns) {
-  const Lanes whole = (turns + whole_shifter) - whole_shifter;
-  const Lanes rest = turns - whole, size = abs(rest);  // sin(pi - a) = sin a folds to the quarter
-  const Lanes folded = size > 0.25 ? 0.5 - size : size;
-  const Lanes value = sine_of_quarter(2 * std::numbers::pi * folded);
-  return rest < 0 ? -value : value;
+
+/// Cosine and sine of 2 pi turns.
+struct Turned {
+  Lanes cosine, sine;
+};
+WEFT_SIM_INLINE Turned turned(const Lanes& turns) {
+  const Lanes shifted = 4.0 * turns + whole_shifter;
+  const Lanes rest = turns - 0.25 * (shifted - whole_shifter);
+  const Lanes y = (2 * std::numbers::pi) * rest, z = y * y, z2 = z * z, z4 = z2 * z2;
+  const Lanes odd =
+      ((-1.0 / 6 + z * (1.0 / 120)) + z2 * (-1.0 / 5040 + z * (1.0 / 362880))) +
+      z4 * ((-1.0 / 39916800 + z * (1.0 / 6227020800.0)) + z2 * (-1.0 / 1307674368000.0));
+  const Lanes even = ((-0.5 + z * (1.0 / 24)) + z2 * (-1.0 / 720 + z * (1.0 / 40320))) +
+                     z4 * ((-1.0 / 3628800 + z * (1.0 / 479001600)) +
+                           z2 * (-1.0 / 87178291200.0 + z * (1.0 / 20922789888000.0)));
+  const Lanes s = y + y * z * odd, c = 1.0 + z * even;
+  // Quarter turns exchange the two and change signs: the quadrant is in the shifted number's bits.
+  const Bits quadrant = bits_of(shifted);
+  const Bits swaps = (quadrant & 1) != 0;
+  const Bits sine_sign = (quadrant & 2) << 62, cosine_sign = ((quadrant + 1) & 2) << 62;
+  return {from_bits(bits_of(swaps ? s : c) ^ cosine_sign),
+          from_bits(bits_of(swaps ? c : s) ^ sine_sign)};
 }
 
 }  // namespace weft::sim::simd

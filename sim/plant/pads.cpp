@@ -103,10 +103,10 @@ WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, con
     store(&to.change_f[i],
           law.area_f_m * closing / (law.dielectric_m * closing + gap) - load(&sensor.idle_f[i]));
     const Lanes radius = simd::sqrt(-2.0 * simd::log(load(&draw[i])));
-    const Lanes angle = load(&turns[i]);
+    const simd::Turned angle = simd::turned(load(&turns[i]));
     store(&to.drift_counts[i], law.drift_keep * load(&from.drift_counts[i]) +
-                                   law.drift_kick_counts * radius * simd::sine_of_turns(angle));
-    store(&to.noise[i], radius * simd::cosine_of_turns(angle));
+                                   law.drift_kick_counts * radius * angle.sine);
+    store(&to.noise[i], radius * angle.cosine);
   }
 }
 

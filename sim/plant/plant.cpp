@@ -33,8 +33,9 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
   geometry.tilt_y += rig_tilt_y_ + patch.tilt_y;
   model_ = ContactModel(geometry, params_.mount, patch.material);
   if (params_.level == Level::algebraic)
-    algebraic_.emplace(AlgebraicProbe(geometry, params_.mount, patch.material, params_.set_point_n),
-                       LinearTexture(patch.field));
+    algebraic_ =
+        Algebraic{{geometry, params_.mount, patch.material, params_.set_point_n},
+                  LinearTexture(patch.field)};
   else if (params_.level >= Level::dynamic)
     dynamic_.emplace(geometry, params_.mount, patch.material, params_.dynamics);
   if (params_.level >= Level::modal) listen(patch, now);
@@ -75,7 +76,7 @@ void Plant::advance(const Pose& pose, double dt_s) {
     contact_ = sounding_->advance(contact_, pose, from_seconds(dt_s));
   else if (params_.watched.contact && params_.level == Level::quasistatic && dt_s >= 0 &&
            dt_s <= params_.quasistatic_step_s)
-    contact_ = model_.step(contact_, pose, relaxation_over(dt_s));
+    model_.advance(contact_, pose, relaxation_over(dt_s));
   else
     contact_ = peek(pose, dt_s);
 }
@@ -120,21 +121,28 @@ void Plant::finish_stages() {
 /// Of pads `pad` and `pad` + 8, one of each chip.
 void Plant::press_pads(std::size_t pad) {
   const std::array<std::size_t, 2> pads{pad, pad + std::size_t{pad_timing::stages}};
-  std::array<Vector2, 2> offsets_m;
-  std::array<double, 2> pressures_pa{}, textures{};
-  for (std::size_t i = 0; i < 2 && contact_.normal_n > 0; ++i) {
-    const double dx = pad_dx_m(pads[i]), dy = pad_dy_m(pads[i]);
-    const double x = contact_.face_x_m() + dx, y = contact_.face_y_m() + dy;
-    const double u = skew_cos_ * x + skew_sin_ * y, v = skew_cos_ * y - skew_sin_ * x;
-    offsets_m[i] = {dx, dy};
-    if (algebraic_)
-      pressures_pa[i] = algebraic_->probe.pressure_pa(
-          contact_, dx, dy, algebraic_->texture.height_m(u, v, cursors_[pads[i]]));
-    else
-      textures[i] = texture_.response(u, v, cursors_[pads[i]]);
+  if (!(contact_.normal_n > 0)) {
+    for (const std::size_t p : pads) pressure_pa_[p] = 0;
+    return;
   }
-  if (!algebraic_ && contact_.normal_n > 0)
-    pressures_pa = model_.pressures_pa(contact_, offsets_m, textures);
+  const std::array<Vector2, 2> offsets_m{
+      {{pad_dx_m(pads[0]), pad_dy_m(pads[0])}, {pad_dx_m(pads[1]), pad_dy_m(pads[1])}}};
+  std::array<double, 2> surface;  // height at L0, response above
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double x = contact_.face_x_m() + offsets_m[i][0],
+                 y = contact_.face_y_m() + offsets_m[i][1];
+    const double u = skew_cos_ * x + skew_sin_ * y, v = skew_cos_ * y - skew_sin_ * x;
+    TextureMap::Cursor& cursor = cursors_[pads[i]];
+    surface[i] =
+        algebraic_ ? algebraic_->texture.height_m(u, v, cursor) : texture_.response(u, v, cursor);
+  }
+  if (algebraic_) {
+    for (std::size_t i = 0; i < 2; ++i)
+      pressure_pa_[pads[i]] =
+          algebraic_->probe.pressure_pa(contact_, offsets_m[i][0], offsets_m[i][1], surface[i]);
+    return;
+  }
+  const auto pressures_pa = model_.pressures_pa(contact_, offsets_m, surface);
   for (std::size_t i = 0; i < 2; ++i) pressure_pa_[pads[i]] = pressures_pa[i];
 }
 

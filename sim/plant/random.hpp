@@ -39,7 +39,9 @@ class Random {
     return scramble(state_);
   }
   /// In [0, 1).
-  constexpr double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
+  constexpr double uniform() {  // from a signed number: processors have an instruction for those
+    return static_cast<double>(static_cast<std::int64_t>(bits() >> 11)) * 0x1.0p-53;
+  }
   constexpr double uniform(double low, double high) { return low + (high - low) * uniform(); }
   double angle() { return uniform(0, 2 * std::numbers::pi); }
   /// Mean 0, standard deviation 1 (Box-Muller; the second number is not kept).

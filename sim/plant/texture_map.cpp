@@ -10,6 +10,7 @@ namespace weft::sim {
 
 namespace {
 
+constexpr double cells_per_m = 1 / TextureMap::cell_m;
 constexpr double largest_cell = 2e6;  // 100 m: still exact in int and double
 
 /// Half lengths of the disc's chords in cells, and the number of cells of the disc.
@@ -58,8 +59,8 @@ TextureMap::TextureMap(HeightField field, double lambda_m)
 
 double TextureMap::response(double u_m, double v_m, Cursor& cursor) {
   if (field_.terms().empty()) return 1;
-  const double u = std::clamp(u_m / cell_m, -largest_cell, largest_cell);
-  const double v = std::clamp(v_m / cell_m, -largest_cell, largest_cell);
+  const double u = std::clamp(u_m * cells_per_m, -largest_cell, largest_cell);
+  const double v = std::clamp(v_m * cells_per_m, -largest_cell, largest_cell);
   const int i = floor_of(u), j = floor_of(v);
   const int column = i >> tile_bits, row = j >> tile_bits;
   if (column != cursor.column || row != cursor.row || cursor.tile == nullptr)

@@ -24,9 +24,9 @@ Waviness::Tangent Waviness::tangent(double x_m, double y_m) const {
   const simd::Lanes x = simd::load(turns_x_.data()), y = simd::load(turns_y_.data());
   const simd::Lanes turns = x * x_m + y * y_m + simd::load(phase_turns_.data());
   const simd::Lanes amplitude = simd::load(amplitude_m_.data());
-  const simd::Lanes fall = (-2 * std::numbers::pi) * amplitude * simd::sine_of_turns(turns);
-  return {simd::sum(amplitude * simd::cosine_of_turns(turns)), simd::sum(x * fall),
-          simd::sum(y * fall)};
+  const simd::Turned angle = simd::turned(turns);
+  const simd::Lanes fall = (-2 * std::numbers::pi) * amplitude * angle.sine;
+  return {simd::sum(amplitude * angle.cosine), simd::sum(x * fall), simd::sum(y * fall)};
 }
 
 }  // namespace weft::sim
