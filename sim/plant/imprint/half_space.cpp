@@ -9,6 +9,11 @@ namespace weft::sim {
 
 namespace {
 
+/// How level the contact has to be, of its depth, for a change of the pressures by 1.
+constexpr double level_per_tolerance = 100;
+/// Of depth and heights together: gaps below are rounding.
+constexpr double rounding = 1e-14;
+
 std::vector<double> influences(std::size_t rows, std::size_t cols, double spacing_m,
                                double modulus_pa) {
   std::vector<double> kernel;
@@ -55,6 +60,7 @@ HalfSpace::HalfSpace(std::size_t rows, std::size_t cols, double spacing_m,
       cols_(cols),
       spacing_m_(spacing_m),
       params_(params),
+      own_influence_(love_influence(0, 0, spacing_m) / params.modulus_pa),
       influence_(rows, cols, influences(rows, cols, spacing_m, params.modulus_pa)) {}
 
 Result<HalfSpace> HalfSpace::make(std::size_t rows, std::size_t cols, double spacing_m,
@@ -146,22 +152,54 @@ double HalfSpace::change_when_scaled_to(double load_pa) {
   return change / load_pa;
 }
 
+/// Sets the direction and returns how far to go along it.
+double HalfSpace::aim(double beta) {
+  for (std::size_t i = 0; i < direction_.size(); ++i)
+    direction_[i] = pressure_[i] > 0 ? gap_[i] + beta * direction_[i] : 0;
+  double step = step_length();
+  if (step > 0) return step;
+  for (std::size_t i = 0; i < direction_.size(); ++i)  // taxels came and went: start afresh
+    direction_[i] = pressure_[i] > 0 ? gap_[i] : 0;
+  step = step_length();
+  return step > 0 ? step : lone_step();
+}
+
+/// How far where nothing says it, one loaded taxel for example: as that taxel would go, so that
+/// what overlaps out of contact comes in; less each time, so that nothing comes and goes for ever.
+double HalfSpace::lone_step() const {
+  return 1 / (own_influence_ * iterations_);
+}
+
+/// Whether the face is in the surface somewhere out of contact.
+bool HalfSpace::overlaps(double rounding_m) const {
+  for (std::size_t i = 0; i < gap_.size(); ++i)
+    if (!(pressure_[i] > 0) && gap_[i] < -rounding_m) return true;
+  return false;
+}
+
 bool HalfSpace::solve(const HeightMap& map, double load_pa) {
   const std::size_t n = map.height_m.size();
   pressure_.assign(n, load_pa / static_cast<double>(n));
   direction_.assign(n, 0.0);
+  const auto [low, high] = std::minmax_element(map.height_m.begin(), map.height_m.end());
   double last_squares = 1, keep = 0;
   while (iterations_ < params_.iteration_limit) {
     ++iterations_;
     const double squares = gaps_about_their_mean(map);
     const double beta = last_squares > 0 ? keep * squares / last_squares : 0;
     last_squares = squares;
-    for (std::size_t i = 0; i < n; ++i)
-      direction_[i] = pressure_[i] > 0 ? gap_[i] + beta * direction_[i] : 0;
+    const double depth_m = mean_gap_m_ + *high;
+    const double rounding_m = rounding * (depth_m + *high - *low);
+    const double unlevel_m = std::sqrt(squares / static_cast<double>(n));
+    const bool exact = unlevel_m <= rounding_m;  // nothing that a direction could be told from
+    if (exact && !overlaps(rounding_m)) return true;
     before_ = pressure_;
-    const bool joined = descend(step_length());
-    keep = joined ? 0 : 1;
-    if (change_when_scaled_to(load_pa) <= params_.tolerance && !joined) return true;
+    const bool joined = descend(exact ? lone_step() : aim(beta));
+    // A pass that hardly moves has arrived only if the contact is level too.
+    const bool still = change_when_scaled_to(load_pa) <= params_.tolerance && !joined;
+    const double level_m = level_per_tolerance * params_.tolerance * depth_m;
+    if (still && unlevel_m <= std::max(level_m, rounding_m)) return true;
+    keep = joined || still ? 0 : 1;
   }
   return false;
 }

@@ -44,12 +44,16 @@ class HalfSpace {
   bool solve(const HeightMap& map, double load_pa);
   double gaps_about_their_mean(const HeightMap& map);
   double step_length();
+  double aim(double beta);
+  [[nodiscard]] double lone_step() const;
+  [[nodiscard]] bool overlaps(double rounding_m) const;
   bool descend(double step);
   double change_when_scaled_to(double load_pa);
 
   std::size_t rows_, cols_;
   double spacing_m_;
   HalfSpaceParams params_;
+  double own_influence_;  // of a taxel on itself [m/Pa]
   EvenConvolution influence_;
   int iterations_ = 0;
   double mean_gap_m_ = 0;  // of displacement less height, over the contact

@@ -186,6 +186,32 @@ TEST_CASE(
   CHECK(flat->pressure_pa[0] > 2 * flat->pressure_pa[210]);
 }
 
+TEST_CASE("Small arrays do not stop before the contact is level and nothing overlaps") {
+  // Where one taxel or a level contact gives no direction; depths of up to a hundred thousand
+  // times the heights, and the other way round.
+  for (std::uint64_t trial = 0; trial < 6'000; ++trial) {
+    Random random(trial);
+    const std::size_t rows = 1 + random.bits() % 4, cols = 1 + random.bits() % 4;
+    const double scale_m = std::pow(10, random.uniform(-9, -3));
+    const auto kind = random.bits() % 3;
+    HeightMap map{rows, cols, taxel_spacing_m, {}};
+    for (std::size_t i = 0; i < rows * cols; ++i) {
+      const double u = random.uniform();
+      map.height_m.push_back(scale_m * (kind == 0   ? u
+                                        : kind == 1 ? std::pow(u, 8)
+                                                    : std::exp(-12 * u)));
+    }
+    const double force = std::pow(10, random.uniform(-6, 2));
+    HalfSpace space = array_of(rows, cols, taxel_spacing_m);
+    const auto imprint = space.press(map, force);
+    CAPTURE(trial, rows, cols, scale_m, kind, force, space.iterations());
+    REQUIRE(imprint.has_value());
+    const Violation worst = violation(map, *imprint, HalfSpaceParams{}.modulus_pa);
+    REQUIRE(worst.touching < 1e-7 * imprint->indentation_m);
+    REQUIRE(worst.apart < 1e-7 * imprint->indentation_m);
+  }
+}
+
 TEST_CASE("One taxel, no force and the smallest forces") {
   HalfSpace one = array_of(1, 1, taxel_spacing_m);
   const auto pressed = one.press({1, 1, taxel_spacing_m, {-0.2e-3}}, 10);
