@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/plant/dynamic/tr_bdf2.hpp"
+#include "sim/plant/dynamic/motion.hpp"
 
 namespace weft::sim {
 
 namespace {
 
-constexpr double furthest_m = 1e3, longest_s = 3600, most_substeps = 1e8;
+constexpr double longest_s = 3600;
 constexpr double shortest_s = 1e-12;          // below this a step of the stages is a jump
 constexpr double largest_pressure_pa = 1e12;  // the law is held there: nothing presses so hard
 constexpr int most_cuts = 8;          // events in one substep; more is chatter and is stepped over
@@ -17,58 +17,7 @@ constexpr int event_iterations = 60;  // 4 to 6 in use
 constexpr double event_exponent = 1e-9;  // s at which an event counts as located
 constexpr double least_share = 1e-9;     // of a substep; an event nearer to its ends is at the end
 
-bool usable(const Pose& pose) {
-  const auto near = [](double x) { return std::abs(x) <= furthest_m; };  // false for NaN
-  return near(pose.x_m) && near(pose.y_m) && near(pose.z_m) && near(pose.rx_rad) &&
-         near(pose.ry_rad);
-}
-
-Vector2 sum(double a, const Vector2& x, double b, const Vector2& y) {
-  return {a * x[0] + b * y[0], a * x[1] + b * y[1]};
-}
-
 }  // namespace
-
-/// A substep's length and the cloth's memory over its two parts.
-struct DynamicContact::Span {
-  double h_s;
-  RelaxationStep first, second;
-
-  Span(const Relaxation& relaxation, double length_s, double first_share)
-      : h_s(length_s),
-        first(relaxation, first_share * length_s),
-        second(relaxation, (1 - first_share) * length_s) {}
-  [[nodiscard]] static double first_share(Integrator integrator) {
-    return integrator == Integrator::midpoint ? 0.5 : tr_bdf2::share;
-  }
-};
-
-/// Equal substeps over a part of the stages' step.
-struct DynamicContact::Leg {
-  double substeps;
-  Span span;
-
-  Leg(const Relaxation& relaxation, const DynamicsParams& params, double length_s)
-      : substeps(std::clamp(std::ceil(length_s / params.step_s * (1 - 1e-12)), 1.0, most_substeps)),
-        span(relaxation, length_s / substeps, Span::first_share(params.integrator)) {}
-};
-
-/// State within a step of the stages.
-struct DynamicContact::Motion {
-  double z_m, v_mps;
-  PressMemory memory;
-  bool touching;
-  double normal_n;
-  GlideState glide;
-  NearPower power;  ///< of the load that friction follows
-};
-
-/// What a substep does along z: the motion at its end, the load at its inner stage and end.
-struct DynamicContact::Pressed {
-  double z_m, v_mps;
-  PressMemory memory;
-  double inner_normal_n, normal_n;
-};
 
 DynamicContact::DynamicContact(const ContactGeometry& geometry, const Mount& mount,
                                const ContactMaterial& material, const DynamicsParams& params)
@@ -94,7 +43,7 @@ DynamicContact::DynamicContact(const ContactGeometry& geometry, const Mount& mou
 ContactState DynamicContact::step(const ContactState& from, const Pose& to, double dt_s,
                                   const Instants& instants, std::span<SlidingContact> at) const {
   std::fill(at.begin(), at.end(), standing(from));
-  if (!usable(from.pose) || !usable(to) || !(dt_s >= 0 && dt_s <= longest_s)) return from;
+  if (!reachable(from.pose) || !reachable(to) || !(dt_s >= 0 && dt_s <= longest_s)) return from;
   if (dt_s < shortest_s && to == from.pose) return from;
   const Approach path = approach(from, to, dt_s);
   Motion motion = begin(from, path);
@@ -276,124 +225,6 @@ double DynamicContact::event_share(const Motion& motion, const Approach& approac
     was_low = is_low;
   }
   return share;
-}
-
-/// The memory moves on to s = `exponent`; off the cloth its hysteresis starts afresh.
-void DynamicContact::settle_memory(PressMemory& memory, double exponent,
-                                   const RelaxationStep& relaxation) const {
-  double elastic_n = 0;
-  if (exponent > 0) {
-    const double growth = law_.growth(memory, exponent);
-    elastic_n = law_.top_n * (growth - 1);
-    if (law_.hysteresis.eta > 0) {
-      memory.branch = law_.branch(memory, exponent);
-      elastic_n *= law_.factor(memory.branch);
-    }
-    memory.growth = growth;
-  } else {
-    memory.branch = -1;
-    memory.growth = 1;
-  }
-  memory.exponent = exponent;
-  relaxation.advance(memory.relaxation, elastic_n);
-}
-
-double DynamicContact::force_n(const PressMemory& memory) const {
-  double force = memory.relaxation.elastic_n;
-  for (const double relaxed : memory.relaxation.relaxed_n) force -= relaxed;
-  return memory.exponent > 0 ? std::max(0.0, force) : 0;
-}
-
-DynamicContact::Pressed DynamicContact::press(const Motion& motion, const Approach& approach,
-                                              double t_s, const Span& span) const {
-  return params_.integrator == Integrator::midpoint ? press_midpoint(motion, approach, t_s, span)
-                                                    : press_tr_bdf2(motion, approach, t_s, span);
-}
-
-DynamicContact::Pressed DynamicContact::press_midpoint(const Motion& motion,
-                                                       const Approach& approach, double t_s,
-                                                       const Span& span) const {
-  const double half_s = 0.5 * span.h_s;
-  const double touch_m =
-      approach.touch_at(t_s + half_s, sum(1, motion.glide.lag_m, -half_s, motion.glide.room_mps));
-  const PressStage stage{.law = law_,
-                         .memory = motion.memory,
-                         .relaxation = span.first,
-                         .z_m = motion.z_m,
-                         .stage_z_m = approach.stage_at(t_s + half_s),
-                         .stage_mps = approach.stage_z_mps,
-                         .exponent_at_z = (motion.z_m - touch_m) * law_.per_lambda,
-                         .velocity_0 = 0,
-                         .velocity_d = 1 / half_s,
-                         .accel_0 = -motion.v_mps / half_s,
-                         .accel_d = 1 / (half_s * half_s)};
-  double d_m = motion.v_mps * half_s;
-  const PressStage::Value middle = stage.solve(d_m);
-  Pressed out{.z_m = motion.z_m + 2 * d_m,
-              .v_mps = 2 * d_m / half_s - motion.v_mps,
-              .memory = {middle.exponent, middle.growth, middle.branch, motion.memory.relaxation},
-              .inner_normal_n = middle.force_n,
-              .normal_n = 0};
-  span.first.advance(out.memory.relaxation, middle.elastic_n);
-  const double end_touch_m = approach.touch_at(
-      t_s + span.h_s, sum(1, motion.glide.lag_m, -span.h_s, motion.glide.room_mps));
-  settle_memory(out.memory, (out.z_m - end_touch_m) * law_.per_lambda, span.second);
-  out.normal_n = force_n(out.memory);
-  return out;
-}
-
-DynamicContact::Pressed DynamicContact::press_tr_bdf2(const Motion& motion,
-                                                      const Approach& approach, double t_s,
-                                                      const Span& span) const {
-  const double first_s = tr_bdf2::share * span.h_s, tau_s = tr_bdf2::implicit * span.h_s;
-  const auto exponent_after = [&](double after_s) {
-    const Vector2 lag = sum(1, motion.glide.lag_m, -after_s, motion.glide.room_mps);
-    return (motion.z_m - approach.touch_at(t_s + after_s, lag)) * law_.per_lambda;
-  };
-  const Mount& mount = law_.mount;
-  const double accel_mps2 =
-      (mount.weight_n() + mount.force_n(approach.stage_at(t_s) - motion.z_m) +
-       law_.damper_n_s_m * (approach.stage_z_mps - motion.v_mps) - motion.normal_n) /
-      mount.mass_kg;
-  const PressStage trapezium{.law = law_,
-                             .memory = motion.memory,
-                             .relaxation = span.first,
-                             .z_m = motion.z_m,
-                             .stage_z_m = approach.stage_at(t_s + first_s),
-                             .stage_mps = approach.stage_z_mps,
-                             .exponent_at_z = exponent_after(first_s),
-                             .velocity_0 = -motion.v_mps,
-                             .velocity_d = 1 / tau_s,
-                             .accel_0 = -2 * motion.v_mps / tau_s - accel_mps2,
-                             .accel_d = 1 / (tau_s * tau_s)};
-  double d1_m = motion.v_mps * first_s;
-  const PressStage::Value middle = trapezium.solve(d1_m);
-  const double middle_mps = d1_m / tau_s - motion.v_mps;
-  PressMemory memory{middle.exponent, middle.growth, middle.branch, motion.memory.relaxation};
-  span.first.advance(memory.relaxation, middle.elastic_n);
-  const double past_m = tr_bdf2::middle * d1_m;
-  const double past_mps = tr_bdf2::middle * middle_mps - tr_bdf2::begin * motion.v_mps;
-  const PressStage backward{.law = law_,
-                            .memory = memory,
-                            .relaxation = span.second,
-                            .z_m = motion.z_m,
-                            .stage_z_m = approach.stage_at(t_s + span.h_s),
-                            .stage_mps = approach.stage_z_mps,
-                            .exponent_at_z = exponent_after(span.h_s),
-                            .velocity_0 = -past_m / tau_s,
-                            .velocity_d = 1 / tau_s,
-                            .accel_0 = -(past_m / tau_s + past_mps) / tau_s,
-                            .accel_d = 1 / (tau_s * tau_s)};
-  double d_m = d1_m / tr_bdf2::share;
-  const PressStage::Value end = backward.solve(d_m);
-  Pressed out{.z_m = motion.z_m + d_m,
-              .v_mps = (d_m - past_m) / tau_s,
-              .memory = {end.exponent, end.growth, end.branch, memory.relaxation},
-              .inner_normal_n = middle.force_n,
-              .normal_n = end.force_n};
-  if (!(end.exponent > 0)) out.memory.branch = -1;
-  span.second.advance(out.memory.relaxation, end.elastic_n);
-  return out;
 }
 
 LuGre DynamicContact::friction(double normal_n, NearPower& power) const {

@@ -69,6 +69,12 @@ class DynamicContact {
                                        const Span& span) const;
   [[nodiscard]] Pressed press_tr_bdf2(const Motion& motion, const Approach& approach, double t_s,
                                       const Span& span) const;
+  [[nodiscard]] double exponent_after(const Motion& motion, const Approach& approach, double t_s,
+                                      double after_s, double z_m) const;
+  [[nodiscard]] PressStage stage_after(const Motion& motion, const Approach& approach, double t_s,
+                                       double after_s, const PressMemory& memory,
+                                       const RelaxationStep& relaxation,
+                                       const PressRates& rates) const;
   [[nodiscard]] double event_share(const Motion& motion, const Approach& approach, double t_s,
                                    double h_s, double exponent_at_end) const;
   void settle_memory(PressMemory& memory, double exponent, const RelaxationStep& relaxation) const;

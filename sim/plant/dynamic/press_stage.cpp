@@ -33,11 +33,12 @@ PressStage::Value PressStage::at(double d_m, double offset_n) const {
   const double s = exponent_at_z + d_m * law.per_lambda;
   const double extension = stage_z_m - z_m - d_m;
   Value value{0, 0, s, 1, 0, 0, memory.branch};
-  const double inertia_n = law.mount.mass_kg * (accel_0 + accel_d * d_m);
-  const double damper_n = law.damper_n_s_m * (stage_mps - velocity_0 - velocity_d * d_m);
+  const double inertia_n = law.mount.mass_kg * (rates.accel_0 + rates.accel_d * d_m);
+  const double damper_n =
+      law.damper_n_s_m * (stage_mps - rates.velocity_0 - rates.velocity_d * d_m);
   value.residual_n = law.mount.weight_n() + law.mount.force_n(extension) + damper_n - inertia_n;
-  value.slope_n_m =
-      -law.mount.slope_n_m(extension) - law.damper_n_s_m * velocity_d - law.mount.mass_kg * accel_d;
+  value.slope_n_m = -law.mount.slope_n_m(extension) - law.damper_n_s_m * rates.velocity_d -
+                    law.mount.mass_kg * rates.accel_d;
   if (!(s > 0)) return value;
   value.growth = law.growth(memory, s);
   value.elastic_n = law.top_n * (value.growth - 1);

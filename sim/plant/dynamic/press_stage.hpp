@@ -37,14 +37,19 @@ struct PressLaw {
   [[nodiscard]] double factor(double branch) const { return 1 + turn * (branch - 1); }
 };
 
+/// Velocity and acceleration at the stage's instant, linear in the displacement d.
+struct PressRates {
+  double velocity_0, velocity_d;  ///< v = velocity_0 + velocity_d d
+  double accel_0, accel_d;        ///< a = accel_0 + accel_d d
+};
+
 struct PressStage {
   const PressLaw& law;
   const PressMemory& memory;
   const RelaxationStep& relaxation;  ///< from the memory's instant to this one
   double z_m, stage_z_m, stage_mps;  ///< z: of the probe, from which d counts
   double exponent_at_z;              ///< s that d = 0 would have at this instant
-  double velocity_0, velocity_d;     ///< v = velocity_0 + velocity_d d
-  double accel_0, accel_d;           ///< a = accel_0 + accel_d d
+  PressRates rates;
 
   struct Value {
     double residual_n, slope_n_m;

@@ -296,6 +296,25 @@ TEST_CASE("a run that is stopped and taken up again has the same bits") {
   }
 }
 
+TEST_CASE("a cloth without a coefficient of friction still has its viscous one: F = sigma2 v") {
+  ContactMaterial material = plain("felt");
+  REQUIRE(material.friction.coefficient == 0);
+  for (const Integrator integrator : both) {
+    DynamicsParams params = with_step(2e-4, integrator);
+    params.viscous_n_s_m = 40;
+    params.lateral_stiffness_n_m = 1e4;
+    const DynamicContact contact(level_plate(), {}, material, params);
+    const double z_m = plate_z - material.thickness_m + 1.2e-3, speed_mps = 3e-3;
+    ContactState state = hanging(material, z_m);
+    for (int i = 1; i <= 1000; ++i)
+      state = contact.step(state, {.y_m = speed_mps * 1e-3 * i, .z_m = z_m}, 1e-3);
+    REQUIRE(state.normal_n > 0);
+    CHECK(state.friction_n[1] == Approx(40 * speed_mps).epsilon(1e-6));
+    CHECK(state.lag_m[1] * 1e4 == Approx(40 * speed_mps).epsilon(1e-6));
+    CHECK(state.friction_n[0] == 0);
+  }
+}
+
 TEST_CASE("contact is lost and found again without a trace of the first") {
   const ContactMaterial material = whole("cotton");
   const double touch = plate_z - material.thickness_m;

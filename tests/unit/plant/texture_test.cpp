@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "sim/plant/fast_exp.hpp"
+#include "sim/plant/pads.hpp"
 #include "sim/plant/texture_map.hpp"
 #include "tests/unit/plant/support.hpp"
 
@@ -132,6 +133,41 @@ TEST_CASE("the map follows the field it was made from") {
     const double expected = sum / cells / std::exp(patch.field.log_mean_response(lambda));
     CHECK(map.response(2e-3, v, cursor) == Approx(expected).epsilon(2e-5));
   }
+}
+
+TEST_CASE("single precision in the maps does no harm: a hundredth of a count, on every fabric") {
+  const FabricLibrary table = test::library();
+  const PadParams pad;
+  const auto counts = [&](double pressure_pa) {
+    return capacitance_f(pad, air_gap_m(pad, pressure_pa, pad.gap_m)) / pad.lsb_f;
+  };
+  double worst = 0;
+  for (const Fabric& fabric : table.fabrics) {
+    const Patch patch = test::patch_of(table, fabric.name, 3);
+    const double lambda_m = patch.material.law.lambda_m;
+    TextureMap map(patch.field, lambda_m);
+    TextureMap::Cursor cursor;
+    for (int n = 0; n < 3; ++n) {
+      const int column = 137 * n - 211, row = 1 + 383 * n;  // on the grid: no interpolation
+      double sum = 0;
+      int cells = 0;
+      for (int i = -20; i <= 20; ++i)
+        for (int j = -20; j <= 20; ++j)
+          if (i * i + j * j <= 400) {
+            sum += std::exp(patch.field.height_m((column + i) * TextureMap::cell_m,
+                                                 (row + j) * TextureMap::cell_m) /
+                            lambda_m);
+            ++cells;
+          }
+      const double in_double = sum / cells / std::exp(patch.field.log_mean_response(lambda_m));
+      const double in_float =
+          map.response(column * TextureMap::cell_m, row * TextureMap::cell_m, cursor);
+      // Under 10 N; nothing presses a pad harder on this bench.
+      worst = std::max(worst, std::abs(counts(39e3 * in_float) - counts(39e3 * in_double)));
+    }
+  }
+  CHECK(worst > 0);  // the comparison sees the precision at all
+  CHECK(worst < 0.01);
 }
 
 TEST_CASE("a cloth without texture is smooth") {

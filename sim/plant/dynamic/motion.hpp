@@ -1,0 +1,59 @@
+#pragma once
+// What DynamicContact moves within a step of the stages; shared by its own sources alone.
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/plant/dynamic/dynamic_contact.hpp"
+#include "sim/plant/dynamic/tr_bdf2.hpp"
+
+namespace weft::sim {
+
+inline constexpr double most_substeps = 1e8;  // in one step of the stages
+
+inline Vector2 sum(double a, const Vector2& x, double b, const Vector2& y) {
+  return {a * x[0] + b * y[0], a * x[1] + b * y[1]};
+}
+
+/// A substep's length and the cloth's memory over its two parts.
+struct DynamicContact::Span {
+  double h_s;
+  RelaxationStep first, second;
+
+  Span(const Relaxation& relaxation, double length_s, double first_share)
+      : h_s(length_s),
+        first(relaxation, first_share * length_s),
+        second(relaxation, (1 - first_share) * length_s) {}
+  [[nodiscard]] static double first_share(Integrator integrator) {
+    return integrator == Integrator::midpoint ? 0.5 : tr_bdf2::share;
+  }
+};
+
+/// Equal substeps over a part of the stages' step.
+struct DynamicContact::Leg {
+  double substeps;
+  Span span;
+
+  Leg(const Relaxation& relaxation, const DynamicsParams& params, double length_s)
+      : substeps(std::clamp(std::ceil(length_s / params.step_s * (1 - 1e-12)), 1.0, most_substeps)),
+        span(relaxation, length_s / substeps, Span::first_share(params.integrator)) {}
+};
+
+/// State within a step of the stages.
+struct DynamicContact::Motion {
+  double z_m, v_mps;
+  PressMemory memory;
+  bool touching;
+  double normal_n;
+  GlideState glide;
+  NearPower power;  ///< of the load that friction follows
+};
+
+/// What a substep does along z: the motion at its end, the load at its inner stage and end.
+struct DynamicContact::Pressed {
+  double z_m, v_mps;
+  PressMemory memory;
+  double inner_normal_n, normal_n;
+};
+
+}  // namespace weft::sim
