@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sim/plant/inside.hpp"
+
 namespace weft::sim {
 
 namespace {
@@ -21,10 +23,6 @@ double solve_linearity(double linearity) {
     (linearity_at(middle) > linearity ? low : high) = middle;
   }
   return 0.5 * (low + high);
-}
-
-bool inside(double value, double low, double high) {
-  return value >= low && value <= high;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "sim/plant/inside.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::sim {
@@ -11,10 +12,6 @@ namespace weft::sim {
 namespace {
 
 constexpr double largest_pressure_pa = 1e30;
-
-bool inside(double value, double low, double high) {
-  return value >= low && value <= high;  // NaN is not
-}
 
 Status check_pressures(const Imprint& imprint, const CoverState& cover) {
   const std::size_t n = imprint.pressure_pa.size();

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "sim/plant/inside.hpp"
+
 namespace weft::sim {
 
 namespace {
@@ -13,10 +15,6 @@ namespace {
 constexpr double ns_per_s = 1e9;
 // Damping ratios of the two resonances of a fourth-order Butterworth low-pass.
 constexpr std::array butterworth{0.9238795325112867, 0.3826834323650898};
-
-bool inside(double value, double low, double high) {
-  return value >= low && value <= high;  // NaN is not
-}
 
 Status check(const ConverterParams& params, std::int64_t step_ns) {
   const auto refuse = [](std::string_view what, std::string expected, double value) {

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "sim/plant/inside.hpp"
 #include "sim/plant/lanes.hpp"
 
 namespace weft::sim {
@@ -108,10 +109,6 @@ ExactMode exact(const Mode& mode, double step_s) {
   const Complex carried = begin / turn;                 // kept in w for the next step
   const Complex entry = ramp + carried;
   return {turn, s * s * entry / damped, 1 - (s * s * carried).imag() / damped};
-}
-
-bool inside(double value, double low, double high) {
-  return value >= low && value <= high;  // NaN is not
 }
 
 template <std::size_t n>

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <string>
 
+#include "sim/plant/inside.hpp"
+
 namespace weft::sim {
 
 namespace {
@@ -90,10 +92,6 @@ Response by_decays(Wide q, Wide kappa) {
 Response response(Wide q, Wide kappa) {
   if (q < 0.5L && kappa < 1) return by_series(q, kappa);
   return q * q - kappa > q * q / 4 ? by_decays(q, kappa) : by_rotation(q, kappa);
-}
-
-bool inside(double value, double low, double high) {
-  return value >= low && value <= high;  // NaN is not
 }
 
 Status check(const Oscillator& oscillator, double step_s) {
