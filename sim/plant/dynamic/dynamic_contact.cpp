@@ -229,14 +229,15 @@ double DynamicContact::event_share(const Motion& motion, const Approach& approac
 
 LuGre DynamicContact::friction(double normal_n, NearPower& power) const {
   const Friction& friction = material_.friction;
-  const double kinetic_n =
-      normal_n > 0 ? kinetic_at_reference_n_ * power(normal_n / friction.reference_load_n) : 0;
+  // Quotients of constants do not wait for the load.
+  const double per_load = 1 / friction.reference_load_n;
+  const double mass_per_length = law_.mount.mass_kg / friction.bristle_length_m;
+  const double kinetic_n = normal_n > 0 ? kinetic_at_reference_n_ * power(normal_n * per_load) : 0;
   return {.kinetic_n = kinetic_n,
           .static_ratio = params_.static_ratio,
           .stribeck_mps = params_.stribeck_speed_mps,
           .length_m = friction.bristle_length_m,
-          .damping_n_s_m = 2 * params_.bristle_damping *
-                           std::sqrt(kinetic_n / friction.bristle_length_m * law_.mount.mass_kg),
+          .damping_n_s_m = 2 * params_.bristle_damping * std::sqrt(kinetic_n * mass_per_length),
           .viscous_n_s_m = normal_n > 0 ? params_.viscous_n_s_m : 0};
 }
 

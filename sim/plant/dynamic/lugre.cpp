@@ -55,7 +55,8 @@ struct SlipEquation {
     double end, end_slope;  // share taken off the bristles at the step's end
     Vector2 rest;           // q - Q b: its direction is the slip's
     double rest_slope;      // its change with u, along b
-    double rest_size;
+    double per_size;        // 1/|rest|, 0 where there is none
+    double along;           // part of b in rest's direction
   };
 
   [[nodiscard]] Value at(double u, double excess) const {
@@ -70,14 +71,16 @@ struct SlipEquation {
     const double left = f - taken;
     const Vector2 rest{q[0] - left * b[0], q[1] - left * b[1]};
     const double rest_size = size(rest);
-    const double along = rest_size > 0 ? (rest[0] * b[0] + rest[1] * b[1]) / rest_size : 0;
+    const double per_size = rest_size > 0 ? 1 / rest_size : 0;
+    const double along = (rest[0] * b[0] + rest[1] * b[1]) * per_size;
     return {a * u + r * taken - rest_size,
             a + r_slope * taken + (r - along) * taken_slope,
             s.end,
             x_slope * s.end_slope,
             rest,
             taken_slope,
-            rest_size};
+            per_size,
+            along};
   }
 
   /// No slip is faster: P cannot be negative and |Q| is bounded.
@@ -132,7 +135,7 @@ Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vect
       value.end += step * value.end_slope;
       value.rest = {value.rest[0] + step * value.rest_slope * bristle[0],
                     value.rest[1] + step * value.rest_slope * bristle[1]};
-      value.rest_size = size(value.rest);
+      value.per_size *= 1 - step * value.rest_slope * value.along * value.per_size;
       excess -= 2 * u * step * equation.per_stribeck * equation.per_stribeck * excess;
       u = next;
       break;
@@ -144,8 +147,8 @@ Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vect
                            : (lugre.static_ratio - 1) * std::exp(-now);
     squared = now;
   }
-  if (!(value.rest_size > 0)) return {{}, bristle};
-  const Vector2 along{value.rest[0] / value.rest_size, value.rest[1] / value.rest_size};
+  if (!(value.per_size > 0)) return {{}, bristle};
+  const Vector2 along{value.rest[0] * value.per_size, value.rest[1] * value.per_size};
   const double full = 1 + excess;
   return {{u * along[0], u * along[1]},
           {bristle[0] + value.end * (full * along[0] - bristle[0]),
