@@ -23,17 +23,6 @@ using recipes::Range;
 // bits.
 constexpr double rounding = 1e-9;
 
-Diagnostic diagnostic(const Error& error, std::string pointer) {
-  return {std::move(pointer), error.message, error.expected, error.got, error.hint};
-}
-
-/// The JSON pointer at the end of `where`, which may have other places in front of it.
-std::string pointer_in(const std::string& where) {
-  if (where.starts_with('/')) return where;
-  const std::size_t at = where.find(": /");
-  return at == std::string::npos ? std::string() : where.substr(at + 2);
-}
-
 /// One driver with a link to nobody.
 void build_driver(const DeviceEntry& entry, const std::string& place,
                   std::vector<Diagnostic>& problems) {
@@ -140,6 +129,16 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
 }
 
 }  // namespace
+
+Diagnostic diagnostic(const Error& error, std::string pointer) {
+  return {std::move(pointer), error.message, error.expected, error.got, error.hint};
+}
+
+std::string pointer_in(const std::string& where) {
+  if (where.starts_with('/')) return where;
+  const std::size_t at = where.find(": /");
+  return at == std::string::npos ? std::string() : where.substr(at + 2);
+}
 
 BenchFindings check_bench(const Plan& plan, const RigFile& rig,
                           const std::filesystem::path& rig_path) {

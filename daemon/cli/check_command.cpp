@@ -6,6 +6,7 @@
 #include "daemon/cli/preflight.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/simulation_words.hpp"
 #include "protocols/base/units.hpp"
 #include "recipes/engine/plan.hpp"
 
@@ -38,7 +39,8 @@ json to_json(const recipes::Forecast& forecast) {
           {"force_max_n", forecast.force_n.max}};
 }
 
-json plan_json(const CheckArgs& args, const Plan& plan, const std::vector<Diagnostic>& warnings) {
+json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& simulation,
+               const std::vector<Diagnostic>& warnings) {
   json explorations = json::array();
   for (const recipes::Exploration& e : plan.explorations) explorations.push_back(e.name);
   return {{"command", "check"},
@@ -50,6 +52,7 @@ json plan_json(const CheckArgs& args, const Plan& plan, const std::vector<Diagno
           {"trials", plan.trials.size()},
           {"fabrics", plan.fabrics},
           {"explorations", explorations},
+          {"simulation", json::parse(to_json(simulation))},
           {"forecast", to_json(plan.forecast)},
           {"warnings", to_json(warnings)}};
 }
@@ -68,7 +71,8 @@ std::string envelope_text(const recipes::Forecast& forecast) {
   return table.text();
 }
 
-std::string plan_text(const Plan& plan, const std::vector<Diagnostic>& warnings) {
+std::string plan_text(const Plan& plan, const SimulationNote& simulation,
+                      const std::vector<Diagnostic>& warnings) {
   std::vector<std::string> names;
   for (const recipes::Exploration& e : plan.explorations) names.push_back(e.name);
   const recipes::Forecast& f = plan.forecast;
@@ -80,8 +84,8 @@ std::string plan_text(const Plan& plan, const std::vector<Diagnostic>& warnings)
   facts.row({"duration", duration(f.duration_s)});
   facts.row({"samples", fixed(static_cast<double>(f.bytes) / 1e6, 1) + " MB before compression"});
   facts.row({"force", fixed(f.force_n.min, 2) + " to " + fixed(f.force_n.max, 2) + " N"});
-  std::string out = "The rig can run this recipe.\n" + facts.text() + "Stage positions used:\n" +
-                    envelope_text(f);
+  std::string out = "The rig can run this recipe.\n" + facts.text() + simulation_text(simulation) +
+                    "Stage positions used:\n" + envelope_text(f);
   for (const Diagnostic& warning : warnings)
     out += "warning: " + recipes::to_string(warning) + "\n";
   return out;
@@ -92,14 +96,15 @@ std::string plan_text(const Plan& plan, const std::vector<Diagnostic>& warnings)
 void add_options(CLI::App& command, CheckArgs& args) {
   command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+  add_options(command, args.fidelity);
 }
 
 Result<int> run_check(const CheckArgs& args, Console& console) {
-  const Result<Preflight> found = preflight(args.recipe, args.rig);
+  const Result<Preflight> found = preflight(args.recipe, args.rig, {}, asked_of(args.fidelity));
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
-  print(console, plan_text(*found->plan, found->warnings),
-        plan_json(args, *found->plan, found->warnings));
+  print(console, plan_text(*found->plan, found->simulation, found->warnings),
+        plan_json(args, *found->plan, found->simulation, found->warnings));
   return exit_ok;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "daemon/cli/console.hpp"
+#include "daemon/cli/fidelity_options.hpp"
 
 namespace CLI {
 class App;
@@ -14,6 +15,7 @@ namespace weft::daemon::cli {
 struct CheckArgs {
   std::filesystem::path recipe;
   std::filesystem::path rig;
+  FidelityArgs fidelity;
 };
 void add_options(CLI::App& command, CheckArgs& args);
 

@@ -31,7 +31,7 @@ Error refusal(const std::filesystem::path& file, const std::vector<FileProblem>&
 }  // namespace
 
 Result<Preflight> preflight(const std::filesystem::path& recipe, const std::filesystem::path& rig,
-                            std::optional<std::uint64_t> seed) {
+                            std::optional<std::uint64_t> seed, const FidelityAsked& fidelity) {
   const Result<std::string> rig_text = read_text_file(rig);
   if (!rig_text) return pass(rig_text.error());
   const Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
@@ -41,10 +41,17 @@ Result<Preflight> preflight(const std::filesystem::path& recipe, const std::file
   const Result<std::string> text = read_text_file(recipe, recipes::max_recipe_bytes);
   if (!text) return pass(text.error());
   recipes::CheckReport checked = recipes::check_recipe(*text, *limits, seed);
-  Preflight out{std::move(checked.plan), {}, std::move(checked.warnings)};
+  Preflight out{std::move(checked.plan), {}, {}, std::move(checked.warnings)};
   add(recipe, checked.problems, out.problems);
   if (!out.plan) return out;
-  const BenchFindings bench = check_bench(*out.plan, *devices, rig);
+  const auto chosen = choose_simulation(*devices, rig, *out.plan, fidelity);
+  if (chosen) out.simulation = chosen->note;
+  // A fidelity that is refused is told once; the rig file as it stands may have other problems.
+  const Result<RigFile> settled = parse_rig_file(chosen ? chosen->rig_text : *rig_text);
+  if (!settled) return pass(settled.error(), rig.string());
+  BenchFindings bench = check_bench(*out.plan, *settled, rig);
+  if (!chosen && bench.rig.empty())
+    bench.rig.push_back(diagnostic(chosen.error(), pointer_in(chosen.error().where)));
   add(recipe, bench.recipe, out.problems);
   add(rig, bench.rig, out.problems);
   return out;

@@ -15,13 +15,15 @@ struct FileProblem {
 /// `plan` is there when the recipe by itself can be planned; the bench is looked at only then.
 struct Preflight {
   std::optional<recipes::Plan> plan;
+  SimulationNote simulation;
   std::vector<FileProblem> problems;
   std::vector<recipes::Diagnostic> warnings;
 };
 
 /// Errors: what keeps the files from being read at all.
 Result<Preflight> preflight(const std::filesystem::path& recipe, const std::filesystem::path& rig,
-                            std::optional<std::uint64_t> seed = {});
+                            std::optional<std::uint64_t> seed = {},
+                            const FidelityAsked& fidelity = {});
 
 /// {"pointer", "message", "expected", "got", "hint", "sentence"}
 nlohmann::json diagnostic_json(const recipes::Diagnostic& diagnostic);

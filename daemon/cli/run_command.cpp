@@ -15,6 +15,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/json_parts.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/report/simulation_words.hpp"
 #include "daemon/run/campaign.hpp"
 
 namespace weft::daemon::cli {
@@ -49,7 +50,7 @@ std::string summary_text(const CampaignSummary& s) {
   std::string out = bench_banner(s.bench) + "Campaign " + s.name +
                     (is_complete(s) ? "" : ", " + incomplete_words(s)) + "\n" + facts.text();
   if (s.error) out += "  first problem: " + to_string(*s.error) + "\n";
-  return out;
+  return out + simulation_text(s.simulation);
 }
 
 std::string report_text(const CampaignReport& report) {
@@ -81,8 +82,9 @@ Ran run_until_stopped(const RunArgs& args, Console& console) {
                 << std::endl;
   };
   hooks.stop = &signals.asked();
-  Result<CampaignSummary> summary =
-      run_campaign({args.recipe, args.rig, args.out, args.seed}, hooks);
+  Result<CampaignSummary> summary = run_campaign(
+      {args.recipe, args.rig, args.out, args.seed, asked_of(args.fidelity), args.error_check},
+      hooks);
   progress.finish();
   return {std::move(summary), signals.number()};
 }
@@ -132,6 +134,10 @@ void add_options(CLI::App& command, RunArgs& args) {
   command.add_option("--out", args.out, "folder for the campaign, its data set and report")
       ->required();
   command.add_option("--seed", args.seed, "in place of the recipe's")->check(seed_problem);
+  add_options(command, args.fidelity);
+  command.add_flag("!--no-error-check", args.error_check,
+                   "do not play the first trial of each fabric and exploration again, more finely, "
+                   "for the error of the simulation");
   command.add_flag("!--no-evaluate", args.evaluate, "record only: no classification, no report");
   command.add_option("--repeats", args.repeats, "random splits of the classification")
       ->check(CLI::Range(1, 100000))
@@ -140,7 +146,8 @@ void add_options(CLI::App& command, RunArgs& args) {
 
 Result<int> run_run(const RunArgs& args, Console& console) {
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
-  const Result<Preflight> found = preflight(args.recipe, args.rig, args.seed);
+  const Result<Preflight> found =
+      preflight(args.recipe, args.rig, args.seed, asked_of(args.fidelity));
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
   const auto [summary, signal] = run_until_stopped(args, console);

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "daemon/cli/console.hpp"
+#include "daemon/cli/fidelity_options.hpp"
 
 namespace CLI {
 class App;
@@ -18,6 +19,8 @@ struct RunArgs {
   std::filesystem::path rig;
   std::filesystem::path out;
   std::optional<std::uint64_t> seed;  ///< in place of the recipe's
+  FidelityArgs fidelity;
+  bool error_check = true;
   bool evaluate = true;
   std::size_t repeats = 30;  ///< random splits of the evaluation
 };

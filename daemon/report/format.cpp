@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <sstream>
 
 namespace weft::daemon {
 namespace {
 
+constexpr std::size_t line_width = 80;
 constexpr std::string_view replacement = "\uFFFD";
 
 // Bytes of the UTF-8 sequence at the start of `text`, or 0 when it is not one (RFC 3629).
@@ -164,6 +166,20 @@ std::string power_of_two_html(double value) {
   if (!std::isfinite(value) || std::frexp(value, &exponent) != 0.5) return general(value);
   const std::string sign = exponent < 1 ? "&minus;" : "";
   return "2<sup>" + sign + std::to_string(std::abs(exponent - 1)) + "</sup>";
+}
+
+std::string wrapped(const std::string& text, const std::string& indent) {
+  std::string out;
+  std::string line = indent;
+  std::istringstream words(text);
+  for (std::string word; words >> word; line += word) {
+    if (line.size() + 1 + word.size() > line_width) {
+      out += line + "\n";
+      line = indent;
+    }
+    if (line != indent) line += ' ';
+  }
+  return out + line + "\n";
 }
 
 }  // namespace weft::daemon

@@ -45,5 +45,8 @@ std::string p_value_html(double natural_log);
 std::string general(double value);
 /// A power of two as "2<sup>&minus;11</sup>", others as general().
 std::string power_of_two_html(double value);
+/// For a terminal of 80 columns: broken at blanks, every line starts with `indent` and ends with a
+/// newline.
+std::string wrapped(const std::string& text, const std::string& indent);
 
 }  // namespace weft::daemon

@@ -1,9 +1,11 @@
 #include "daemon/report/json_parts.hpp"
+#include "daemon/report/simulation_words.hpp"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/report/report.hpp"
+#include "daemon/report/simulation_words.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -29,7 +31,8 @@ ordered_json time_json(const TimeShare& time) {
   return {{"plant_and_emulators_s", time.plant_and_emulators_s},
           {"drivers_and_control_s", time.drivers_and_control_s},
           {"recorder_s", time.recorder_s},
-          {"export_s", time.export_s}};
+          {"export_s", time.export_s},
+          {"error_check_s", time.error_check_s}};
 }
 
 }  // namespace
@@ -89,6 +92,10 @@ ordered_json run_json(const CampaignSummary& run) {
   out["dataset_sha256"] = run.dataset_sha256;
   out["force_rms_error_n"] = run.force.rms_n();
   out["force"] = tally_json(run.force);
+  if (!run.simulation.empty()) {
+    out["simulation"] = ordered_json::parse(to_json(run.simulation));
+    out["simulation"]["sentence"] = sentence(run.simulation);
+  }
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/sections.hpp"
+#include "daemon/report/simulation_words.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -37,6 +38,13 @@ std::string tiles(const ReportInput& input) {
     if (const auto* e = result.find(classifier::Reduction::pvalue))
       out += tile(percent(e->accuracy) + " %",
                   "accuracy " + result.exploration + ", p-value selection");
+  return out + "</div>\n";
+}
+
+std::string fidelity_note(const SimulationNote& simulation) {
+  if (simulation.empty()) return {};
+  std::string out = "<div class=\"note\"><p><b>" + escape(sentence(simulation)) + ".</b></p>";
+  for (const std::string& line : error_lines(simulation)) out += "<p>" + escape(line) + ".</p>";
   return out + "</div>\n";
 }
 
@@ -94,7 +102,7 @@ std::string heading_section(const ReportInput& input) {
   std::string out = "<header>" + badge_html(input) + "\n<h1>Campaign " + escape(input.run.name) +
                     "</h1>\n" + lead(input) + "</header>\n";
   out += unfinished_note(input.run);
-  if (kind == BenchKind::simulated) out += simulated_note();
+  if (kind == BenchKind::simulated) out += simulated_note() + fidelity_note(input.run.simulation);
   return out + tiles(input);
 }
 

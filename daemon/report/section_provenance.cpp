@@ -45,7 +45,10 @@ std::string provenance_section(const ReportInput& input) {
   out += item("recipe SHA-256", code(info.recipe_sha256));
   out += item("rig SHA-256", code(info.rig_sha256));
   out += item("seed", std::to_string(info.seed));
-  out += item("plant level", escape(input.run.level));
+  const SimulationNote& simulation = input.run.simulation;
+  out += item("plant level",
+              escape(simulation.empty() ? input.run.level
+                                        : simulation.setting + ", because " + simulation.because));
   out += item("software", "weft " + escape(info.software_version) +
                               (input.commit.empty() ? "" : ", commit " + code(input.commit)));
   out += item("machine", escape(input.machine));

@@ -1,9 +1,9 @@
 #include <cctype>
-#include <sstream>
 
 #include "daemon/report/format.hpp"
 #include "daemon/report/paper.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/report/simulation_words.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -11,7 +11,6 @@ namespace {
 
 using classifier::Reduction;
 
-constexpr std::size_t line_width = 80;
 constexpr std::size_t name_width = 21;  // "M1 paper, real cloth"
 constexpr std::size_t cell_width = 19;  // "100.0 (99.9-100.0)"
 
@@ -29,21 +28,6 @@ std::string printable(std::string_view text) {
   std::string out;
   for (const char c : text) out += std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
   return out;
-}
-
-// Broken at blanks; every line starts with `indent`.
-std::string wrapped(const std::string& text, const std::string& indent) {
-  std::string out;
-  std::string line = indent;
-  std::istringstream words(text);
-  for (std::string word; words >> word; line += word) {
-    if (line.size() + 1 + word.size() > line_width) {
-      out += line + "\n";
-      line = indent;
-    }
-    if (line != indent) line += ' ';
-  }
-  return out + line + "\n";
 }
 
 std::string bench_words(BenchKind kind) {
@@ -72,6 +56,7 @@ std::string run_lines(const ReportInput& input) {
                                                 2) +
                                         " % in band");
   // 64 digits leave no room for the usual column
+  out += simulation_text(run.simulation);
   return out + "  data set  " + (run.dataset_sha256.empty() ? "none" : run.dataset_sha256) + "\n";
 }
 

@@ -5,6 +5,7 @@
 
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/run/error_check.hpp"
 #include "daemon/run/simulated_bench.hpp"
 #include "daemon/run/supervisor.hpp"
 
@@ -48,11 +49,13 @@ CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
 // The parts of a run in progress, and what is told about it.
 class Run {
  public:
-  Run(const CheckedRequest& checked, SimulatedBench& bench, const CampaignHooks& hooks)
+  Run(const CheckedRequest& checked, SimulatedBench& bench, const CampaignHooks& hooks,
+      bool error_check)
       : plan_(&checked.plan),
         bench_(&bench),
         hooks_(&hooks),
-        log_(*bench.bench, bench.loop, hooks.device_log) {}
+        log_(*bench.bench, bench.loop, hooks.device_log),
+        errors_(error_check ? bench.rig.get() : nullptr, checked.plan) {}
 
   Status bring_up() {
     std::optional<Status> up;
@@ -69,9 +72,12 @@ class Run {
     log_.journal_to(&recording);
     SupervisorHooks hooks;
     hooks.mount = [this](std::string_view fabric, std::uint64_t patch, TimePoint now) {
+      errors_.patch_follows();
       return bench_->rig->mount(fabric, patch, now);
     };
     hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
+      errors_.trial_done(done.trial, done.outcome == recipes::Outcome::complete,
+                         bench_->loop.now());
       tell(done, force, recording);
     };
     Supervisor supervisor(*plan_, bench_->host_time, *bench_->bench, recording, std::move(hooks));
@@ -82,6 +88,15 @@ class Run {
     });
     log_.journal_to(nullptr);
     return summary(supervisor.result(), recording);
+  }
+
+  /// Plays some trials again; the run is over, and nothing of it changes.
+  Status look_at_errors(Recorder& recorder, CampaignSummary& summary) const {
+    const auto began = steady_wall_now();
+    summary.simulation.errors = errors_.errors();
+    summary.time.error_check_s = seconds_since(began);
+    if (summary.simulation.empty()) return {};
+    return recorder.journal(bench_->loop.now(), "simulation", to_json(summary.simulation));
   }
 
  private:
@@ -141,6 +156,7 @@ class Run {
   SimulatedBench* bench_;
   const CampaignHooks* hooks_;
   DeviceLog log_;
+  ErrorCheck errors_;
   bool stopping_ = false;
   std::size_t complete_ = 0;
   TimePoint brought_up_;
@@ -161,6 +177,18 @@ Result<std::string> export_dataset(const std::filesystem::path& campaign,
   const Result<Dataset> loaded = load_campaign(campaign);
   if (!loaded) return pass(loaded.error());
   return write_hdf5(*loaded, dataset);
+}
+
+/// Level, integrator and step, written into the rig file that is run and recorded.
+Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRequest& checked,
+                                       RigFile& rig) {
+  auto chosen = choose_simulation(rig, request.rig, checked.plan, request.fidelity);
+  if (!chosen) return pass(chosen.error());
+  Result<RigFile> settled = parse_rig_file(chosen->rig_text);
+  if (!settled) return pass(settled.error());
+  rig = std::move(*settled);
+  checked.rig_text = std::move(chosen->rig_text);
+  return std::move(chosen->note);
 }
 
 // All that can be refused about the folder, before anything moves.
@@ -223,6 +251,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (!checked) return pass(checked.error());
   Result<RigFile> rig = parse_rig_file(checked->rig_text);
   if (!rig) return pass(rig.error(), request.rig.string());
+  Result<SimulationNote> simulation = settle_fidelity(request, *checked, *rig);
+  if (!simulation) return pass(simulation.error(), request.rig.string());
   Result<std::string> fabrics = read_fabrics(*rig, request.rig);
   if (!fabrics) return pass(fabrics.error());
   const auto began = steady_wall_now();
@@ -234,14 +264,16 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   const std::filesystem::path campaign_file = request.out / "campaign.sqlite";
   if (Status ok = prepare_folder(request.out, campaign_file, disk_forecast(checked->plan)); !ok)
     return pass(ok.error());
-  Run run(*checked, **bench, hooks);
+  Run run(*checked, **bench, hooks, request.error_check);
   if (Status up = run.bring_up(); !up) return pass(up.error());
   Result<Recorder> recorder = Recorder::create(campaign_file, header_of(*checked, *rig));
   if (!recorder) return pass(recorder.error());
   if (Status ok = record_devices(*recorder, *(*bench)->bench); !ok) return pass(ok.error());
   CampaignSummary summary = run.execute(*recorder);
+  summary.simulation = std::move(*simulation);
+  if (Status ok = run.look_at_errors(*recorder, summary); !ok) return pass(ok.error());
   if (Status ok = recorder->finish(); !ok) return pass(ok.error());
-  summary.wall_s = seconds_since(began);
+  summary.wall_s = seconds_since(began) - summary.time.error_check_s;
   summary.bench = rig->bench;
   summary.level = rig->plant_level;
   summary.campaign_file = campaign_file;

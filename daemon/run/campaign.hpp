@@ -10,6 +10,7 @@
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/run/device_log.hpp"
 #include "daemon/run/rig_file.hpp"
+#include "daemon/run/simulation.hpp"
 #include "daemon/run/trial_recording.hpp"
 #include "recipes/engine/plan.hpp"
 #include "sim/rig/rig.hpp"
@@ -21,6 +22,8 @@ struct CampaignRequest {
   std::filesystem::path rig;
   std::filesystem::path out;  ///< folder for campaign.sqlite and dataset.h5; made when missing
   std::optional<std::uint64_t> seed;  ///< in place of the recipe's
+  FidelityAsked fidelity = {};
+  bool error_check = true;  ///< simulate some trials again, more finely, when all are done
 };
 
 /// Where the wall time of the run went, estimated by sampling [s].
@@ -29,6 +32,7 @@ struct TimeShare {
   double drivers_and_control_s = 0;
   double recorder_s = 0;
   double export_s = 0;
+  double error_check_s = 0;  ///< measured, and no part of the run's wall time
 };
 
 /// One line of progress, after each trial.
@@ -49,6 +53,7 @@ struct CampaignSummary {
   std::string name;
   BenchKind bench = BenchKind::unknown;
   std::string level;  ///< fidelity of the plant, empty on a real bench
+  SimulationNote simulation;
   recipes::Outcome outcome = recipes::Outcome::complete;
   recipes::Cleanup cleanup = recipes::Cleanup::done;
   recipes::RigFact rig = recipes::RigFact::safe;

@@ -111,9 +111,12 @@ Result<RigFile> from_json(const json& root) {
   rig.name = *name;
   rig.bench = *kind;
   if (root.contains("simulation")) {
-    Result<std::string> level = text_member(root["simulation"], "level", "/simulation");
-    if (!level) return pass(level.error());
-    rig.plant_level = *level;
+    rig.plant_level = "auto";
+    if (root["simulation"].contains("level")) {
+      Result<std::string> level = text_member(root["simulation"], "level", "/simulation");
+      if (!level) return pass(level.error());
+      rig.plant_level = *level;
+    }
   }
   for (std::size_t i = 0; i < root["devices"].size(); ++i) {
     Result<DeviceEntry> device = device_entry(root["devices"][i], "/devices/" + std::to_string(i));

@@ -22,28 +22,69 @@ struct Tally {
   }
 };
 
-}  // namespace
+constexpr double loop_share = 1.02;  // of the weight: a loop's set points are above it
 
-Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion) {
+/// What leads the z stage.
+class Lead {
+ public:
+  Lead(const Mount& mount, const Replayed* run)
+      : run_(run),
+        mps_per_n_(1 / (mount.stiffness_n_m * lead_time_s)),
+        weight_n_(loop_share * mount.weight_n()) {}
+
+  Pose led(Pose pose, double dt_s) {
+    offset_m_ += speed_mps_ * dt_s;
+    pose.z_m += offset_m_;
+    return pose;
+  }
+  /// At the end of frame number `index` of the replay.
+  void look(std::size_t index, double normal_n) {
+    if (run_ == nullptr) return;
+    const double wanted_n = run_->normal_n[std::min(index, run_->normal_n.size() - 1)];
+    // A force loop is at work where the mount pushes; below the weight it would pull at the stop.
+    speed_mps_ = wanted_n > weight_n_ ? mps_per_n_ * (wanted_n - normal_n) : 0;
+  }
+
+ private:
+  const Replayed* run_;
+  double mps_per_n_, weight_n_, speed_mps_ = 0, offset_m_ = 0;
+};
+
+Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
+              const Replayed* run) {
   Plant plant(params, rig_seed);
   plant.mount(motion.patch, motion.mounted, motion.mounted_at);
+  Lead lead(params.mount, run);
   Replayed out;
   GridPoint point = motion.first;
   TimePoint before = motion.mounted_at;
   for (const Pose& pose : motion.poses) {
     const TimePoint now = point.time();
-    plant.advance(pose, to_seconds(now - before));
+    const double dt_s = to_seconds(now - before);
+    plant.advance(lead.led(pose, dt_s), dt_s);
     before = now;
     if (point.ends_frame()) {
       out.normal_n.push_back(plant.contact().normal_n);
       out.friction_n.push_back(plant.contact().friction_n);
       out.counts.push_back(plant.pad_counts());
+      lead.look(out.normal_n.size() - 1, out.normal_n.back());
     } else {
       plant.convert(point.stage, point.frame);
     }
     point.advance();
   }
   return out;
+}
+
+}  // namespace
+
+Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion) {
+  return play(params, rig_seed, motion, nullptr);
+}
+
+Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
+                    const Replayed& run) {
+  return play(params, rig_seed, motion, &run);
 }
 
 RunError difference(const Replayed& run, const Replayed& finer) {
@@ -65,7 +106,9 @@ RunError difference(const Replayed& run, const Replayed& finer) {
           .friction_max_n = friction.largest,
           .friction_rms_n = friction.rms(),
           .counts_max = counts.largest,
-          .counts_rms = counts.rms()};
+          .counts_rms = counts.rms(),
+          .unled_max_n = 0,
+          .unled_rms_n = 0};
 }
 
 std::vector<RunError> run_errors(const PlantParams& params, std::uint64_t rig_seed,
@@ -76,9 +119,16 @@ std::vector<RunError> run_errors(const PlantParams& params, std::uint64_t rig_se
   for (const FidelitySetting& finer : finer_than(setting)) {
     PlantParams reference = params;
     apply(finer, reference);
-    out.push_back(difference(run, replay(reference, rig_seed, motion)));
-    out.back().setting = to_string(setting);
-    out.back().reference = to_string(finer);
+    const bool leads = setting.level > Level::algebraic;
+    RunError error = difference(run, leads ? replay_led(reference, rig_seed, motion, run)
+                                           : replay(reference, rig_seed, motion));
+    reference.watched.pads = false;  // of these the force alone is looked at
+    const RunError unled = difference(run, replay(reference, rig_seed, motion));
+    error.unled_max_n = unled.force_max_n;
+    error.unled_rms_n = unled.force_rms_n;
+    error.setting = to_string(setting);
+    error.reference = to_string(finer);
+    out.push_back(error);
   }
   return out;
 }

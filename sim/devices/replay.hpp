@@ -1,14 +1,15 @@
 #pragma once
 // The same minutes of a bench again, at another fidelity: the plant alone, driven along the motion
-// that the stages made. What differs is the plant's doing; a controller that would have answered
-// otherwise is not in it.
+// that the stages made. Where a force loop was at work its answer belongs to the run: the stage
+// that presses can be led so that the force follows the run's, slowly, as a loop would. What is
+// left is what the data of the two would differ by.
 
 #include <array>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "sim/devices/bench_motion.hpp"
+#include "sim/devices/run_error.hpp"
 #include "sim/plant/fidelity/setting.hpp"
 
 namespace weft::sim {
@@ -24,22 +25,18 @@ struct Replayed {
 /// bit.
 Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion);
 
-/// Differences of a run from a finer one, over the samples in which either touches the cloth.
-struct RunError {
-  std::string setting, reference;  ///< "L1 3.072 ms", "L2 midpoint 0.2 ms"
-  std::size_t samples = 0;
-  double force_max_n = 0;  ///< normal force
-  double force_rms_n = 0;
-  double friction_max_n = 0;  ///< length of the difference of two vectors
-  double friction_rms_n = 0;
-  double counts_max = 0;  ///< of one pad
-  double counts_rms = 0;
-};
+/// The same with the z stage led by an integrator: its force follows the normal forces of `run`
+/// within lead_time_s or, where the cloth is soft against the mount, some times that. Where the
+/// run's force is not above the probe's weight no loop is at work, and nothing is led.
+Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
+                    const Replayed& run);
+constexpr double lead_time_s = 0.1;  ///< three times that of the bench's loop, four frames
 
 /// `run` and `finer` are of one motion.
 RunError difference(const Replayed& run, const Replayed& finer);
 
-/// The motion at the setting of `params` against each of finer_than() it.
+/// The motion at the setting of `params` against each of finer_than() it. Level L0, whose force is
+/// given, leads nothing: there both are along the same motion.
 std::vector<RunError> run_errors(const PlantParams& params, std::uint64_t rig_seed,
                                  const BenchMotion& motion);
 

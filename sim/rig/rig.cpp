@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "sim/devices/replay.hpp"
 #include "sim/plant/fabric_library.hpp"
 #include "sim/plant/random.hpp"
 #include "sim/rig/attachment.hpp"

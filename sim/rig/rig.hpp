@@ -14,9 +14,12 @@
 #include "drivers/api/loop.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
-#include "sim/devices/replay.hpp"
+#include "sim/devices/run_error.hpp"
 
 namespace weft::sim {
+
+struct BenchMotion;      // sim/devices/bench_motion.hpp
+struct FidelitySetting;  // sim/plant/fidelity/setting.hpp
 
 /// What no instrument of the rig can know. For tests, reports and figures only. Of a rig without
 /// force sensor and pads nothing is computed but where the stages are: the rest is NaN.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/units.hpp"
@@ -152,7 +153,11 @@ Status read_level(const std::string& text, RigConfig& config) {
 Status read_chosen(const json& object, RigConfig& config) {
   FieldReader reader(object, "/simulation/chosen");
   reader.text("setting", config.chosen_setting).text("because", config.chosen_because);
-  return reader.finish();
+  if (Status s = reader.finish(); !s) return s;
+  const auto control = [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; };
+  if (std::ranges::none_of(config.chosen_because, control)) return {};
+  return fail(Errc::parse, "not a line of text", "/simulation/chosen/because",
+              "no control characters");
 }
 
 /// The keys of `simulation` that say how it is simulated, not what.
@@ -334,6 +339,9 @@ void watch(RigConfig& config) {
   Watched& watched = config.world.plant.watched;
   watched.pads = asks_for(config.scene, Channel::taxels);
   watched.contact = watched.pads || asks_for(config.scene, Channel::wrench);
+  VibrationParams& vibration = config.world.plant.vibration;
+  if (!asks_for(config.scene, Channel::accelerometer)) vibration.accelerometer.reset();
+  if (!asks_for(config.scene, Channel::microphone)) vibration.microphone.reset();
 }
 
 Status read_devices(const json& devices, RigConfig& config) {

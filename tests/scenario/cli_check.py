@@ -52,6 +52,26 @@ def accepted(t, root, rig, d):
         t.expect(plan["forecast"]["duration_s"] > trials * 36, f"{name}: 36 s of phases a trial at least")
 
 
+def fidelity(t, root, rig, d):
+    """The level follows from the scene, an accuracy or a budget chooses from the shipped table."""
+    recipe = root / "recipes/library/m1.json"
+    plan = t.succeeds("check", recipe, "--rig", rig, cwd=d)["simulation"]
+    t.expect(plan["setting"] == "L1 3.072 ms" and "a regulated force" in plan["because"], f"by scene: {plan}")
+    plan = t.succeeds("check", recipe, "--rig", rig, "--accuracy", "10mN", cwd=d)["simulation"]
+    t.expect(plan["setting"].startswith("L2 ") and "within 10 mN" in plan["because"], f"accuracy: {plan}")
+    plan = t.succeeds("check", recipe, "--rig", rig, "--budget", "100x", cwd=d)["simulation"]
+    t.expect(plan["setting"].startswith(("L2 ", "L3 ")) and "100 times real time" in plan["because"], f"budget: {plan}")
+    t.refuses("check", recipe, "--rig", rig, "--accuracy", "1uN", cwd=d, says=["--accuracy", "10mN"], status=2)
+    t.refuses("check", recipe, "--rig", rig, "--budget", "fast", cwd=d, says=["--budget", "1000x"], status=2)
+    t.refuses("check", recipe, "--rig", rig, "--accuracy", "0.000001mN", cwd=d, says=["/simulation/level", "the nearest: L"])
+    t.refuses("check", recipe, "--rig", rig, "--budget", "1e9x", cwd=d, says=["the nearest: L"])
+    changed = json.loads(rig.read_text())
+    changed["simulation"]["fabrics"] = str(root / "sim/fabrics.json")
+    changed["simulation"]["level"] = "L0"
+    (d / "l0.json").write_text(json.dumps(changed))
+    t.refuses("check", recipe, "--rig", "l0.json", cwd=d, says=["l0.json", "/simulation/level", "level L0 cannot produce relaxation"])
+
+
 def refused(t, root, rig, d):
     m1 = json.loads((root / "recipes/library/m1.json").read_text())
     bad = d / "bad.json"
@@ -139,6 +159,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="weft-check-") as folder:
         d = pathlib.Path(folder)
         accepted(t, root, rig, d)
+        fidelity(t, root, rig, d)
         refused(t, root, rig, d)
         not_json(t, root, rig, d)
         bench(t, root, rig, d)

@@ -129,8 +129,14 @@ def main():
             result = report["results"]["M1"][reduction]
             t.expect(0 <= result["ci95"][0] <= result["accuracy"] <= result["ci95"][1] <= 1, f"{reduction}: {result}")
         t.expect("simulated" in (d / "a/report.html").read_text().lower(), "report.html says simulated")
+        simulation = report["simulation"]
+        t.expect(simulation["setting"] == "L1 3.072 ms" and len(simulation["errors"]) == 2, f"simulation: {simulation}")
+        t.expect(simulation["errors"][1]["trials"] == len(FABRICS), f"one trial of each fabric: {simulation}")
+        t.expect(simulation["sentence"].startswith("Simulated at level L1 3.072 ms because the scene needs"), "sentence")
+        t.expect(simulation["sentence"] in (d / "a/report.html").read_text(), "the page has the sentence")
 
-        again = run(t, d, rig, "--no-evaluate", out="b")
+        again = run(t, d, rig, "--no-evaluate", "--no-error-check", out="b")
+        t.expect(again["simulation"]["errors"] == [] and first["simulation"] == simulation, "no error is looked for")
         other = run(t, d, rig, "--no-evaluate", "--seed", "77", out="c")
         t.expect(again["dataset_sha256"] == first["dataset_sha256"], "same seed, same data")
         t.expect(other["dataset_sha256"] != first["dataset_sha256"], "another seed, other data")

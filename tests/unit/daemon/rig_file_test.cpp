@@ -23,7 +23,7 @@ TEST_CASE("the rig file of this tree is a simulated bench with a device for each
       parse_rig_file(test::read_file(test::source / "sim/rigs/bench17.json"));
   REQUIRE(rig);
   CHECK(rig->bench == BenchKind::simulated);
-  CHECK(rig->plant_level == "L1");
+  CHECK(rig->plant_level == "auto");
   CHECK(rig->devices.size() == 7);
 }
 

@@ -1,0 +1,52 @@
+#include "daemon/report/simulation_words.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include "daemon/report/format.hpp"
+
+namespace weft::daemon {
+namespace {
+
+std::string text(const char* format, double a, double b) {
+  std::array<char, 96> out{};
+  std::snprintf(out.data(), out.size(), format, a, b);
+  return out.data();
+}
+
+std::string against(const SimulationError& error) {
+  return "error against " + error.worst.reference +
+         text(": max %.3g mN, rms %.3g mN", error.worst.force_max_n * 1e3,
+              error.worst.force_rms_n * 1e3);
+}
+
+}  // namespace
+
+std::string sentence(const SimulationNote& note) {
+  if (note.empty()) return {};
+  std::string out = "Simulated at level " + note.setting + " because " + note.because;
+  if (!note.errors.empty()) out += "; " + against(note.errors.back());
+  return out;
+}
+
+std::vector<std::string> error_lines(const SimulationNote& note) {
+  std::vector<std::string> lines;
+  for (const SimulationError& error : note.errors)
+    lines.push_back(
+        against(error) +
+        text("; taxels max %.0f, rms %.2g counts", error.worst.counts_max, error.worst.counts_rms) +
+        text("; without a force loop max %.3g mN, rms %.3g mN", error.worst.unled_max_n * 1e3,
+             error.worst.unled_rms_n * 1e3) +
+        " (" + std::to_string(error.trials) + (error.trials == 1 ? " trial" : " trials") +
+        " played again, worst on " + error.worst_fabric + ")");
+  return lines;
+}
+
+std::string simulation_text(const SimulationNote& note) {
+  if (note.empty()) return {};
+  std::string out = wrapped(sentence(note), "  ");
+  for (const std::string& line : error_lines(note)) out += wrapped(line, "    ");
+  return out;
+}
+
+}  // namespace weft::daemon
