@@ -1,0 +1,181 @@
+// What a scene costs and what it does not: one second of sliding at 2 mm/s under 5 N, on denim,
+// with nothing computed that the scene does not need; and one static press.
+//
+//   bench_scene_costs          processor time of every scene
+//   bench_scene_costs --list   their names
+//   bench_scene_costs NAME     prepares the scene, then runs measured_part() once:
+//                              tests/bench/scene_costs.py counts its instructions
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <sstream>
+
+#include "sim/devices/bench_world.hpp"
+#include "sim/devices/ft_sensor.hpp"
+#include "sim/plant/fabric_library.hpp"
+#include "sim/plant/imprint/half_space.hpp"
+#include "sim/plant/imprint/objects.hpp"
+#include "sim/plant/imprint/winkler.hpp"
+#include "tests/bench/figures.hpp"
+
+namespace {
+
+using namespace weft;
+using namespace weft::sim;
+
+constexpr double plate_z_m = 0.06;
+
+struct MovingScene {
+  const char* name;
+  Level level;
+  bool wrench, taxels, accelerometer, microphone;
+};
+constexpr MovingScene moving_scenes[] = {
+    {"stages", Level::algebraic, false, false, false, false},
+    {"wrench-means", Level::algebraic, true, false, false, false},
+    {"taxel-means", Level::algebraic, true, true, false, false},
+    {"wrench", Level::quasistatic, true, false, false, false},
+    {"taxels", Level::quasistatic, true, true, false, false},
+    {"wrench-overshoot", Level::dynamic, true, false, false, false},
+    {"taxels-overshoot", Level::dynamic, true, true, false, false},
+    {"accelerometer", Level::modal, true, true, true, false},
+    {"microphone", Level::modal, true, true, false, true},
+    {"accelerometer-microphone", Level::modal, true, true, true, true}};
+constexpr const char* static_scenes[] = {"imprint-Z", "imprint-Z+"};
+
+template <class T>
+T required(Result<T> value) {
+  if (value) return std::move(*value);
+  std::fprintf(stderr, "%s\n", to_string(value.error()).c_str());
+  std::exit(1);
+}
+
+Patch denim() {
+  std::ifstream file("sim/fabrics.json");
+  std::stringstream text;
+  text << file.rdbuf();
+  const FabricLibrary library = required(parse_fabrics(text.str()));
+  return required(
+      cut_patch(*library.find("denim"), library.params, library.spread, MaterialSwitches{}, 1));
+}
+
+WorldParams world_of(const MovingScene& scene, const Patch& patch) {
+  WorldParams params;
+  for (StageParams& stage : params.stages) stage = {.low = -0.2, .high = 0.2, .start = 0.03};
+  params.stages[2].start = plate_z_m - patch.material.thickness_m - 2e-3;
+  params.stages[3].start = params.stages[4].start = 0;
+  PlantParams& plant = params.plant;
+  plant.geometry.plate_z_m = plate_z_m;
+  plant.mount.slack_m = 1e-3;
+  plant.level = scene.level;
+  plant.watched = {scene.wrench || scene.taxels, scene.taxels};
+  if (!scene.accelerometer) plant.vibration.accelerometer.reset();
+  if (!scene.microphone) plant.vibration.microphone.reset();
+  return params;
+}
+
+/// A bench whose probe slides under about 5 N.
+class Sliding {
+ public:
+  explicit Sliding(const MovingScene& scene)
+      : wrench_(scene.wrench), sensor_({}, 1), patch_(denim()), world_(world_of(scene, patch_), 1) {
+    world_.mount(patch_, {});
+    const double down_m = plate_z_m - patch_.material.thickness_m + 0.62e-3;
+    world_.stage(AxisId::z, {}).move_to(down_m, {2e-3, 0.02}, {});
+    run_for(3);
+    world_.stage(AxisId::y, now_).move_to(0.05, {2e-3, 0.02}, now_);
+    run_for(1);
+  }
+
+  /// As a rig does: the force sensor reads at 100 Hz, the pads' frames come at 37 Hz.
+  void run_for(double seconds) {
+    for (int i = 0; i < static_cast<int>(100 * seconds); ++i) {
+      now_ += std::chrono::milliseconds(10);
+      if (wrench_) fz_counts_ += sensor_.read(world_.contact(now_), sample_++).counts[2];
+      frames_ += world_.frame(now_).counts[5];
+    }
+  }
+  [[nodiscard]] double force_n() { return world_.contact(now_).normal_n; }
+
+ private:
+  bool wrench_;
+  FtSensor sensor_;
+  Patch patch_;
+  BenchWorld world_;
+  TimePoint now_{};
+  std::uint32_t sample_ = 0;
+  std::int64_t fz_counts_ = 0, frames_ = 0;
+};
+
+std::function<void()> prepared(const std::string& name) {
+  for (const MovingScene& scene : moving_scenes) {
+    if (name != scene.name) continue;
+    auto sliding = std::make_shared<Sliding>(scene);
+    const double force_n = sliding->force_n();
+    if ((scene.wrench || scene.taxels) && !(force_n > 3 && force_n < 8)) {
+      std::fprintf(stderr, "%s: presses with %.2f N, not about 5\n", scene.name, force_n);
+      std::exit(1);
+    }
+    return [sliding] { sliding->run_for(1); };
+  }
+  const ObjectSpec screen = required(object_named("SCREEN1"));
+  const HeightMap map =
+      required(place(screen, calibrated_side, calibrated_side, taxel_spacing_m, 1));
+  if (name == "imprint-Z")
+    return [map, screen] { required(press_winkler(map, bed_under(screen), light_press_n)); };
+  if (name == "imprint-Z+") {
+    HalfSpaceParams params;
+    params.modulus_pa = modulus_under(screen);
+    auto half_space = std::make_shared<HalfSpace>(
+        required(HalfSpace::make(map.rows, map.cols, map.spacing_m, params)));
+    return [map, half_space] { required(half_space->press(map, light_press_n)); };
+  }
+  std::fprintf(stderr, "no such scene: %s\n", name.c_str());
+  std::exit(1);
+}
+
+std::vector<std::string> names() {
+  std::vector<std::string> all;
+  for (const MovingScene& scene : moving_scenes) all.emplace_back(scene.name);
+  for (const char* name : static_scenes) all.emplace_back(name);
+  return all;
+}
+
+int processor_times() {
+  std::vector<bench::Figure> figures;
+  for (const std::string& name : names()) {
+    std::vector<double> times_s;
+    for (int i = 0; i < 5; ++i) {
+      const std::function<void()> run = prepared(name);
+      const std::clock_t begin = std::clock();
+      run();
+      times_s.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    }
+    const bool moves = name.rfind("imprint", 0) != 0;
+    figures.push_back({name, bench::median(times_s) * 1e6,
+                       moves ? "us a simulated second" : "us a press", "", 0, ""});
+  }
+  return bench::report("scene_costs", figures);
+}
+
+}  // namespace
+
+/// Named in the global namespace and kept out of line for callgrind's --toggle-collect.
+__attribute__((noinline)) void measured_part(const std::function<void()>& run) {
+  run();
+}
+
+int main(int argc, char** argv) {
+  if (argc < 2) return processor_times();
+  if (std::strcmp(argv[1], "--list") == 0) {
+    for (const std::string& name : names()) std::printf("%s\n", name.c_str());
+    return 0;
+  }
+  measured_part(prepared(argv[1]));
+  return 0;
+}
