@@ -20,7 +20,7 @@ ENTRIES = {
     "texture": r"weft::sim::(TextureMap::(response|TextureMap)|LinearTexture::height_m)\(",
     "pads": r"weft::sim::PadArray::convert(_stages)?\(",
     "pressure": r"weft::sim::(ContactModel|AlgebraicContact|AlgebraicProbe)::pressures?_pa\(",
-    "contact": r"weft::sim::(ContactModel|AlgebraicProbe|DynamicContact)::step\(",
+    "contact": r"weft::sim::(ContactModel::(step|advance)|(AlgebraicProbe|DynamicContact)::step)\(",
     "lugre": r"weft::sim::glide_(midpoint|tr_bdf2)\(",
     "modal": r"weft::sim::Vibration::advance\(",
     "force sensor": r"weft::sim::FtSensor::read\(",
@@ -110,6 +110,8 @@ def main():
         for scene in scenes:
             table[scene] = row = measured(program, scene, folder)
             print(f"{scene:26}" + "".join(f"{row[c]:13,}" for c in columns), flush=True)
+            if sum(row[mechanism] for mechanism in ENTRIES) > row["all"]:
+                problems.append(f"{scene}: mechanisms cost more than all together: one is counted twice")
             for mechanism in ENTRIES:
                 needed = mechanism in NEEDED.get(scene, set())
                 if (row[mechanism] > 0) != needed:
