@@ -33,9 +33,8 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
   geometry.tilt_y += rig_tilt_y_ + patch.tilt_y;
   model_ = ContactModel(geometry, params_.mount, patch.material);
   if (params_.level == Level::algebraic)
-    algebraic_ =
-        Algebraic{{geometry, params_.mount, patch.material, params_.set_point_n},
-                  LinearTexture(patch.field)};
+    algebraic_ = Algebraic{{geometry, params_.mount, patch.material, params_.set_point_n},
+                           LinearTexture(patch.field)};
   else if (params_.level >= Level::dynamic)
     dynamic_.emplace(geometry, params_.mount, patch.material, params_.dynamics);
   if (params_.level >= Level::modal) listen(patch, now);

@@ -45,6 +45,7 @@ ContactState AlgebraicContact::step(const ContactState& from, const Pose& to) co
   if (!(depth_m >= 0)) return state;
   const double top_n = geometry_.face_area_m2() * material_.law.pressure_pa;
   state.exponent = std::log1p(set_point_n_ / top_n);
+  state.growth = 1 + set_point_n_ / top_n;
   state.indentation_m = material_.law.lambda_m * state.exponent;
   state.extension_m = depth_m - state.indentation_m;
   state.normal_n = set_point_n_;
