@@ -111,7 +111,7 @@ std::string failure_of(const SimCase& one, const SimTrace& run, const SimTrace& 
     worst_n = std::max(worst_n, std::abs(a.normal_n - reference.samples[i].normal_n));
   }
   if (worst_n > absurd_ratio * largest_n) return "diverged: " + newtons(worst_n) + " off";
-  if (one.cycle_from_s > 0) return cycle_failure(run.cycle, reference.cycle);
+  if (one.cycle_to_s > 0) return cycle_failure(run.cycle, reference.cycle);
   if (run.touch_s.size() < reference.touch_s.size())
     return "touch-downs: " + std::to_string(run.touch_s.size()) + " of " +
            std::to_string(reference.touch_s.size());

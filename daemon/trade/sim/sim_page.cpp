@@ -110,6 +110,10 @@ std::optional<double> pads_rms(const SimPoint& p) {
   return p.total.pads_lsb ? std::optional(p.total.pads_lsb->rms) : std::nullopt;
 }
 
+std::optional<double> pads_max(const SimPoint& p) {
+  return p.total.pads_lsb ? std::optional(p.total.pads_lsb->max) : std::nullopt;
+}
+
 std::string scrolled(const Scatter& scatter) {
   return "<div class=\"scroll\">" + scatter_figure(scatter) + "</div>\n";
 }
@@ -131,12 +135,13 @@ std::string force_picture(const SimSceneResult& scene, const std::vector<std::st
 
 std::string pads_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
   Scatter out{"Pads' error against time, " + std::string(stamp) + ", scene " + scene.scene,
-              "rms error of the pads [LSB]",
+              "error of the pads [LSB]",
               std::string(stamp),
               families,
-              {panel_of(scene, families, "pads, against the reference", pads_rms)},
+              {panel_of(scene, families, "(c) root mean square of all pads", pads_rms),
+               panel_of(scene, families, "(d) largest error of any pad", pads_max)},
               true};
-  out.panels.front().lines = {{1, "1 LSB"}};
+  for (ScatterPanel& panel : out.panels) panel.lines = {{1, "1 LSB"}};
   return out.panels.front().points.empty() ? "" : scrolled(out);
 }
 

@@ -83,7 +83,6 @@ SimTrace SimRunner::follow(const Step& step) const {
   const std::size_t per_sample = one.grid_points(), points = one.samples * per_sample;
   const double dt_s = one.grid_s * static_cast<double>(stride_);
   const double lambda_m = one.patch.material.law.lambda_m;
-  const bool cycles = one.cycle_from_s > 0;
   SimTrace out;
   out.samples.reserve(one.samples);
   SimDrive drive(one);
@@ -98,7 +97,7 @@ SimTrace SimRunner::follow(const Step& step) const {
     const double rate_mps =
         moves ? -state.velocity_mps[2] : (state.indentation_m - last.indentation_m) / -dt_s;
     touch.see(gap(state, lambda_m, t_s, rate_mps));
-    if (cycles && t_s >= one.cycle_from_s) {
+    if (one.cycles_at(t_s)) {
       const double rate = moves ? -state.velocity_mps[1] * one.dynamics.lateral_stiffness_n_m : 0;
       cycle.see({t_s, guide_force_n(one, state, setting_.level), rate});
     }

@@ -99,7 +99,8 @@ void add_stick_slip(SimCase& one) {
   one.dynamics.friction_speed_mps = 1e3;
   const double pressed_s = press(one);
   slide(one, pressed_s + 0.3, 3);
-  one.cycle_from_s = pressed_s + 0.3 + 1.5;
+  one.cycle_from_s = pressed_s + 0.3 + 1.5;  // transients over
+  one.cycle_to_s = pressed_s + 0.3 + 2.95;   // before the stage brakes
 }
 
 /// Pressed, lifted off, pressed again at the stages' full speed.
@@ -172,11 +173,27 @@ void add_case(Digest& digest, const SimCase& one) {
   const Mount& m = one.mount;
   const DynamicsParams& d = one.dynamics;
   const ContactGeometry& g = one.geometry;
-  for (const double x :
-       {m.mass_kg, m.stiffness_n_m, m.slack_m, m.stop_stiffness_n_m, d.normal_damping,
-        d.lateral_stiffness_n_m, d.lateral_damping, d.static_ratio, d.stribeck_speed_mps,
-        d.friction_speed_mps, d.bristle_damping, d.viscous_n_s_m, g.plate_z_m, g.face_half_width_m,
-        g.tilt_axis_y_m, g.tilt_x, g.tilt_y, one.grid_s, one.duration_s()})
+  for (const double x : {m.mass_kg,
+                         m.stiffness_n_m,
+                         m.slack_m,
+                         m.stop_stiffness_n_m,
+                         d.normal_damping,
+                         d.lateral_stiffness_n_m,
+                         d.lateral_damping,
+                         d.static_ratio,
+                         d.stribeck_speed_mps,
+                         d.friction_speed_mps,
+                         d.bristle_damping,
+                         d.viscous_n_s_m,
+                         g.plate_z_m,
+                         g.face_half_width_m,
+                         g.tilt_axis_y_m,
+                         g.tilt_x,
+                         g.tilt_y,
+                         one.grid_s,
+                         one.cycle_from_s,
+                         one.cycle_to_s,
+                         one.duration_s()})
     digest.add(x);
   if (one.loop)
     for (const double x :

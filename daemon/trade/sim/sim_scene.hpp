@@ -62,9 +62,10 @@ struct SimCase {
   double grid_s =
       sim_grid_s;           ///< stages move in straight lines between its times; divides a sample
   std::size_t samples = 0;  ///< run's length in samples
-  double cycle_from_s = 0;  ///< from here on a stick-slip cycle is looked for; 0: none
+  double cycle_from_s = 0, cycle_to_s = 0;  ///< when a stick-slip cycle is looked for; 0: never
   bool slides = false;
 
+  [[nodiscard]] bool cycles_at(double t_s) const { return t_s >= cycle_from_s && t_s < cycle_to_s; }
   [[nodiscard]] double duration_s() const { return static_cast<double>(samples) * sim_sample_s; }
   /// Of a sample.
   [[nodiscard]] std::size_t grid_points() const;

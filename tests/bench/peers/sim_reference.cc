@@ -59,7 +59,8 @@ class Equations {
       : case_(one),
         cloth_(one.patch.material),
         dynamics_(one.dynamics),
-        damper_(2 * dynamics_.normal_damping * std::sqrt(one.mount.stiffness_n_m * one.mount.mass_kg)),
+        damper_(2 * dynamics_.normal_damping *
+                std::sqrt(one.mount.stiffness_n_m * one.mount.mass_kg)),
         guide_damper_(2 * dynamics_.lateral_damping *
                       std::sqrt(dynamics_.lateral_stiffness_n_m * one.mount.mass_kg)) {
     const double half = one.geometry.face_half_width_m / cloth_.law.lambda_m;
@@ -117,7 +118,11 @@ class Equations {
     sign[touch] = sign[push] = true;  // as if it touched
     const Forces f = forces(t_s, y, line, sign);
     const double extension_m = line.z_m + line.z_mps * (t_s - line.t_s) - touch_z_m_ - y[z];
-    return {f.exponent,  f.exponent_rate, f.normal_n, extension_m, extension_m + case_.mount.slack_m,
+    return {f.exponent,
+            f.exponent_rate,
+            f.normal_n,
+            extension_m,
+            extension_m + case_.mount.slack_m,
             line.y_mps + y[vy]};
   }
 
@@ -129,10 +134,10 @@ class Equations {
       return 1 + (dynamics_.static_ratio - 1) * std::exp(-x * x);
     };
     const double speed = forward ? w_mps : -w_mps, l_m = cloth_.friction.bristle_length_m;
-    const double kinetic_n = cloth_.friction.coefficient * cloth_.friction.reference_load_n *
-                             std::pow(f.normal_n / cloth_.friction.reference_load_n,
-                                      cloth_.friction.exponent) /
-                             ratio(dynamics_.friction_speed_mps);
+    const double kinetic_n =
+        cloth_.friction.coefficient * cloth_.friction.reference_load_n *
+        std::pow(f.normal_n / cloth_.friction.reference_load_n, cloth_.friction.exponent) /
+        ratio(dynamics_.friction_speed_mps);
     const double sigma1 =
         2 * dynamics_.bristle_damping * std::sqrt(kinetic_n / l_m * case_.mount.mass_kg);
     f.bristle_rate = (w_mps - speed * b / ratio(speed)) / l_m;
@@ -276,8 +281,7 @@ ContactState contact_of(const SimCase& one, const Solver& solver, const Pose& po
   out.slope_x = one.geometry.tilt_x;
   out.slope_y = one.geometry.tilt_y;
   out.extension_m = pose.z_m - solver.equations().touch_z_m() - y[z];
-  out.indentation_m =
-      out.probe_z_m() - (one.geometry.plate_z_m - one.patch.material.thickness_m);
+  out.indentation_m = out.probe_z_m() - (one.geometry.plate_z_m - one.patch.material.thickness_m);
   out.exponent = f.exponent;
   out.lag_m[1] = y[lag];
   out.velocity_mps = {0, y[vy], y[vz]};
@@ -312,7 +316,7 @@ SimTrace solve(const SimCase& one) {
     const ContactState contact = contact_of(one, solver, pose, end_s);
     normal_n = contact.normal_n;
     const double k = one.dynamics.lateral_stiffness_n_m;
-    if (one.cycle_from_s > 0 && end_s >= one.cycle_from_s)
+    if (one.cycles_at(end_s))
       cycle.see({end_s, k * contact.lag_m[1], -k * contact.velocity_mps[1]});
     if ((i + 1) % one.grid_points() == 0) out.samples.push_back(contact);
   }
