@@ -9,7 +9,7 @@ namespace weft::daemon {
 namespace {
 
 std::string text(const char* format, double a, double b) {
-  std::array<char, 96> out{};
+  std::array<char, 128> out{};
   std::snprintf(out.data(), out.size(), format, a, b);
   return out.data();
 }
@@ -31,14 +31,16 @@ std::string sentence(const SimulationNote& note) {
 
 std::vector<std::string> error_lines(const SimulationNote& note) {
   std::vector<std::string> lines;
-  for (const SimulationError& error : note.errors)
-    lines.push_back(
-        against(error) +
-        text("; taxels max %.0f, rms %.2g counts", error.worst.counts_max, error.worst.counts_rms) +
-        text("; without a force loop max %.3g mN, rms %.3g mN", error.worst.unled_max_n * 1e3,
-             error.worst.unled_rms_n * 1e3) +
-        " (" + std::to_string(error.trials) + (error.trials == 1 ? " trial" : " trials") +
-        " played again, worst on " + error.worst_fabric + ")");
+  for (const SimulationError& error : note.errors) {
+    const sim::RunError& e = error.worst;
+    lines.push_back(against(error) +
+                    text("; taxels max %.0f, rms %.2g counts", e.counts_max, e.counts_rms) + " (" +
+                    std::to_string(error.trials) + (error.trials == 1 ? " trial" : " trials") +
+                    " played again, worst on " + error.worst_fabric +
+                    text("). Touch-down and ramps, which are not recorded: max %.3g mN; without a "
+                         "force loop rms %.3g mN",
+                         e.anywhere_max_n * 1e3, e.unled_rms_n * 1e3));
+  }
   return lines;
 }
 

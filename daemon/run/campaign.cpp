@@ -76,8 +76,8 @@ class Run {
       return bench_->rig->mount(fabric, patch, now);
     };
     hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
-      errors_.trial_done(done.trial, done.outcome == recipes::Outcome::complete,
-                         bench_->loop.now());
+      errors_.trial_done(done.trial, done.outcome == recipes::Outcome::complete, bench_->loop.now(),
+                         recording.sampled());
       tell(done, force, recording);
     };
     Supervisor supervisor(*plan_, bench_->host_time, *bench_->bench, recording, std::move(hooks));

@@ -18,6 +18,7 @@ void merge(const sim::RunError& found, const std::string& fabric, SimulationErro
   largest(worst.force_max_n, found.force_max_n);
   largest(worst.friction_max_n, found.friction_max_n);
   largest(worst.counts_max, found.counts_max);
+  largest(worst.anywhere_max_n, found.anywhere_max_n);
   largest(worst.unled_max_n, found.unled_max_n);
   rms(worst.force_rms_n, found.force_rms_n);
   rms(worst.friction_rms_n, found.friction_rms_n);
@@ -38,20 +39,21 @@ void ErrorCheck::patch_follows() {
   rig_->keep_motion(!all_seen && kept_.size() < most_trials);
 }
 
-void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now) {
+void ErrorCheck::trial_done(std::size_t trial, bool complete, TimePoint now,
+                            const std::vector<TimePoint>& sampled) {
   if (rig_ == nullptr) return;
   auto motion = rig_->take_motion(now);
   if (!motion || !complete) return;
   const recipes::TrialSpec& spec = plan_->trials[trial];
   const bool new_fabric = fabrics_.insert(spec.fabric).second;
   const bool new_exploration = explorations_.insert(spec.exploration).second;
-  if (new_fabric || new_exploration) kept_.push_back({trial, std::move(*motion)});
+  if (new_fabric || new_exploration) kept_.push_back({trial, std::move(*motion), sampled});
 }
 
 std::vector<SimulationError> ErrorCheck::errors() const {
   std::vector<SimulationError> out;
   for (const Kept& kept : kept_) {
-    const auto found = rig_->run_errors(kept.motion);
+    const auto found = rig_->run_errors(kept.motion, kept.sampled);
     out.resize(found.size());
     for (std::size_t i = 0; i < found.size(); ++i)
       merge(found[i], plan_->fabrics[plan_->trials[kept.trial].fabric], out[i]);

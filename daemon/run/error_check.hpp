@@ -24,7 +24,9 @@ class ErrorCheck {
 
   /// Before every mount.
   void patch_follows();
-  void trial_done(std::size_t trial, bool complete, TimePoint now);
+  /// `sampled`: when the taxel samples that were recorded arrived; the others do not count.
+  void trial_done(std::size_t trial, bool complete, TimePoint now,
+                  const std::vector<TimePoint>& sampled);
   /// One for each finer setting; empty when no trial was kept.
   [[nodiscard]] std::vector<SimulationError> errors() const;
 
@@ -32,6 +34,7 @@ class ErrorCheck {
   struct Kept {
     std::size_t trial;
     sim::BenchMotion motion;
+    std::vector<TimePoint> sampled;
   };
   sim::Rig* rig_;
   const recipes::Plan* plan_;

@@ -51,6 +51,7 @@ json error_json(const SimulationError& error) {
           {"friction_rms_n", e.friction_rms_n},
           {"taxels_max_counts", e.counts_max},
           {"taxels_rms_counts", e.counts_rms},
+          {"force_max_n_with_transients", e.anywhere_max_n},
           {"same_motion_force_max_n", e.unled_max_n},
           {"same_motion_force_rms_n", e.unled_rms_n}};
 }

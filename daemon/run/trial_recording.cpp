@@ -57,6 +57,7 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   trial_ = trial;
   phase_ = Phase::none;
   trial_force_ = {};
+  sampled_.clear();
   const recipes::TrialSpec& planned = plan_->trials[trial];
   TrialSpec spec;
   spec.index = static_cast<std::uint32_t>(planned.index);
@@ -72,6 +73,7 @@ void TrialRecording::sensor(const Sample& sample) {
   if (phase_ == Phase::none) return;
   const Stamp stamp{sample.host, sample.sequence, sample.lost};
   if (const auto* taxels = std::get_if<TaxelSample>(&sample.value)) {
+    sampled_.push_back(sample.host);
     write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
   } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
     write([&] { return recorder_->wrench(stamp, *wrench); });

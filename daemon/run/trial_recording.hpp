@@ -2,6 +2,7 @@
 // What is recorded of a trial, and how well its force was held.
 
 #include <optional>
+#include <vector>
 
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/run/bench.hpp"
@@ -40,6 +41,8 @@ class TrialRecording {
   /// Phase M of the trial that ended last, and of all complete trials together.
   [[nodiscard]] const ForceTally& trial_force() const { return trial_force_; }
   [[nodiscard]] const ForceTally& campaign_force() const { return campaign_force_; }
+  /// When the taxel samples of the last trial that are recorded arrived.
+  [[nodiscard]] const std::vector<TimePoint>& sampled() const { return sampled_; }
   /// Wall seconds spent in the recorder, estimated as in TimedLoop.
   [[nodiscard]] double seconds() const;
 
@@ -57,6 +60,7 @@ class TrialRecording {
   std::optional<Error> error_;
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};
+  std::vector<TimePoint> sampled_;
 };
 
 }  // namespace weft::daemon

@@ -76,6 +76,19 @@ Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMoti
   return out;
 }
 
+std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
+                                 const std::vector<TimePoint>& sampled) {
+  if (sampled.empty()) return {};
+  std::vector<bool> counted(frames, false);
+  const auto first = static_cast<std::int64_t>(motion.first.frame);
+  for (const TimePoint at : sampled) {
+    const std::int64_t ended = at.time_since_epoch().count() / pad_timing::frame_ns - 1 - first;
+    if (ended >= 0 && ended < static_cast<std::int64_t>(frames))
+      counted[static_cast<std::size_t>(ended)] = true;
+  }
+  return counted;
+}
+
 }  // namespace
 
 Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion) {
@@ -87,11 +100,13 @@ Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const Ben
   return play(params, rig_seed, motion, &run);
 }
 
-RunError difference(const Replayed& run, const Replayed& finer) {
-  Tally force, friction, counts;
+RunError difference(const Replayed& run, const Replayed& finer, const std::vector<bool>& counted) {
+  Tally anywhere, force, friction, counts;
   const std::size_t frames = std::min(run.normal_n.size(), finer.normal_n.size());
   for (std::size_t i = 0; i < frames; ++i) {
     if (!(run.normal_n[i] > 0 || finer.normal_n[i] > 0)) continue;
+    anywhere.add(run.normal_n[i] - finer.normal_n[i]);
+    if (i < counted.size() && !counted[i]) continue;
     force.add(run.normal_n[i] - finer.normal_n[i]);
     friction.add(std::hypot(run.friction_n[i][0] - finer.friction_n[i][0],
                             run.friction_n[i][1] - finer.friction_n[i][1]));
@@ -107,23 +122,27 @@ RunError difference(const Replayed& run, const Replayed& finer) {
           .friction_rms_n = friction.rms(),
           .counts_max = counts.largest,
           .counts_rms = counts.rms(),
+          .anywhere_max_n = anywhere.largest,
           .unled_max_n = 0,
           .unled_rms_n = 0};
 }
 
 std::vector<RunError> run_errors(const PlantParams& params, std::uint64_t rig_seed,
-                                 const BenchMotion& motion) {
+                                 const BenchMotion& motion, const std::vector<TimePoint>& sampled) {
   const FidelitySetting setting = setting_of(params);
   const Replayed run = replay(params, rig_seed, motion);
+  const std::vector<bool> counted = counted_frames(motion, run.normal_n.size(), sampled);
   std::vector<RunError> out;
   for (const FidelitySetting& finer : finer_than(setting)) {
     PlantParams reference = params;
     apply(finer, reference);
     const bool leads = setting.level > Level::algebraic;
-    RunError error = difference(run, leads ? replay_led(reference, rig_seed, motion, run)
-                                           : replay(reference, rig_seed, motion));
+    RunError error = difference(
+        run,
+        leads ? replay_led(reference, rig_seed, motion, run) : replay(reference, rig_seed, motion),
+        counted);
     reference.watched.pads = false;  // of these the force alone is looked at
-    const RunError unled = difference(run, replay(reference, rig_seed, motion));
+    const RunError unled = difference(run, replay(reference, rig_seed, motion), counted);
     error.unled_max_n = unled.force_max_n;
     error.unled_rms_n = unled.force_rms_n;
     error.setting = to_string(setting);

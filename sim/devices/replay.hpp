@@ -32,12 +32,15 @@ Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const Ben
                     const Replayed& run);
 constexpr double lead_time_s = 0.1;  ///< three times that of the bench's loop, four frames
 
-/// `run` and `finer` are of one motion.
-RunError difference(const Replayed& run, const Replayed& finer);
+/// `run` and `finer` are of one motion; `counted` tells which samples count, all where it is empty.
+RunError difference(const Replayed& run, const Replayed& finer,
+                    const std::vector<bool>& counted = {});
 
 /// The motion at the setting of `params` against each of finer_than() it. Level L0, whose force is
-/// given, leads nothing: there both are along the same motion.
+/// given, leads nothing: there both are along the same motion. `sampled`: when samples were taken
+/// that count; each is of the frame that ended last before it. Empty: all count.
 std::vector<RunError> run_errors(const PlantParams& params, std::uint64_t rig_seed,
-                                 const BenchMotion& motion);
+                                 const BenchMotion& motion,
+                                 const std::vector<TimePoint>& sampled = {});
 
 }  // namespace weft::sim

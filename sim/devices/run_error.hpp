@@ -6,8 +6,8 @@
 
 namespace weft::sim {
 
-/// Differences of a run from a finer one that is led by it, over the samples in which either
-/// touches the cloth.
+/// Differences of a run from a finer one that is led by it, over the samples that are counted:
+/// those that were recorded, and in which either touches the cloth.
 struct RunError {
   std::string setting, reference;  ///< "L1 3.072 ms", "L2 midpoint 0.2 ms"
   std::size_t samples = 0;
@@ -17,6 +17,9 @@ struct RunError {
   double friction_rms_n = 0;
   double counts_max = 0;  ///< of one pad
   double counts_rms = 0;
+  /// Normal force, in samples that were not recorded too: touch-down, ramps and lift-off, where the
+  /// two part by a few milliseconds.
+  double anywhere_max_n = 0;
   double unled_max_n = 0;  ///< normal force, where the finer run makes the very same motion
   double unled_rms_n = 0;
 };

@@ -130,8 +130,9 @@ std::optional<BenchMotion> Rig::take_motion(TimePoint now) {
   return parts_->world.take_motion();
 }
 
-std::vector<RunError> Rig::run_errors(const BenchMotion& motion) const {
-  return sim::run_errors(parts_->config.world.plant, parts_->seed, motion);
+std::vector<RunError> Rig::run_errors(const BenchMotion& motion,
+                                      const std::vector<TimePoint>& sampled) const {
+  return sim::run_errors(parts_->config.world.plant, parts_->seed, motion, sampled);
 }
 
 }  // namespace weft::sim

@@ -72,7 +72,9 @@ class Rig {
   /// The motion since the last mount(), where it was kept, up to `now`; it is kept no longer.
   std::optional<BenchMotion> take_motion(TimePoint now);
   /// How far this rig's simulation of a motion is from finer ones (sim/devices/replay.hpp).
-  [[nodiscard]] std::vector<RunError> run_errors(const BenchMotion& motion) const;
+  /// `sampled`: when samples arrived that count; empty: all.
+  [[nodiscard]] std::vector<RunError> run_errors(const BenchMotion& motion,
+                                                 const std::vector<TimePoint>& sampled = {}) const;
 
  private:
   struct Parts;

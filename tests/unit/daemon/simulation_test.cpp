@@ -68,7 +68,8 @@ TEST_CASE("a campaign is simulated at the level of its scene, and says which, wh
   CHECK(model.worst_fabric == "denim");
   CHECK(model.worst.force_rms_n > 0.5e-3);
   CHECK(model.worst.force_rms_n < 40e-3);
-  CHECK(model.worst.force_max_n < 0.5);
+  CHECK(model.worst.force_max_n < 60e-3);  // without touch-down and lift-off
+  CHECK(model.worst.anywhere_max_n > model.worst.force_max_n);
   CHECK(s.simulation.errors[0].worst.force_rms_n < 0.1 * model.worst.force_rms_n);
   const json rig = recorded_rig(s);
   CHECK(rig["simulation"]["level"] == "L1");

@@ -277,6 +277,12 @@ TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
     CHECK(std::equal(run.normal_n.begin(), run.normal_n.end(), again.normal_n.begin() + skip));
     const RunError none = difference(again, again);
     CHECK(none.samples > 200);
+    // the frame that ended last before a sample is the one that counts
+    const auto late = run_errors(world_params(setting).plant, 7, run.motion,
+                                 {BenchWorld::frame_start(390) + Duration(1'000'000),
+                                  BenchWorld::frame_start(395), BenchWorld::frame_start(5)});
+    CHECK(late[0].samples == 2);  // nothing is touched in the fifth frame
+    CHECK(late[0].anywhere_max_n >= late[0].force_max_n);
     CHECK((none.force_max_n == 0 && none.friction_max_n == 0 && none.counts_max == 0));
     CHECK(difference(again, replay(world_params(setting).plant, 8, run.motion)).counts_max > 0);
   }
