@@ -144,6 +144,7 @@ BenchFindings check_bench(const Plan& plan, const RigFile& rig,
                           const std::filesystem::path& rig_path) {
   BenchFindings findings;
   check_devices(plan, rig, findings.rig);
+  if (rig.mode == BenchMode::real) return findings;
   const Result<std::string> fabrics = read_fabrics(rig, rig_path);
   if (!fabrics) {
     findings.rig.push_back(diagnostic(fabrics.error(), "/simulation/fabrics"));
@@ -160,6 +161,7 @@ BenchFindings check_bench(const Plan& plan, const RigFile& rig,
     findings.rig.push_back(diagnostic(same.error(), same.error().where));
   mount_fabrics(plan, **emulated, findings.recipe);
   if (!findings.rig.empty() || !findings.recipe.empty()) return findings;
+  if (rig.mode == BenchMode::emulated) return findings;
   // What is left shows when all is put together: a device without emulator, for example.
   const auto bench = SimulatedBench::create(rig, *fabrics, plan.seed);
   if (!bench) findings.rig.push_back(diagnostic(bench.error(), pointer_in(bench.error().where)));

@@ -19,8 +19,8 @@ constexpr std::size_t read_bytes = 65536;  // the largest datagram
 
 // Handlers hold it weakly but while they run: the link may be destroyed by what they call.
 struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
-  Port(RealLoop& on, int fd, Framing how, std::string what)
-      : loop(&on), name(std::move(what)), framing(how), descriptor(on.ports(), fd) {
+  Port(RealLoop& on, int fd, Framing how, std::string what, Unsent rest)
+      : loop(&on), name(std::move(what)), framing(how), unsent(rest), descriptor(on.ports(), fd) {
     asio::error_code ignored;
     descriptor.non_blocking(true, ignored);
   }
@@ -62,7 +62,7 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
       const Result<std::size_t> taken = put(bytes);
       if (!taken) return pass(taken.error());
       bytes = bytes.subspan(*taken);
-      if (bytes.empty()) return {};
+      if (bytes.empty() || unsent == Unsent::lost) return {};
     }
     if (waiting_bytes + bytes.size() > most_waiting)
       return fail(Errc::io, "the far end does not take what is sent", name,
@@ -118,6 +118,7 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
   RealLoop* loop;
   std::string name;
   Framing framing;
+  Unsent unsent;
   asio::posix::stream_descriptor descriptor;
   std::array<std::uint8_t, read_bytes> incoming{};
   std::deque<Bytes> waiting;
@@ -128,8 +129,9 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
   Link::Closed closed;
 };
 
-DescriptorLink::DescriptorLink(RealLoop& loop, int descriptor, Framing framing, std::string name)
-    : port_(std::make_shared<Port>(loop, descriptor, framing, std::move(name))) {
+DescriptorLink::DescriptorLink(RealLoop& loop, int descriptor, Framing framing, std::string name,
+                               Unsent unsent)
+    : port_(std::make_shared<Port>(loop, descriptor, framing, std::move(name), unsent)) {
   port_->read();
 }
 

@@ -14,13 +14,19 @@ enum class Framing : std::uint8_t {
   datagrams  ///< each read and write is one datagram; a far end that is not there yet is no error
 };
 
+enum class Unsent : std::uint8_t {
+  waits,  ///< what the port does not take at once is sent when it does
+  lost    ///< as on a wire at whose end nobody is
+};
+
 /// Thread-bound to its loop. Owns the descriptor.
 class DescriptorLink final : public Link {
  public:
   /// Bytes that may wait for a far end that does not take them; more is an error.
   static constexpr std::size_t most_waiting = std::size_t{1} << 20;
 
-  DescriptorLink(RealLoop& loop, int descriptor, Framing framing, std::string name);
+  DescriptorLink(RealLoop& loop, int descriptor, Framing framing, std::string name,
+                 Unsent unsent = Unsent::waits);
   ~DescriptorLink() override;
 
   /// Errors: io, when the port is closed, fails or has more than `most_waiting` bytes unsent.

@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <libserialport.h>
 #include <sys/file.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -58,6 +59,7 @@ Result<OpenPort> open_pseudo_terminal(const std::string& path, const SerialSetti
   if (Status s = claim(port.get()); !s) return pass(s.error());
   if (Status s = set_line_raw(port.get(), settings.rts_cts); !s) return pass(s.error());
   if (Status s = set_line_speed(port.get(), settings.baud); !s) return pass(s.error());
+  ::tcflush(port.get(), TCIFLUSH);  // what was said before anybody listened
   return port;
 }
 

@@ -5,8 +5,8 @@
 
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/run/bench_session.hpp"
 #include "daemon/run/error_check.hpp"
-#include "daemon/run/simulated_bench.hpp"
 #include "daemon/run/supervisor.hpp"
 
 namespace weft::daemon {
@@ -49,19 +49,19 @@ CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
 // The parts of a run in progress, and what is told about it.
 class Run {
  public:
-  Run(const CheckedRequest& checked, SimulatedBench& bench, const CampaignHooks& hooks,
+  Run(const CheckedRequest& checked, BenchSession& session, const CampaignHooks& hooks,
       bool error_check)
       : plan_(&checked.plan),
-        bench_(&bench),
+        session_(&session),
         hooks_(&hooks),
-        log_(*bench.bench, bench.loop, hooks.device_log),
-        errors_(error_check ? bench.rig.get() : nullptr, checked.plan) {}
+        log_(session.bench(), session.loop(), hooks.device_log),
+        errors_(error_check ? session.plant() : nullptr, checked.plan) {}
 
   Status bring_up() {
     std::optional<Status> up;
-    bench_->bench->bring_up([&up](Status outcome) { up = std::move(outcome); });
-    bench_->loop.run_until([&] { return up.has_value() || stop_asked(); });
-    brought_up_ = bench_->loop.now();
+    session_->bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
+    session_->run_until([&] { return up.has_value() || stop_asked(); });
+    brought_up_ = session_->loop().now();
     if (up) return *up;
     if (stop_asked()) return fail(Errc::wrong_state, "stopped before the first trial", "bench");
     return fail(Errc::timeout, "the bench fell silent", "bench");
@@ -71,18 +71,18 @@ class Run {
     TrialRecording recording(recorder, *plan_);
     log_.journal_to(&recording);
     SupervisorHooks hooks;
-    hooks.mount = [this](std::string_view fabric, std::uint64_t patch, TimePoint now) {
+    hooks.mount = [this](std::string_view fabric, std::uint64_t patch, MountDone done) {
       errors_.patch_follows();
-      return bench_->rig->mount(fabric, patch, now);
+      session_->mount(fabric, patch, std::move(done));
     };
     hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
-      errors_.trial_done(done.trial, done.outcome == recipes::Outcome::complete, bench_->loop.now(),
-                         recording.sampled());
+      errors_.trial_done(done.trial, done.outcome == recipes::Outcome::complete,
+                         session_->loop().now(), recording.sampled());
       tell(done, force, recording);
     };
-    Supervisor supervisor(*plan_, bench_->host_time, *bench_->bench, recording, std::move(hooks));
+    Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
     supervisor.start();
-    bench_->loop.run_until([&] {
+    session_->run_until([&] {
       if (stop_asked() && !std::exchange(stopping_, true)) abort(supervisor, recording);
       return supervisor.result().has_value();
     });
@@ -96,7 +96,7 @@ class Run {
     summary.simulation.errors = errors_.errors();
     summary.time.error_check_s = seconds_since(began);
     if (summary.simulation.empty()) return {};
-    return recorder.journal(bench_->loop.now(), "simulation", to_json(summary.simulation));
+    return recorder.journal(session_->loop().now(), "simulation", to_json(summary.simulation));
   }
 
  private:
@@ -105,7 +105,7 @@ class Run {
   }
 
   void abort(Supervisor& supervisor, TrialRecording& recording) {
-    recording.journal(bench_->loop.now(), "stop_requested", "{}");
+    recording.journal(session_->loop().now(), "stop_requested", "{}");
     supervisor.request(recipes::AbortRequested{});
   }
 
@@ -113,7 +113,7 @@ class Run {
     const recipes::TrialSpec& spec = plan_->trials[done.trial];
     complete_ += done.outcome == recipes::Outcome::complete ? 1 : 0;
     if (done.error)
-      recording.journal(bench_->loop.now(), "trial_error",
+      recording.journal(session_->loop().now(), "trial_error",
                         json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
     if (!hooks_->progress) return;
     TrialProgress line;
@@ -124,7 +124,7 @@ class Run {
     line.repetition = spec.repetition;
     line.outcome = done.outcome;
     line.force_rms_error_n = force.rms_n();
-    line.virtual_s = to_seconds(bench_->loop.now());
+    line.virtual_s = to_seconds(session_->loop().now());
     line.wall_s = seconds_since(began_);
     line.wall_left_s = line.wall_s * static_cast<double>(line.planned - line.done) /
                        static_cast<double>(line.done);
@@ -142,18 +142,19 @@ class Run {
     s.trials_planned = plan_->trials.size();
     s.trials_complete = complete_;
     s.forecast_s = plan_->forecast.duration_s;
-    s.virtual_s = to_seconds(bench_->loop.now());
+    s.virtual_s = to_seconds(session_->loop().now());
     s.bring_up_s = to_seconds(brought_up_);
     s.force = recording.campaign_force();
-    s.time.plant_and_emulators_s = bench_->rig_time.seconds();
+    const SessionLoad load = session_->load();
+    s.time.plant_and_emulators_s = load.plant_and_emulators_s;
     s.time.recorder_s = recording.seconds();
-    s.time.drivers_and_control_s = std::max(0.0, bench_->host_time.seconds() - recording.seconds());
-    s.events = bench_->loop.events();
+    s.time.drivers_and_control_s = std::max(0.0, load.drivers_and_control_s - recording.seconds());
+    s.events = load.events;
     return s;
   }
 
   const recipes::Plan* plan_;
-  SimulatedBench* bench_;
+  BenchSession* session_;
   const CampaignHooks* hooks_;
   DeviceLog log_;
   ErrorCheck errors_;
@@ -203,22 +204,6 @@ Status prepare_folder(const std::filesystem::path& folder, const std::filesystem
 
 }  // namespace
 
-Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated) {
-  constexpr double tolerance = 1e-3;
-  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
-    const DeviceEntry& device = rig.devices[i];
-    const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
-    if (!sent_hz) continue;
-    const double told_hz = device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz;
-    if (std::abs(told_hz - *sent_hz) <= tolerance * *sent_hz) continue;
-    return fail(Errc::invalid_argument, "driver and emulator disagree on the rate",
-                "/devices/" + std::to_string(i) + "/config/rate_hz",
-                std::to_string(*sent_hz) + " Hz, as the emulator sends",
-                std::to_string(told_hz) + " Hz", "Change one of them");
-  }
-  return {};
-}
-
 Result<CheckedRequest> check_request(const CampaignRequest& request) {
   Result<std::string> rig_text = read_text_file(request.rig);
   if (!rig_text) return pass(rig_text.error());
@@ -253,22 +238,20 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (!rig) return pass(rig.error(), request.rig.string());
   Result<SimulationNote> simulation = settle_fidelity(request, *checked, *rig);
   if (!simulation) return pass(simulation.error(), request.rig.string());
-  Result<std::string> fabrics = read_fabrics(*rig, request.rig);
-  if (!fabrics) return pass(fabrics.error());
   const auto began = steady_wall_now();
-  Result<std::unique_ptr<SimulatedBench>> bench =
-      SimulatedBench::create(*rig, *fabrics, checked->plan.seed);
-  if (!bench) return pass(bench.error(), request.rig.string());
-  if (Status same = same_rates(*rig, checked->plan.limits, *(*bench)->rig); !same)
-    return pass(same.error(), request.rig.string());
+  const auto session = open_session(
+      {*rig, request.rig, checked->plan.limits, checked->plan.seed, hooks.person_mounts});
+  if (!session) return pass(session.error(), request.rig.string());
   const std::filesystem::path campaign_file = request.out / "campaign.sqlite";
   if (Status ok = prepare_folder(request.out, campaign_file, disk_forecast(checked->plan)); !ok)
     return pass(ok.error());
-  Run run(*checked, **bench, hooks, request.error_check);
+  if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
+    hooks.device_log({{}, LogLevel::warning, "bench", advice});
+  Run run(*checked, **session, hooks, request.error_check);
   if (Status up = run.bring_up(); !up) return pass(up.error());
   Result<Recorder> recorder = Recorder::create(campaign_file, header_of(*checked, *rig));
   if (!recorder) return pass(recorder.error());
-  if (Status ok = record_devices(*recorder, *(*bench)->bench); !ok) return pass(ok.error());
+  if (Status ok = record_devices(*recorder, (*session)->bench()); !ok) return pass(ok.error());
   CampaignSummary summary = run.execute(*recorder);
   summary.simulation = std::move(*simulation);
   if (Status ok = run.look_at_errors(*recorder, summary); !ok) return pass(ok.error());

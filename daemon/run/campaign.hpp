@@ -8,12 +8,12 @@
 #include <string>
 
 #include "daemon/dataset/dataset.hpp"
+#include "daemon/run/bench_session.hpp"
 #include "daemon/run/device_log.hpp"
 #include "daemon/run/rig_file.hpp"
 #include "daemon/run/simulation.hpp"
 #include "daemon/run/trial_recording.hpp"
 #include "recipes/engine/plan.hpp"
-#include "sim/rig/rig.hpp"
 
 namespace weft::daemon {
 
@@ -77,7 +77,8 @@ using ProgressSink = std::function<void(const TrialProgress&)>;
 /// What a caller wants to hear of a run, and how it ends one. Each may be left empty.
 struct CampaignHooks {
   ProgressSink progress;
-  DeviceLogSink device_log;  ///< warnings and errors of the drivers
+  DeviceLogSink device_log;    ///< warnings and errors of the drivers
+  PersonMounts person_mounts;  ///< real benches only; without it they are refused
   /// Looked at between events, and may be set by a signal handler. True: the trial under way is
   /// aborted, the probe retracted and the campaign ended, with everything recorded so far kept.
   const std::atomic<bool>* stop = nullptr;
@@ -92,17 +93,13 @@ struct CheckedRequest {
 };
 Result<CheckedRequest> check_request(const CampaignRequest& request);
 
-/// Drivers and emulators are configured apart, as they are on a real bench. Refuses rates that
-/// disagree before they become a wrong rate in the data set.
-Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated);
-
 /// Bytes that the campaign's file and its export need at most. All of the forecast time counts as
 /// recorded, which leaves room for trials that take longer than planned.
 std::uint64_t disk_forecast(const recipes::Plan& plan);
 
-/// Runs on the simulated bench in virtual time. Refuses an `out` that holds a campaign already.
-/// An incomplete campaign is a summary, not an error: its file is kept. A bench that does not come
-/// up leaves no file.
+/// Runs on the rig file's bench: in virtual time where it is simulated, in real time else. Refuses
+/// an `out` that holds a campaign already. An incomplete campaign is a summary, not an error: its
+/// file is kept. A bench that does not come up leaves no file.
 Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks);
 
 }  // namespace weft::daemon

@@ -20,7 +20,6 @@ constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wren
 const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits",    "probe",
                                          "plate", "control", "fabrics", "simulation"};
 const std::vector<std::string> device_keys{"name", "role", "driver", "config", "link", "emulator"};
-const std::vector<std::string> link_keys{"kind"};
 
 Status only_known_keys(const json& object, const std::vector<std::string>& known,
                        const std::string& where) {
@@ -41,23 +40,6 @@ Result<std::string> text_member(const json& object, const char* key, const std::
   return found->get<std::string>();
 }
 
-constexpr const char* no_ports_hint =
-    "Links to real ports are not part of this version: use a rig file such as "
-    "sim/rigs/bench17.json";
-
-// Absent is the same as in memory. Anything else would be a promise that nobody keeps.
-Status memory_link(const json& link, const std::string& where) {
-  if (!link.is_object())
-    return fail(Errc::invalid_argument, "not a link", where, "an object", link.type_name());
-  if (link.empty()) return {};
-  const Result<std::string> kind = text_member(link, "kind", where);
-  if (!kind) return pass(kind.error());
-  if (*kind != "memory")
-    return fail(Errc::unsupported, "this version has no such link", where + "/kind", "memory",
-                *kind, no_ports_hint);
-  return only_known_keys(link, link_keys, where);
-}
-
 Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
   if (!object.is_object())
     return fail(Errc::invalid_argument, "not a device", where, "an object", object.type_name());
@@ -73,17 +55,45 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
     return fail(Errc::invalid_argument, "unknown role", where + "/role",
                 "x, y, z, rx, ry, wrench or taxels", device.role);
   device.config_json = object.value("config", json::object()).dump();
-  if (Status ok = memory_link(object.value("link", json::object()), where + "/link"); !ok)
-    return pass(ok.error());
+  Result<LinkSettings> link =
+      parse_link(object.value("link", json::object()).dump(), where + "/link");
+  if (!link) return pass(link.error());
+  device.link = std::move(*link);
   return device;
 }
 
-Result<BenchKind> bench_kind(const std::string& word) {
-  if (word == "simulated") return BenchKind::simulated;
-  if (word == "emulated" || word == "real")
-    return fail(Errc::unsupported, "this version runs simulated benches only", "/bench",
-                "simulated", word, no_ports_hint);
-  return fail(Errc::invalid_argument, "unknown bench", "/bench", "simulated", word);
+Result<BenchMode> bench_mode(const std::string& word) {
+  if (word == "simulated") return BenchMode::simulated;
+  if (word == "emulated") return BenchMode::emulated;
+  if (word == "real") return BenchMode::real;
+  return fail(Errc::invalid_argument, "unknown bench", "/bench", "simulated, emulated or real",
+              word);
+}
+
+// A simulated bench has no ports, and the others nothing but ports.
+Status links_suit(const RigFile& rig) {
+  const bool in_memory = rig.mode == BenchMode::simulated;
+  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
+    const bool memory = std::holds_alternative<MemoryPort>(rig.devices[i].link);
+    if (memory == in_memory) continue;
+    return fail(Errc::invalid_argument, "the link does not suit the bench",
+                "/devices/" + std::to_string(i) + "/link",
+                in_memory ? "memory on a simulated bench" : "serial, tcp or udp on a real port",
+                memory ? "memory" : "a port", "See sim/rigs/README.md");
+  }
+  return {};
+}
+
+Result<Endpoint> console_of(const json& root) {
+  const auto pointer = "/simulation/console"_json_pointer;
+  json link = root.contains(pointer) ? root[pointer] : json();
+  if (!link.is_object())
+    return fail(Errc::invalid_argument, "missing or not an object", pointer.to_string(),
+                "host and port where weft-rig takes orders");
+  link["kind"] = "tcp";
+  const Result<LinkSettings> console = parse_link(link.dump(), pointer.to_string());
+  if (!console) return pass(console.error());
+  return std::get<TcpPort>(*console).end;
 }
 
 Status every_role_once(const std::vector<DeviceEntry>& devices) {
@@ -106,10 +116,16 @@ Result<RigFile> from_json(const json& root) {
   if (!name) return pass(name.error());
   Result<std::string> bench = text_member(root, "bench", "");
   if (!bench) return pass(bench.error());
-  Result<BenchKind> kind = bench_kind(*bench);
-  if (!kind) return pass(kind.error());
+  const Result<BenchMode> mode = bench_mode(*bench);
+  if (!mode) return pass(mode.error());
   rig.name = *name;
-  rig.bench = *kind;
+  rig.mode = *mode;
+  rig.bench = *mode == BenchMode::real ? BenchKind::real : BenchKind::simulated;
+  if (*mode == BenchMode::emulated) {
+    Result<Endpoint> console = console_of(root);
+    if (!console) return pass(console.error());
+    rig.console = std::move(*console);
+  }
   if (root.contains("simulation")) {
     rig.plant_level = "auto";
     if (root["simulation"].contains("level")) {
@@ -124,6 +140,7 @@ Result<RigFile> from_json(const json& root) {
     rig.devices.push_back(std::move(*device));
   }
   if (Status ok = every_role_once(rig.devices); !ok) return pass(ok.error());
+  if (Status ok = links_suit(rig); !ok) return pass(ok.error());
   return rig;
 }
 

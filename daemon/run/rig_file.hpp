@@ -1,12 +1,14 @@
 #pragma once
 // The rig file: which devices a bench has, how they are reached, and what the bench allows.
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "daemon/dataset/dataset.hpp"
+#include "daemon/run/link_settings.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -16,20 +18,30 @@ struct DeviceEntry {
   std::string role;         ///< "x", "y", "z", "rx", "ry", "wrench", "taxels"
   std::string driver;       ///< name of a driver plugin
   std::string config_json;  ///< handed to the driver as it stands
+  LinkSettings link;
+};
+
+/// What stands behind the links, and whose time passes.
+enum class BenchMode : std::uint8_t {
+  simulated,  ///< emulators in this process, virtual time; every link is in memory
+  emulated,   ///< emulators in weft-rig, behind real ports, real time
+  real        ///< devices
 };
 
 /// The part of a rig file that wires devices. Limits are read by recipes::parse_rig_limits, the
-/// emulators' part by sim::Rig::create, from the same text. Every link is in memory.
+/// emulators' part by sim::Rig::create, from the same text.
 struct RigFile {
   std::string name;
-  BenchKind bench = BenchKind::unknown;
+  BenchMode mode = BenchMode::simulated;
+  BenchKind bench = BenchKind::unknown;  ///< of the data: those of an emulated bench are simulated
+  Endpoint console;  ///< emulated: where weft-rig takes orders, `simulation.console` {host, port}
   std::string plant_level;  ///< fidelity of the plant, "L1"; empty on a real bench
   std::vector<DeviceEntry> devices;
   std::string text;  ///< the whole file, as recorded with the campaign
 };
 
-/// Errors: parse with line and column, invalid_argument (unknown keys too) and unsupported (a bench
-/// or link that this version cannot run) with a JSON pointer.
+/// Errors: parse with line and column, and invalid_argument (unknown keys, a link that the bench
+/// cannot have) with a JSON pointer.
 Result<RigFile> parse_rig_file(std::string_view text);
 
 /// A whole text file. Errors: not_found, io, range when it is larger than `max_bytes`: recipes and

@@ -1,5 +1,6 @@
 #include "daemon/run/simulated_bench.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace weft::daemon {
@@ -29,6 +30,22 @@ Result<std::unique_ptr<SimulatedBench>> SimulatedBench::create(const RigFile& ri
   if (!bench) return pass(bench.error());
   made->bench = std::move(*bench);
   return made;
+}
+
+Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated) {
+  constexpr double tolerance = 1e-3;
+  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
+    const DeviceEntry& device = rig.devices[i];
+    const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
+    if (!sent_hz) continue;
+    const double told_hz = device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz;
+    if (std::abs(told_hz - *sent_hz) <= tolerance * *sent_hz) continue;
+    return fail(Errc::invalid_argument, "driver and emulator disagree on the rate",
+                "/devices/" + std::to_string(i) + "/config/rate_hz",
+                std::to_string(*sent_hz) + " Hz, as the emulator sends",
+                std::to_string(told_hz) + " Hz", "Change one of them");
+  }
+  return {};
 }
 
 Result<std::string> read_fabrics(const RigFile& rig_file, const std::filesystem::path& rig_path) {

@@ -8,6 +8,7 @@
 #include "daemon/loop/timed_loop.hpp"
 #include "daemon/loop/virtual_loop.hpp"
 #include "daemon/run/bench.hpp"
+#include "recipes/engine/rig_limits.hpp"
 #include "sim/rig/rig.hpp"
 
 namespace weft::daemon {
@@ -26,6 +27,10 @@ struct SimulatedBench {
                                                         std::string_view fabrics_json,
                                                         std::uint64_t seed);
 };
+
+/// Drivers and emulators are configured apart, as they are on a real bench. Refuses rates that
+/// disagree before they become a wrong rate in the data set.
+Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated);
 
 /// Text of the cloth table that the rig file names (`simulation.fabrics`, relative to it).
 Result<std::string> read_fabrics(const RigFile& rig_file, const std::filesystem::path& rig_path);

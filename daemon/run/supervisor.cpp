@@ -89,9 +89,13 @@ void Supervisor::carry_out(const recipes::TrialBegin& effect) {
 }
 
 void Supervisor::carry_out(const recipes::MountFabric& effect) {
-  const Status mounted = hooks_.mount(effect.fabric, effect.patch_seed, loop_->now());
-  if (mounted) return dispatch(recipes::Mounted{effect.ticket});
-  dispatch(recipes::Fault{Error(mounted.error()).in("mount " + effect.fabric)});
+  const auto done = [this, alive = std::weak_ptr(alive_), ticket = effect.ticket,
+                     fabric = effect.fabric](const Status& mounted) {
+    if (alive.expired() || state_.ticket != ticket) return;
+    if (mounted) return dispatch(recipes::Mounted{ticket});
+    dispatch(recipes::Fault{Error(mounted.error()).in("mount " + fabric)});
+  };
+  hooks_.mount(effect.fabric, effect.patch_seed, done);
 }
 
 void Supervisor::carry_out(const recipes::MoveTo& effect) {

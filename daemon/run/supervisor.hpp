@@ -5,6 +5,7 @@
 
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 
 #include "daemon/run/bench.hpp"
@@ -15,8 +16,10 @@
 namespace weft::daemon {
 
 /// Puts a fabric on the plate: a person's work on a real bench, the plant's on a simulated one.
+/// Calls `done` once, at once or later, on the bench's loop.
+using MountDone = std::function<void(Status)>;
 using Mounter =
-    std::function<Status(std::string_view fabric, std::uint64_t patch_seed, TimePoint now)>;
+    std::function<void(std::string_view fabric, std::uint64_t patch_seed, MountDone done)>;
 
 struct SupervisorHooks {
   Mounter mount;
@@ -117,6 +120,7 @@ class Supervisor {
   std::optional<Descent> descent_;
   std::optional<Biasing> biasing_;
   std::optional<Regulation> regulation_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  ///< for a mount that ends late
 };
 
 }  // namespace weft::daemon

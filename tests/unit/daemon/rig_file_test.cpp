@@ -27,40 +27,86 @@ TEST_CASE("the rig file of this tree is a simulated bench with a device for each
   CHECK(rig->devices.size() == 7);
 }
 
-TEST_CASE("a bench that this version cannot run is refused, not run in memory") {
-  for (const std::string kind : {"emulated", "real"}) {
-    json rig = test::bench17();
-    rig["bench"] = kind;
-    const Error error = refusal(rig);
-    CHECK(error.code == Errc::unsupported);
-    CHECK(error.where == "/bench");
-    CHECK(error.expected == "simulated");
-    CHECK(error.got == kind);
-    CHECK_FALSE(error.hint.empty());
-  }
-  json rig = test::bench17();
+TEST_CASE("data of an emulated bench are simulated, those of a real one are not") {
+  json rig = json::parse(test::read_file(test::source / "sim/rigs/emulated17.json"));
+  const RigFile emulated = parse_rig_file(rig.dump()).value();
+  CHECK(emulated.mode == BenchMode::emulated);
+  CHECK(emulated.bench == BenchKind::simulated);
+  CHECK(emulated.console.port == 7037);
+  rig["bench"] = "real";
+  const RigFile real = parse_rig_file(rig.dump()).value();
+  CHECK(real.mode == BenchMode::real);
+  CHECK(real.bench == BenchKind::real);
   rig["bench"] = "imaginary";
-  CHECK(refusal(rig).code == Errc::invalid_argument);
+  CHECK(refusal(rig).where == "/bench");
+  rig["bench"] = "emulated";
+  rig["simulation"].erase("console");
+  CHECK(refusal(rig).where == "/simulation/console");
 }
 
-TEST_CASE("a link that is not in memory is refused at its JSON pointer") {
-  for (const std::string kind : {"serial", "udp", "tcp", "pty", "Memory", ""}) {
-    json rig = test::bench17();
-    rig["devices"][5]["link"]["kind"] = kind;
-    const Error error = refusal(rig);
-    CHECK(error.code == Errc::unsupported);
-    CHECK(error.where == "/devices/5/link/kind");
-    CHECK(error.got == kind);
+TEST_CASE("the emulated rig file of this tree differs from the simulated one in its ports alone") {
+  json simulated = test::bench17();
+  json emulated = json::parse(test::read_file(test::source / "sim/rigs/emulated17.json"));
+  for (json* rig : {&simulated, &emulated}) {
+    for (json& device : (*rig)["devices"]) device.erase("link");
+    (*rig)["simulation"].erase("console");
+    (*rig)["simulation"].erase("fabrics");
+    rig->erase("name");
+    rig->erase("bench");
   }
+  CHECK(simulated == emulated);
+}
+
+TEST_CASE("each kind of link is read with its settings") {
+  const auto serial = parse_link(
+      R"({"kind": "serial", "path": "/dev/ttyUSB0", "baud": 1250000, "parity": "even", "rts_cts": true})",
+      "/link");
+  REQUIRE(serial);
+  const auto& line = std::get<SerialSettings>(*serial);
+  CHECK(line.path == "/dev/ttyUSB0");
+  CHECK(line.baud == 1250000);
+  CHECK(line.parity == Parity::even);
+  CHECK(line.rts_cts);
+  CHECK_FALSE(line.ftdi_start_up);
+  const auto udp = parse_link(R"({"kind": "udp", "host": "192.168.1.1", "port": 49152})", "/link");
+  REQUIRE(udp);
+  CHECK(std::get<UdpPort>(*udp).end.host == "192.168.1.1");
+  CHECK(std::get<UdpPort>(*udp).end.port == 49152);
+  CHECK(std::holds_alternative<TcpPort>(
+      parse_link(R"({"kind": "tcp", "host": "::1", "port": 1})", "").value()));
+}
+
+TEST_CASE("a link with a wrong kind, key or value is refused at its JSON pointer") {
+  const auto where = [](const char* link) {
+    const auto read = parse_link(link, "/link");
+    REQUIRE_FALSE(read);
+    return read.error().where;
+  };
+  CHECK(where(R"({"kind": "pty"})") == "/link/kind");
+  CHECK(where(R"({"port": "/dev/ttyUSB0"})") == "/link/kind");
+  CHECK(where(R"("memory")") == "/link");
+  CHECK(where(R"({"kind": "memory", "port": 1})") == "/link/port");
+  CHECK(where(R"({"kind": "serial"})") == "/link/path");
+  CHECK(where(R"({"kind": "serial", "path": 7})") == "/link/path");
+  CHECK(where(R"({"kind": "serial", "path": "/dev/x", "baud": 0})") == "/link: /baud");
+  CHECK(where(R"({"kind": "serial", "path": "/dev/x", "parity": "mark"})") == "/link: /parity");
+  CHECK(where(R"({"kind": "serial", "path": "/dev/x", "host": "y"})") == "/link: /host");
+  CHECK(where(R"({"kind": "udp", "host": "y"})") == "/link/port");
+  CHECK(where(R"({"kind": "udp", "host": "y", "port": 65536})") == "/link: /port");
+  CHECK(where(R"({"kind": "tcp", "host": "y", "port": 1e999})") == "/link");
+}
+
+TEST_CASE("a simulated bench has links in memory only, a real one ports only") {
   json rig = test::bench17();
-  rig["devices"][5]["link"] = json{{"port", "/dev/ttyUSB0"}};  // no kind
-  CHECK(refusal(rig).where == "/devices/5/link/kind");
-  rig["devices"][5]["link"] = "memory";
-  CHECK(refusal(rig).where == "/devices/5/link");
-  rig["devices"][5]["link"] = json{{"kind", "memory"}, {"port", 1}};
-  CHECK(refusal(rig).where == "/devices/5/link/port");
-  rig["devices"][5].erase("link");
-  CHECK(parse_rig_file(rig.dump()));
+  rig["devices"][5]["link"] = {{"kind", "udp"}, {"host", "192.168.1.1"}, {"port", 49152}};
+  Error error = refusal(rig);
+  CHECK(error.where == "/devices/5/link");
+  CHECK(error.got == "a port");
+  rig = test::bench17();
+  rig["bench"] = "real";
+  error = refusal(rig);
+  CHECK(error.where == "/devices/0/link");
+  CHECK(error.got == "memory");
 }
 
 TEST_CASE("unknown keys of the rig and of a device are refused with the key that was meant") {

@@ -63,8 +63,8 @@ TrialBench::TrialBench(const std::string& recipe)
 
 SupervisorHooks TrialBench::hooks() {
   SupervisorHooks hooks;
-  hooks.mount = [this](std::string_view fabric, std::uint64_t seed, TimePoint now) {
-    return sim.rig->mount(fabric, seed, now);
+  hooks.mount = [this](std::string_view fabric, std::uint64_t seed, const MountDone& done) {
+    done(sim.rig->mount(fabric, seed, sim.loop.now()));
   };
   hooks.trial_done = [this](const recipes::TrialDone& done, const ForceTally&) {
     outcomes.push_back(done.outcome);

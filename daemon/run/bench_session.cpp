@@ -1,0 +1,85 @@
+#include "daemon/run/bench_session.hpp"
+
+#include "daemon/loop/real_loop.hpp"
+#include "daemon/loop/real_time.hpp"
+#include "daemon/run/rig_console.hpp"
+#include "daemon/run/simulated_bench.hpp"
+
+namespace weft::daemon {
+namespace {
+
+class SimulatedSession final : public BenchSession {
+ public:
+  explicit SimulatedSession(std::unique_ptr<SimulatedBench> bench) : simulated_(std::move(bench)) {}
+  Bench& bench() override { return *simulated_->bench; }
+  Loop& loop() override { return simulated_->host_time; }
+  void run_until(const std::function<bool()>& done) override { simulated_->loop.run_until(done); }
+  void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
+    done(simulated_->rig->mount(fabric, patch_seed, simulated_->loop.now()));
+  }
+  sim::Rig* plant() override { return simulated_->rig.get(); }
+  [[nodiscard]] SessionLoad load() const override {
+    return {simulated_->rig_time.seconds(), simulated_->host_time.seconds(),
+            simulated_->loop.events()};
+  }
+
+ private:
+  std::unique_ptr<SimulatedBench> simulated_;
+};
+
+/// Devices behind ports, in real time.
+class PortSession final : public BenchSession {
+ public:
+  static Result<std::unique_ptr<BenchSession>> open(const SessionRequest& request) {
+    auto session = std::make_unique<PortSession>();
+    if (request.rig.mode == BenchMode::emulated) {
+      auto console = open_tcp(session->loop_, request.rig.console);
+      if (!console) return pass(Error(console.error()).in("weft-rig"));
+      session->console_ = std::make_unique<RigConsole>(std::move(*console));
+    } else if (!request.person) {
+      return fail(Errc::unsupported, "a real bench needs somebody who mounts the fabrics", "bench");
+    }
+    session->person_ = request.person;
+    auto bench = Bench::create(request.rig, session->loop_, [&](const DeviceEntry& entry) {
+      return open_link(session->loop_, entry.link);
+    });
+    if (!bench) return pass(bench.error());
+    session->bench_ = std::move(*bench);
+    return std::unique_ptr<BenchSession>(std::move(session));
+  }
+  Bench& bench() override { return *bench_; }
+  Loop& loop() override { return loop_; }
+  void run_until(const std::function<bool()>& done) override { loop_.run_until(done); }
+  void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
+    if (console_) return console_->mount(fabric, patch_seed, std::move(done));
+    person_(loop_, fabric, std::move(done));
+  }
+  [[nodiscard]] std::string advice() const override { return real_time_.advice(); }
+
+ private:
+  RealTimeScope real_time_;
+  RealLoop loop_;
+  PersonMounts person_;
+  std::unique_ptr<RigConsole> console_;
+  std::unique_ptr<Bench> bench_;
+};
+
+// Drivers and emulators are configured apart; what disagrees is refused before it runs.
+Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& request) {
+  const Result<std::string> fabrics = read_fabrics(request.rig, request.rig_path);
+  if (!fabrics) return pass(fabrics.error());
+  auto bench = SimulatedBench::create(request.rig, *fabrics, request.seed);
+  if (!bench) return pass(bench.error());
+  if (Status same = same_rates(request.rig, request.limits, *(*bench)->rig); !same)
+    return pass(same.error());
+  return std::unique_ptr<BenchSession>(std::make_unique<SimulatedSession>(std::move(*bench)));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request) {
+  return request.rig.mode == BenchMode::simulated ? simulated_session(request)
+                                                  : PortSession::open(request);
+}
+
+}  // namespace weft::daemon

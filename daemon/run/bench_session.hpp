@@ -1,0 +1,56 @@
+#pragma once
+// A bench and what makes its time pass: one campaign runs unchanged on all three kinds.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "daemon/run/bench.hpp"
+#include "daemon/run/supervisor.hpp"
+#include "recipes/engine/rig_limits.hpp"
+#include "sim/rig/rig.hpp"
+
+namespace weft::daemon {
+
+/// Where the wall time of a session went, as far as it can tell.
+struct SessionLoad {
+  double plant_and_emulators_s = 0;
+  double drivers_and_control_s = 0;
+  std::uint64_t events = 0;  ///< callbacks of the virtual loop
+};
+
+/// Thread-bound. Drivers are gone before links, links before the loop.
+class BenchSession {
+ public:
+  virtual ~BenchSession() = default;
+  virtual Bench& bench() = 0;
+  /// Of drivers and supervisor.
+  virtual Loop& loop() = 0;
+  /// Lets time pass until `done()`; on a simulated bench also until nothing is left to happen.
+  virtual void run_until(const std::function<bool()>& done) = 0;
+  virtual void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) = 0;
+  [[nodiscard]] virtual SessionLoad load() const { return {}; }
+  /// The emulated bench, where it is this process's; its trials can be played again.
+  virtual sim::Rig* plant() { return nullptr; }
+  /// What would let it keep time better; empty when there is nothing.
+  [[nodiscard]] virtual std::string advice() const { return {}; }
+};
+
+/// Asks a person to put `fabric` on the plate, and calls `done` when that was confirmed.
+using PersonMounts = std::function<void(Loop& loop, std::string_view fabric, MountDone done)>;
+
+struct SessionRequest {
+  const RigFile& rig;
+  std::filesystem::path rig_path;  ///< the cloth table is found relative to it
+  const recipes::RigLimits& limits;
+  std::uint64_t seed = 0;    ///< of a simulated bench's sensors
+  PersonMounts person = {};  ///< real benches only
+};
+
+/// Makes devices and links; nothing has been said to a device yet.
+/// Errors: what the rig file, its cloth table or a port refuse; unsupported, when a real bench has
+/// nobody to mount its fabrics.
+Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request);
+
+}  // namespace weft::daemon

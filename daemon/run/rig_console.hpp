@@ -1,0 +1,31 @@
+#pragma once
+// Orders to weft-rig: one JSON object a line, each answered by one, in order.
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "drivers/api/link.hpp"
+
+namespace weft::daemon {
+
+/// The host's end. Thread-bound to the link's loop.
+class RigConsole {
+ public:
+  using Answer = std::function<void(Status)>;
+  explicit RigConsole(std::unique_ptr<Link> link);
+
+  /// Puts a patch of a fabric on the emulated plate. Errors told: those of weft-rig; io.
+  void mount(std::string_view fabric, std::uint64_t patch_seed, Answer answer);
+
+ private:
+  void take(ByteView bytes);
+  void answer(Status status);
+
+  std::deque<Answer> waiting_;
+  std::string line_;
+  std::unique_ptr<Link> link_;
+};
+
+}  // namespace weft::daemon

@@ -1,0 +1,54 @@
+// weft-rig: serves the emulated rig of a rig file on real ports, in real time, until it is stopped.
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "daemon/cli/stop_signals.hpp"
+#include "daemon/loop/real_time.hpp"
+#include "daemon/run/simulated_bench.hpp"
+#include "daemon/serve/rig_server.hpp"
+
+namespace {
+
+using namespace weft;
+using namespace weft::daemon;
+
+struct Args {
+  std::filesystem::path rig;
+  std::uint64_t seed = 1;
+};
+
+Status serve(const Args& args) {
+  const Result<std::string> text = read_text_file(args.rig);
+  if (!text) return pass(text.error());
+  const Result<RigFile> rig = parse_rig_file(*text);
+  if (!rig) return pass(rig.error(), args.rig.string());
+  const Result<std::string> fabrics = read_fabrics(*rig, args.rig);
+  if (!fabrics) return pass(fabrics.error());
+  RealLoop loop;
+  const cli::StopSignals signals;
+  const RealTimeScope real_time;
+  if (!real_time.advice().empty()) std::cerr << "weft-rig: " << real_time.advice() << "\n";
+  const auto server = RigServer::create(loop, *rig, *fabrics, args.seed);
+  if (!server) return pass(server.error(), args.rig.string());
+  std::cout << "SIMULATED rig " << rig->name << ", seed " << args.seed << "\n";
+  for (const std::string& line : (*server)->lines()) std::cout << "  " << line << "\n";
+  std::cout << "ready" << std::endl;
+  loop.run_until([&] { return signals.asked().load(std::memory_order_relaxed); });
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Serves the emulated rig of a rig file on real ports, in real time.", "weft-rig");
+  Args args;
+  app.add_option("RIG", args.rig, "rig file (JSON) whose bench is \"emulated\"")->required();
+  app.add_option("--seed", args.seed, "of the sensors' noise")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  if (const Status served = serve(args); !served) {
+    std::cerr << "weft-rig: " << to_string(served.error()) << std::endl;
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,123 @@
+#include "daemon/serve/rig_server.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/serve/served_link.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::json;
+constexpr std::size_t longest_order = 65536;
+
+struct Words {
+  std::string operator()(const MemoryPort&) const { return "memory"; }
+  std::string operator()(const SerialSettings& s) const { return "serial " + s.path; }
+  std::string operator()(const TcpPort& p) const { return "tcp " + end(p.end); }
+  std::string operator()(const UdpPort& p) const { return "udp " + end(p.end); }
+  static std::string end(const Endpoint& e) { return e.host + ":" + std::to_string(e.port); }
+};
+
+json refused(const Error& error) {
+  return {{"ok", false}, {"error", to_string(error)}};
+}
+
+json outcome(const Status& status) {
+  return status ? json{{"ok", true}} : refused(status.error());
+}
+
+json truth_json(const sim::Truth& truth) {
+  return {{"ok", true},
+          {"bench", "simulated"},
+          {"contact_force_n", truth.contact_force_n},
+          {"indentation_m", truth.indentation_m},
+          {"probe_z_m", truth.probe_z_m},
+          {"fabric_point_m", truth.fabric_point_m},
+          {"friction_n", truth.friction_n}};
+}
+
+json carry_out(const json& order, sim::Rig& rig, TimePoint now) {
+  const std::string what = order.value("order", "");
+  if (what == "mount")
+    return outcome(
+        rig.mount(order.value("fabric", ""), order.value("patch_seed", std::uint64_t{0}), now));
+  if (what == "unmount") return outcome(rig.unmount(now));
+  if (what == "truth") return truth_json(rig.truth(now));
+  return refused(
+      {Errc::invalid_argument, "no such order", "/order", "mount, unmount or truth", what, {}});
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFile& file,
+                                                     std::string_view fabrics_json,
+                                                     std::uint64_t seed) {
+  if (file.mode != BenchMode::emulated)
+    return fail(Errc::wrong_state, "only an emulated bench is served", "/bench", "emulated", {},
+                "Give the devices' links ports, and the bench that name");
+  auto rig = sim::Rig::create(file.text, fabrics_json, seed);
+  if (!rig) return pass(rig.error());
+  std::unique_ptr<RigServer> made(new RigServer(loop, std::move(*rig)));
+  if (Status s = made->serve(file); !s) return pass(s.error());
+  return made;
+}
+
+RigServer::~RigServer() = default;
+
+Status RigServer::serve(const RigFile& file) {
+  for (const DeviceEntry& device : file.devices) {
+    auto end = serve_link(*loop_, device.link);
+    if (!end) return pass(end.error(), device.name);
+    if (Status s = rig_->attach(device.name, **end, *loop_); !s) return pass(s.error());
+    ends_.push_back(std::move(*end));
+    lines_.push_back(device.name + " on " + std::visit(Words{}, device.link));
+  }
+  auto door = TcpDoor::open(*loop_, file.console,
+                            [this](std::unique_ptr<Link> host) { welcome(std::move(host)); });
+  if (!door) return pass(door.error(), "/simulation/console");
+  door_ = std::move(*door);
+  lines_.push_back("orders on tcp " + Words::end(file.console));
+  return {};
+}
+
+std::vector<std::string> RigServer::lines() const {
+  return lines_;
+}
+
+void RigServer::welcome(std::unique_ptr<Link> host) {
+  const std::size_t id = next_console_++;
+  host->on_receive([this, id](ByteView bytes, TimePoint) { take(id, bytes); });
+  host->on_closed(
+      [this, id](const Error&) { loop_->after({}, [this, id] { consoles_.erase(id); }); });
+  consoles_[id].link = std::move(host);
+}
+
+void RigServer::take(std::size_t console, ByteView bytes) {
+  const auto found = consoles_.find(console);
+  if (found == consoles_.end()) return;
+  auto& [link, line] = found->second;
+  for (const std::uint8_t byte : bytes) {
+    if (byte != '\n') {
+      if (line.size() < longest_order) line.push_back(static_cast<char>(byte));
+      continue;
+    }
+    const std::string answer = obey(std::exchange(line, {})) + "\n";
+    const auto* begin = reinterpret_cast<const std::uint8_t*>(answer.data());
+    static_cast<void>(link->write({begin, answer.size()}));
+  }
+}
+
+std::string RigServer::obey(std::string_view text) {
+  const json order = json::parse(text, nullptr, false);
+  if (!order.is_object())
+    return refused({Errc::parse, "not an order", {}, "a JSON object", std::string(text), {}})
+        .dump();
+  try {
+    return carry_out(order, *rig_, loop_->now()).dump();
+  } catch (const json::exception& e) {
+    return refused({Errc::invalid_argument, "an order with a wrong type", {}, {}, e.what(), {}})
+        .dump();
+  }
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,52 @@
+#pragma once
+// An emulated rig on real ports in real time: what weft-rig serves.
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/run/rig_file.hpp"
+#include "daemon/serve/served_socket.hpp"
+#include "sim/rig/rig.hpp"
+
+namespace weft::daemon {
+
+/// Thread-bound to its loop, which outlives it.
+class RigServer {
+ public:
+  /// Switches every device on and opens its port; the bare plate lies under the probe.
+  /// Errors: the rig's own, a place that cannot be served, wrong_state when the bench is not
+  /// "emulated".
+  static Result<std::unique_ptr<RigServer>> create(RealLoop& loop, const RigFile& rig,
+                                                   std::string_view fabrics_json,
+                                                   std::uint64_t seed);
+  ~RigServer();
+
+  /// What is served where, one line a device.
+  [[nodiscard]] std::vector<std::string> lines() const;
+  /// Obeys one order, a JSON object: {"order": "mount", "fabric", "patch_seed"}, {"order":
+  /// "unmount"}, {"order": "truth"}. Answers {"ok": true, ...} or {"ok": false, "error": sentence}.
+  std::string obey(std::string_view order);
+
+ private:
+  RigServer(RealLoop& loop, std::unique_ptr<sim::Rig> rig) : loop_(&loop), rig_(std::move(rig)) {}
+  Status serve(const RigFile& rig);
+  void welcome(std::unique_ptr<Link> host);
+  void take(std::size_t console, ByteView bytes);
+
+  RealLoop* loop_;
+  std::vector<std::string> lines_;
+  std::vector<std::unique_ptr<Link>> ends_;
+  std::unique_ptr<sim::Rig> rig_;  ///< after the ends: gone before them
+
+  struct Console {
+    std::unique_ptr<Link> link;
+    std::string line;
+  };
+  std::map<std::size_t, Console> consoles_;
+  std::size_t next_console_ = 0;
+  std::unique_ptr<TcpDoor> door_;
+};
+
+}  // namespace weft::daemon

@@ -1,0 +1,18 @@
+#pragma once
+// The device's end of a link: it waits for a host at the place that the rig file names.
+
+#include <memory>
+
+#include "daemon/run/link_settings.hpp"
+
+namespace weft::daemon {
+
+/// Serves one device. What is sent while nobody listens is lost, as on a wire. A host may come, go
+/// and come again.
+///   serial  a pseudo-terminal; `path` becomes a symbolic link to it, removed with the link
+///   tcp     listens at host:port; one host at a time, the newest wins
+///   udp     bound to host:port; answers go to whoever sent last
+/// Errors: io, when the place is taken or cannot be made; wrong_state for a link in memory.
+Result<std::unique_ptr<Link>> serve_link(RealLoop& loop, const LinkSettings& settings);
+
+}  // namespace weft::daemon

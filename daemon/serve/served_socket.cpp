@@ -1,0 +1,186 @@
+#include "daemon/serve/served_socket.hpp"
+
+#include <array>
+#include <asio/ip/tcp.hpp>
+#include <asio/ip/udp.hpp>
+
+namespace weft::daemon {
+namespace {
+
+using asio::ip::tcp;
+using asio::ip::udp;
+
+std::string words(const Endpoint& at) {
+  return at.host + ":" + std::to_string(at.port);
+}
+
+Result<asio::ip::address> address_of(const Endpoint& at) {
+  asio::error_code error;
+  const auto address =
+      asio::ip::make_address(at.host == "localhost" ? "127.0.0.1" : at.host, error);
+  if (error)
+    return fail(Errc::not_found, "not an address to serve at", words(at),
+                "an address of this machine, 127.0.0.1 for instance", at.host);
+  return address;
+}
+
+tl::unexpected<Error> cannot_serve(const Endpoint& at, const asio::error_code& error) {
+  return fail(Errc::io, "cannot serve there", words(at), {}, error.message(),
+              "Another program, perhaps another weft-rig, may hold the port");
+}
+
+/// The host's link changes; the device keeps one.
+class NewestHost final : public Link {
+ public:
+  static Result<std::unique_ptr<Link>> open(RealLoop& loop, const Endpoint& at) {
+    auto made = std::make_unique<NewestHost>();
+    auto door = TcpDoor::open(loop, at, [link = made.get()](std::unique_ptr<Link> host) {
+      link->welcome(std::move(host));
+    });
+    if (!door) return pass(door.error());
+    made->door_ = std::move(*door);
+    return std::unique_ptr<Link>(std::move(made));
+  }
+  // Nobody there: lost, as on a wire.
+  Status write(ByteView bytes) override {
+    if (host_) static_cast<void>(host_->write(bytes));
+    return {};
+  }
+  void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
+  void on_closed(Closed) override {}  // a device outlives its hosts
+
+ private:
+  void welcome(std::unique_ptr<Link> host) {
+    host_ = std::move(host);
+    host_->on_receive([this](ByteView bytes, TimePoint at) {
+      if (receiver_) receiver_(bytes, at);
+    });
+  }
+
+  Receiver receiver_;
+  std::unique_ptr<Link> host_;
+  std::unique_ptr<TcpDoor> door_;
+};
+
+class UdpPlace final : public Link {
+ public:
+  UdpPlace(RealLoop& loop, udp::socket socket)
+      : parts_(std::make_shared<Parts>(loop, std::move(socket))) {
+    parts_->listen();
+  }
+  ~UdpPlace() override {
+    parts_->receiver = {};
+    asio::error_code ignored;
+    parts_->socket.close(ignored);
+  }
+  // UDP may lose anything; so may this.
+  Status write(ByteView bytes) override {
+    asio::error_code ignored;
+    if (parts_->last.port() != 0)
+      parts_->socket.send_to(asio::buffer(bytes.data(), bytes.size()), parts_->last, 0, ignored);
+    return {};
+  }
+  void on_receive(Receiver receiver) override { parts_->receiver = std::move(receiver); }
+  void on_closed(Closed) override {}
+
+ private:
+  struct Parts : std::enable_shared_from_this<Parts> {
+    Parts(RealLoop& on, udp::socket s) : loop(&on), socket(std::move(s)) {}
+    void listen() {
+      socket.async_receive_from(
+          asio::buffer(incoming), sender,
+          [weak = weak_from_this()](const asio::error_code& error, std::size_t count) {
+            const auto self = weak.lock();
+            if (self && self->socket.is_open()) self->have(error, count);
+          });
+    }
+    void have(const asio::error_code& error, std::size_t count) {
+      if (!error) {
+        last = sender;
+        if (receiver) receiver(ByteView(incoming.data(), count), loop->now());
+      }
+      if (socket.is_open()) listen();
+    }
+    RealLoop* loop;
+    udp::socket socket;
+    udp::endpoint sender, last;
+    std::array<std::uint8_t, 65536> incoming{};
+    Receiver receiver;
+  };
+  std::shared_ptr<Parts> parts_;
+};
+
+}  // namespace
+
+struct TcpDoor::Parts : std::enable_shared_from_this<Parts> {
+  Parts(RealLoop& on, Accepted then) : loop(&on), accepted(std::move(then)), acceptor(on.ports()) {}
+
+  asio::error_code open(const tcp::endpoint& at) {
+    asio::error_code error;
+    acceptor.open(at.protocol(), error);
+    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor.bind(at, error);
+    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+    return error;
+  }
+
+  void listen() {
+    acceptor.async_accept(
+        [weak = weak_from_this()](const asio::error_code& error, tcp::socket socket) {
+          const auto self = weak.lock();
+          if (!self || !self->acceptor.is_open()) return;
+          if (!error) self->welcome(std::move(socket));
+          self->listen();
+        });
+  }
+
+  void welcome(tcp::socket socket) {
+    asio::error_code error;
+    socket.set_option(tcp::no_delay(true), error);
+    const int descriptor = socket.release(error);
+    if (!error) accepted(adopt_stream(*loop, descriptor, "host"));
+  }
+
+  RealLoop* loop;
+  Accepted accepted;
+  tcp::acceptor acceptor;
+};
+
+Result<std::unique_ptr<TcpDoor>> TcpDoor::open(RealLoop& loop, const Endpoint& at,
+                                               Accepted accepted) {
+  const auto address = address_of(at);
+  if (!address) return pass(address.error());
+  auto parts = std::make_shared<Parts>(loop, std::move(accepted));
+  if (const asio::error_code error = parts->open({*address, at.port}); error)
+    return cannot_serve(at, error);
+  parts->listen();
+  return std::unique_ptr<TcpDoor>(new TcpDoor(std::move(parts)));
+}
+
+TcpDoor::~TcpDoor() {
+  asio::error_code ignored;
+  parts_->acceptor.close(ignored);
+}
+
+std::uint16_t TcpDoor::port() const {
+  asio::error_code ignored;
+  return parts_->acceptor.local_endpoint(ignored).port();
+}
+
+Result<std::unique_ptr<Link>> serve_tcp(RealLoop& loop, const Endpoint& at) {
+  return NewestHost::open(loop, at);
+}
+
+Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at) {
+  const auto address = address_of(at);
+  if (!address) return pass(address.error());
+  udp::socket socket(loop.ports());
+  const udp::endpoint place(*address, at.port);
+  asio::error_code error;
+  socket.open(place.protocol(), error);
+  if (!error) socket.bind(place, error);
+  if (error) return cannot_serve(at, error);
+  return std::unique_ptr<Link>(std::make_unique<UdpPlace>(loop, std::move(socket)));
+}
+
+}  // namespace weft::daemon

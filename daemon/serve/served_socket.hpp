@@ -1,0 +1,32 @@
+#pragma once
+// Devices on TCP and UDP.
+
+#include <functional>
+#include <memory>
+
+#include "daemon/link/port_link.hpp"
+
+namespace weft::daemon {
+
+/// Hands every host that connects to `accepted`. Errors: not_found (address), io (port taken).
+class TcpDoor {
+ public:
+  using Accepted = std::function<void(std::unique_ptr<Link> host)>;
+  static Result<std::unique_ptr<TcpDoor>> open(RealLoop& loop, const Endpoint& at,
+                                               Accepted accepted);
+  ~TcpDoor();
+  /// The port it listens on; the system's choice when 0 was asked for.
+  [[nodiscard]] std::uint16_t port() const;
+
+ private:
+  struct Parts;
+  explicit TcpDoor(std::shared_ptr<Parts> parts) : parts_(std::move(parts)) {}
+  std::shared_ptr<Parts> parts_;
+};
+
+/// One host at a time, the newest wins.
+Result<std::unique_ptr<Link>> serve_tcp(RealLoop& loop, const Endpoint& at);
+/// Answers go to whoever sent last.
+Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at);
+
+}  // namespace weft::daemon

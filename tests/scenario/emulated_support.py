@@ -1,0 +1,57 @@
+"""An emulated rig for scenario tests: a rig file with free places, and weft-rig serving it."""
+import json
+import pathlib
+import socket
+import subprocess
+
+
+def free_port(kind):
+    with socket.socket(socket.AF_INET, kind) as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
+
+
+def rig_file(root, folder, over_tcp=False, **changes):
+    """emulated17 with its ports in `folder`, or its stages and taxels on TCP. Returns the path and the document."""
+    rig = json.loads((root / "sim/rigs/emulated17.json").read_text())
+    rig["simulation"].update(fabrics=str(root / "sim/fabrics.json"), **changes)
+    rig["simulation"]["console"]["port"] = free_port(socket.SOCK_STREAM)
+    for device in rig["devices"]:
+        link = device["link"]
+        if link["kind"] == "udp":
+            link["port"] = free_port(socket.SOCK_DGRAM)
+        elif over_tcp:
+            device["link"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
+        else:
+            link["path"] = str(folder / "ports" / device["name"])
+    path = folder / ("tcp.json" if over_tcp else "emulated.json")
+    path.write_text(json.dumps(rig, indent=1))
+    return path, rig
+
+
+class ServedRig:
+    """weft-rig while the block runs. Its orders are answered on the console."""
+
+    def __init__(self, program, path, rig, seed=1):
+        self.command = [str(pathlib.Path(program).resolve()), str(path), "--seed", str(seed)]
+        self.console = rig["simulation"]["console"]
+
+    def __enter__(self):
+        self.process = subprocess.Popen(self.command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.lines = []
+        for line in self.process.stdout:
+            self.lines.append(line.strip())
+            if line.strip() == "ready":
+                return self
+        raise RuntimeError(f"weft-rig did not start: {self.process.stderr.read()}")
+
+    def order(self, **order):
+        with socket.create_connection((self.console["host"], self.console["port"]), timeout=10) as s:
+            s.sendall(json.dumps(order).encode() + b"\n")
+            return json.loads(s.makefile().readline())
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait(10)
+        self.process.stdout.close()
+        self.process.stderr.close()
