@@ -41,8 +41,9 @@ class Lead {
   void look(std::size_t index, double normal_n) {
     if (run_ == nullptr) return;
     const double wanted_n = run_->normal_n[std::min(index, run_->normal_n.size() - 1)];
-    // A force loop is at work where the mount pushes; below the weight it would pull at the stop.
-    speed_mps_ = wanted_n > weight_n_ ? mps_per_n_ * (wanted_n - normal_n) : 0;
+    // A force loop is at work where the mount pushes; without it a stage goes where it is sent.
+    speed_mps_ =
+        wanted_n > weight_n_ ? mps_per_n_ * (wanted_n - normal_n) : -offset_m_ / lead_time_s;
   }
 
  private:

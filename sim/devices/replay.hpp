@@ -27,7 +27,8 @@ Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMo
 
 /// The same with the z stage led by an integrator: its force follows the normal forces of `run`
 /// within lead_time_s or, where the cloth is soft against the mount, some times that. Where the
-/// run's force is not above the probe's weight no loop is at work, and nothing is led.
+/// run's force is not above the probe's weight no loop is at work, and the stage goes back to its
+/// own motion.
 Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
                     const Replayed& run);
 constexpr double lead_time_s = 0.1;  ///< three times that of the bench's loop, four frames
