@@ -58,3 +58,8 @@ set_tests_properties(scenario_cli_trade PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHO
 # Every bit of the plant at each level, as digests: built with several compilers and compared by script/same-bytes.
 add_executable(same_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/same_bytes.cc)
 target_link_libraries(same_bytes PRIVATE weft_plant)
+
+# The emulated bench: two programs, real ports, real time; nearly all of it is waiting.
+add_test(NAME scenario_emulated_trial
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_trial.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_emulated_trial PROPERTIES TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
