@@ -10,7 +10,9 @@ namespace {
 
 constexpr double largest_exponent = 700;   // e^700 is still finite
 constexpr int newton_limit = 80;           // 1 to 3 in use, more where a bracket is needed
-constexpr double newton_tolerance = 1e-4;  // in s, of a cubic method: its third power is left
+constexpr double newton_tolerance = 1e-4;  // in s, of a cubic method: its third power is left,
+constexpr double cubic = 1e-6;             // so that of the residual no more than this is;
+constexpr double nothing_n = 1e-12;        // more shows that a corner (of the mount) lay between
 constexpr double settled = 1e-13;          // in s: such a guess needs no step
 constexpr double largest_pressure_pa = 1e12;
 
@@ -83,9 +85,10 @@ struct ContactModel::Balance {
         high = std::min(high, std::max(low, highest()));
         if (!(next >= low && next <= high)) next = 0.5 * (low + high);
       }
-      const double moved = std::abs(next - s);
+      const double moved = std::abs(next - s), before_n = std::abs(value.residual_n);
       value = at(s = next);
-      if (moved < newton_tolerance) break;
+      if (moved < newton_tolerance && std::abs(value.residual_n) <= cubic * before_n + nothing_n)
+        break;
     }
     return value;
   }

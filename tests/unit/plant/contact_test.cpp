@@ -159,3 +159,32 @@ TEST_CASE("the bare plate is stiff and gives the probe's weight") {
   CHECK(plant.contact().normal_n == Approx(Mount{}.weight_n()).epsilon(1e-6));
   CHECK(std::abs(plant.contact().indentation_m) < 20e-6);
 }
+
+TEST_CASE("a rising stage load is loading at any step, through the corner of the mount too") {
+  // The mount's stiffness changes where it begins to carry load: there a step of Newton's method
+  // from the other side is no guess of the third order, and a stray reversal would turn the
+  // hysteresis.
+  MaterialSwitches switches = test::plain_cloth;
+  switches.hysteresis = true;
+  const ContactMaterial pile = test::patch_of(test::library(), "pile", 1, switches).material;
+  const ContactModel model(level_plate(), {.slack_m = 0}, pile);
+  const double touch_m = plate_z - pile.thickness_m;
+  const auto pressed = [&](double dt_s) {
+    ContactState state = model.step({}, {.z_m = touch_m - 0.1e-3}, dt_s);
+    const auto steps = std::lround(3.3 / dt_s);
+    for (long i = 1; i <= steps; ++i) {
+      const double t_s = 3.3 * static_cast<double>(i) / static_cast<double>(steps);
+      state = model.step(state, {.z_m = touch_m - 0.1e-3 + 1e-3 * t_s}, dt_s);
+    }
+    return state;
+  };
+  const ContactState coarse = pressed(3e-3);
+  REQUIRE(coarse.normal_n > Mount{}.weight_n());
+  CHECK(coarse.branch == Approx(1).epsilon(1e-3));
+  for (const double dt_s : {96e-6, 24e-6, 12e-6, 6e-6}) {
+    INFO("step " << dt_s << " s");
+    const ContactState fine = pressed(dt_s);
+    CHECK(fine.branch == Approx(1).epsilon(1e-3));
+    CHECK(fine.normal_n == Approx(coarse.normal_n).epsilon(1e-3));
+  }
+}
