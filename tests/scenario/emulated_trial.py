@@ -10,6 +10,7 @@ import json
 import pathlib
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 
 from cli_support import Checks
 from emulated_support import ServedRig, rig_file
@@ -93,8 +94,9 @@ def in_memory(d, rig):
     rig["bench"] = "simulated"
     for device in rig["devices"]:
         device["link"] = {"kind": "memory"}
-    (d / "memory.json").write_text(json.dumps(rig))
-    return d / "memory.json"
+    path = d / f"memory-{rig['simulation']['console']['port']}.json"
+    path.write_text(json.dumps(rig))
+    return path
 
 
 def trial(t, d, root, weft_rig, exploration, over_tcp):
@@ -112,9 +114,12 @@ def trial(t, d, root, weft_rig, exploration, over_tcp):
 def main():
     weft, weft_rig, root = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
     t = Checks(weft)
-    with tempfile.TemporaryDirectory() as folder:
-        for exploration, over_tcp in (("M1", False), ("M2", True)):
-            trial(t, pathlib.Path(folder), root, weft_rig, exploration, over_tcp)
+    # Both benches at the same time: they wait more than they work.
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor() as pool:
+        trials = [pool.submit(trial, t, pathlib.Path(folder), root, weft_rig, exploration, over_tcp)
+                  for exploration, over_tcp in (("M1", False), ("M2", True))]
+        for done in trials:
+            done.result()
     t.finish()
 
 

@@ -59,7 +59,7 @@ set_tests_properties(scenario_cli_trade PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHO
 add_executable(same_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/same_bytes.cc)
 target_link_libraries(same_bytes PRIVATE weft_plant)
 
-# The emulated bench: two programs, real ports, real time; nearly all of it is waiting.
+# The emulated bench: two programs, real ports, real time; nearly all of it is waiting, so it starts first.
 add_test(NAME scenario_emulated_trial
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_trial.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_emulated_trial PROPERTIES TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(scenario_emulated_trial PROPERTIES TIMEOUT 900 COST 1000 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
