@@ -29,6 +29,15 @@ bool all_finite(const double* values, std::size_t count) {
   return bad == 0;
 }
 
+// Whole blocks are the usual case: copied without a call.
+void copy_some(const TaxelBlock::PerTaxel& from, std::size_t count, double* to) {
+  if (count == from.size()) {
+    std::copy_n(from.begin(), from.size(), to);
+  } else {
+    std::copy_n(from.begin(), count, to);
+  }
+}
+
 }  // namespace
 
 std::size_t first_not_finite(std::span<const double> values) {
@@ -137,12 +146,9 @@ Result<std::span<const double>> FeatureStream::features() {
   features_.resize(lead + taxel_blocks.size() * taxels_);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const std::size_t first = b * TaxelBlock::taxels;
-    const auto used = static_cast<std::ptrdiff_t>(blocks_[b].used());
     const TaxelBlock::Features of_block = blocks_[b].features(options_, tools_);
-    for (std::size_t f = 0; f < of_block.size(); ++f) {
-      std::copy(of_block[f].begin(), of_block[f].begin() + used,
-                features_.begin() + static_cast<std::ptrdiff_t>(lead + f * taxels_ + first));
-    }
+    for (std::size_t f = 0; f < of_block.size(); ++f)
+      copy_some(of_block[f], blocks_[b].used(), features_.data() + lead + f * taxels_ + first);
   }
   if (Status ok = check_finite(); !ok) return pass(ok.error());
   return std::span<const double>(features_);

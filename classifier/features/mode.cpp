@@ -69,9 +69,11 @@ template <class V>
 WEFT_INLINE void compare_all(const double* rows, std::size_t count, double bin, double* out) {
   constexpr std::size_t width = 2 * simd::lanes_of<V>;
   alignas(64) std::array<double, few * width> bins;
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t k = 0; k < width; ++k)
-      bins[i * width + k] = std::nearbyint(rows[i * width + k] / bin);
+  if (bin == 1.0) {
+    for (std::size_t i = 0; i < count * width; ++i) bins[i] = std::nearbyint(rows[i]);
+  } else {
+    for (std::size_t i = 0; i < count * width; ++i) bins[i] = std::nearbyint(rows[i] / bin);
+  }
   for (std::size_t k = 0; k < width; k += simd::lanes_of<V>) {
     V best = simd::load<V>(&bins[k]), most = simd::all<V>(0.0);
     for (std::size_t i = k; count > 1 && i < count * width; i += width) {

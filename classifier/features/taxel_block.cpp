@@ -20,8 +20,9 @@ inline constexpr std::size_t row_of = 2 * lanes_of<V>;
 
 // A relative variance that is only rounding: 0.1 repeated has 2e-34.
 constexpr double constant_tolerance = 1e-24;
-constexpr double fewest_peaks = 3.0;    // for a skewness
-constexpr double fewest_samples = 4.0;  // for a kurtosis
+constexpr double fewest_peaks = 3.0;        // for a skewness
+constexpr double fewest_samples = 4.0;      // for a kurtosis
+constexpr double kurtosis_of_normal = 3.0;  // and of what does not vary
 
 // Whether the signal falls here after it last rose, so that the value before was a strict local
 // maximum: a flat top counts once, end points never (as MATLAB's findpeaks). Updates `rising`, 1 or
@@ -194,11 +195,11 @@ WEFT_INLINE void shape_with(const Shape& of, TaxelBlock::Features& out) {
   PerTaxel &range = at<Block::range>(out), &m5 = at<Block::m5>(out), &sh = at<Block::sh>(out);
   PerTaxel& hfrq = at<Block::hfrq>(out);
   take_roots_with<V>(of, at<Block::norm>(out), skew);
-  const V zero = all<V>(0.0), three = all<V>(3.0);
+  const V zero = all<V>(0.0), three = all<V>(kurtosis_of_normal);
   for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
     const V mean = load<V>(&p.mean[k]), second = load<V>(&p.second[k]), m2 = second / n;
     const auto moves = varies(m2, mean);
-    const V variance = n > 1.0 ? m2 * n / (n - 1.0) : zero;
+    const V variance = m2 * n / (n - 1.0);
     const V kurtosis = n >= fewest_samples ? load<V>(&p.fourth[k]) / n / (m2 * m2) : three;
     store(&range[k], load<V>(&of.running.high[k]) - load<V>(&of.running.low[k]));
     store(&var[k], moves ? variance : zero);
@@ -309,17 +310,28 @@ void TaxelBlock::add_spectrum(const PerTaxel& mean, const FeatureOptions& option
   }
 }
 
+// One sample is its own mean: what shape_with() gives, without its quotients.
+void TaxelBlock::shape_of_one(Features& out) const {
+  at<Block::mean>(out) = running_.last;
+  at<Block::kurt>(out).fill(kurtosis_of_normal);
+  PerTaxel& norm = at<Block::norm>(out);
+  for (std::size_t k = 0; k < taxels; ++k) norm[k] = std::sqrt(running_.square[k]);
+}
+
 TaxelBlock::Features TaxelBlock::features(const FeatureOptions& options, BlockTools& tools) const {
-  const auto n = static_cast<double>(samples_);
-  const Powers p = powers_of(rows_.data(), width_, samples_, running_);
   Features out{};
   at<Block::max>(out) = running_.high;
   at<Block::min>(out) = running_.low;
-  at<Block::mean>(out) = p.mean;
   at<Block::mode>(out) = tools.modes.find(rows_.data(), width_, samples_, running_.low,
                                           running_.high, options.mode_bin_counts);
-  if (samples_ > 1) add_spectrum(p.mean, options, tools, out);
-  const Shape shape{p, running_, options, n};
+  if (samples_ == 1) {
+    shape_of_one(out);
+    return out;
+  }
+  const Powers p = powers_of(rows_.data(), width_, samples_, running_);
+  at<Block::mean>(out) = p.mean;
+  add_spectrum(p.mean, options, tools, out);
+  const Shape shape{p, running_, options, static_cast<double>(samples_)};
   narrow() ? shape_two(shape, out) : shape_sixteen(shape, out);
   return out;
 }

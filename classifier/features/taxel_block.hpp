@@ -54,6 +54,7 @@ class TaxelBlock {
   void append(const double* counts, std::size_t stride, std::size_t count);
   void add_spectrum(const PerTaxel& mean, const FeatureOptions& options, BlockTools& tools,
                     Features& out) const;
+  void shape_of_one(Features& out) const;
   [[nodiscard]] bool narrow() const { return width_ < taxels; }
 
   std::size_t used_;
