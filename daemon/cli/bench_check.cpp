@@ -25,10 +25,11 @@ constexpr double rounding = 1e-9;
 
 /// One driver with a link to nobody.
 void build_driver(const DeviceEntry& entry, const std::string& place,
+                  const std::shared_ptr<DriverCatalog>& drivers,
                   std::vector<Diagnostic>& problems) {
   VirtualLoop loop;
   auto [host, far_end] = MemoryLink::make_pair(loop, loop, Duration{});
-  const auto device = Device::create(entry, loop, std::move(host));
+  const auto device = Device::create(entry, loop, std::move(host), drivers);
   if (device) return;
   const std::string key = pointer_in(device.error().where);
   problems.push_back(diagnostic(
@@ -98,7 +99,7 @@ void compare_limits(const DeviceEntry& entry, recipes::Axis role, const recipes:
 void check_devices(const Plan& plan, const RigFile& rig, std::vector<Diagnostic>& problems) {
   for (std::size_t i = 0; i < rig.devices.size(); ++i) {
     const DeviceEntry& entry = rig.devices[i];
-    build_driver(entry, "/devices/" + std::to_string(i), problems);
+    build_driver(entry, "/devices/" + std::to_string(i), rig.drivers, problems);
     for (const recipes::Axis axis : recipes::all_axes)
       if (entry.role == recipes::to_string(axis))
         compare_limits(entry, axis, plan.limits, problems);

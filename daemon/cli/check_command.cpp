@@ -97,10 +97,12 @@ void add_options(CLI::App& command, CheckArgs& args) {
   command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
   add_options(command, args.fidelity);
+  add_options(command, args.plugins);
 }
 
 Result<int> run_check(const CheckArgs& args, Console& console) {
-  const Result<Preflight> found = preflight(args.recipe, args.rig, {}, asked_of(args.fidelity));
+  const Result<Preflight> found = preflight(args.recipe, args.rig, {}, asked_of(args.fidelity),
+                                            settings_of(args.plugins, console));
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
   print(console, plan_text(*found->plan, found->simulation, found->warnings),

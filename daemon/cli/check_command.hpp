@@ -5,6 +5,7 @@
 
 #include "daemon/cli/console.hpp"
 #include "daemon/cli/fidelity_options.hpp"
+#include "daemon/cli/plugin_options.hpp"
 
 namespace CLI {
 class App;
@@ -16,6 +17,7 @@ struct CheckArgs {
   std::filesystem::path recipe;
   std::filesystem::path rig;
   FidelityArgs fidelity;
+  PluginArgs plugins;
 };
 void add_options(CLI::App& command, CheckArgs& args);
 

@@ -23,7 +23,7 @@ struct Preflight {
 /// Errors: what keeps the files from being read at all.
 Result<Preflight> preflight(const std::filesystem::path& recipe, const std::filesystem::path& rig,
                             std::optional<std::uint64_t> seed = {},
-                            const FidelityAsked& fidelity = {});
+                            const FidelityAsked& fidelity = {}, const PluginSettings& plugins = {});
 
 /// {"pointer", "message", "expected", "got", "hint", "sentence"}
 nlohmann::json diagnostic_json(const recipes::Diagnostic& diagnostic);

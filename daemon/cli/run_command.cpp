@@ -82,9 +82,10 @@ Ran run_until_stopped(const RunArgs& args, Console& console) {
                 << std::endl;
   };
   hooks.stop = &signals.asked();
-  Result<CampaignSummary> summary = run_campaign(
-      {args.recipe, args.rig, args.out, args.seed, asked_of(args.fidelity), args.error_check},
-      hooks);
+  Result<CampaignSummary> summary =
+      run_campaign({args.recipe, args.rig, args.out, args.seed, asked_of(args.fidelity),
+                    args.error_check, settings_of(args.plugins, console)},
+                   hooks);
   progress.finish();
   return {std::move(summary), signals.number()};
 }
@@ -135,6 +136,7 @@ void add_options(CLI::App& command, RunArgs& args) {
       ->required();
   command.add_option("--seed", args.seed, "in place of the recipe's")->check(seed_problem);
   add_options(command, args.fidelity);
+  add_options(command, args.plugins);
   command.add_flag("!--no-error-check", args.error_check,
                    "do not play the first trial of each fabric and exploration again, more finely, "
                    "for the error of the simulation");
@@ -147,7 +149,8 @@ void add_options(CLI::App& command, RunArgs& args) {
 Result<int> run_run(const RunArgs& args, Console& console) {
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
   const Result<Preflight> found =
-      preflight(args.recipe, args.rig, args.seed, asked_of(args.fidelity));
+      preflight(args.recipe, args.rig, args.seed, asked_of(args.fidelity),
+                settings_of(args.plugins, console));
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
   const auto [summary, signal] = run_until_stopped(args, console);

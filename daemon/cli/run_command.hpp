@@ -7,6 +7,7 @@
 
 #include "daemon/cli/console.hpp"
 #include "daemon/cli/fidelity_options.hpp"
+#include "daemon/cli/plugin_options.hpp"
 
 namespace CLI {
 class App;
@@ -20,6 +21,7 @@ struct RunArgs {
   std::filesystem::path out;
   std::optional<std::uint64_t> seed;  ///< in place of the recipe's
   FidelityArgs fidelity;
+  PluginArgs plugins;
   bool error_check = true;
   bool evaluate = true;
   std::size_t repeats = 30;  ///< random splits of the evaluation

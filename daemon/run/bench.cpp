@@ -35,7 +35,8 @@ Result<std::unique_ptr<Bench>> Bench::create(const RigFile& rig, Loop& loop,
   for (const DeviceEntry& entry : rig.devices) {
     Result<std::unique_ptr<Link>> link = links(entry);
     if (!link) return pass(link.error(), entry.name);
-    Result<std::unique_ptr<Device>> device = Device::create(entry, loop, std::move(*link));
+    Result<std::unique_ptr<Device>> device =
+        Device::create(entry, loop, std::move(*link), rig.drivers);
     if (!device) return pass(device.error());
     bench->devices_.push_back(std::move(*device));
     bench->connect(*bench->devices_.back());

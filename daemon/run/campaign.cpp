@@ -187,6 +187,7 @@ Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRe
   if (!chosen) return pass(chosen.error());
   Result<RigFile> settled = parse_rig_file(chosen->rig_text);
   if (!settled) return pass(settled.error());
+  settled->drivers = rig.drivers;
   rig = std::move(*settled);
   checked.rig_text = std::move(chosen->rig_text);
   return std::move(chosen->note);
@@ -236,6 +237,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (!checked) return pass(checked.error());
   Result<RigFile> rig = parse_rig_file(checked->rig_text);
   if (!rig) return pass(rig.error(), request.rig.string());
+  use_plugins(*rig, request.rig, request.plugins);
   Result<SimulationNote> simulation = settle_fidelity(request, *checked, *rig);
   if (!simulation) return pass(simulation.error(), request.rig.string());
   const auto began = steady_wall_now();

@@ -23,7 +23,8 @@ struct CampaignRequest {
   std::filesystem::path out;  ///< folder for campaign.sqlite and dataset.h5; made when missing
   std::optional<std::uint64_t> seed;  ///< in place of the recipe's
   FidelityAsked fidelity = {};
-  bool error_check = true;  ///< simulate some trials again, more finely, when all are done
+  bool error_check = true;      ///< simulate some trials again, more finely, when all are done
+  PluginSettings plugins = {};  ///< beside those that the rig file names
 };
 
 /// Where the wall time of the run went, estimated by sampling [s].

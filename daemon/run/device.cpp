@@ -1,20 +1,22 @@
 #include "daemon/run/device.hpp"
 
-#include "daemon/plugins/builtin_drivers.hpp"
-
 namespace weft::daemon {
 
-Device::Device(DeviceEntry entry, Loop& loop, std::unique_ptr<Link> link)
-    : entry_(std::move(entry)), loop_(&loop), link_(std::move(link)) {}
+Device::Device(DeviceEntry entry, Loop& loop, std::unique_ptr<Link> link,
+               std::shared_ptr<DriverCatalog> drivers)
+    : entry_(std::move(entry)),
+      loop_(&loop),
+      link_(std::move(link)),
+      drivers_(std::move(drivers)) {}
 
 Device::~Device() = default;
 
 Result<std::unique_ptr<Device>> Device::create(const DeviceEntry& entry, Loop& loop,
-                                               std::unique_ptr<Link> link) {
-  const Result<const DriverEntryV1*> plugin = find_driver(entry.driver);
-  if (!plugin) return pass(plugin.error(), entry.name);
-  std::unique_ptr<Device> device(new Device(entry, loop, std::move(link)));
-  Result<std::unique_ptr<Driver>> driver = (*plugin)->create(entry.config_json, *device);
+                                               std::unique_ptr<Link> link,
+                                               std::shared_ptr<DriverCatalog> drivers) {
+  std::unique_ptr<Device> device(new Device(entry, loop, std::move(link), std::move(drivers)));
+  Result<std::unique_ptr<Driver>> driver =
+      device->drivers_->create(entry.driver, entry.name, entry.config_json, *device);
   if (!driver) return pass(driver.error(), entry.name);
   device->driver_ = std::move(*driver);
   return device;

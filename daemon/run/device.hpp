@@ -17,10 +17,11 @@ class Device final : public DriverHost {
   using SampleSink = std::function<void(const Sample&)>;
   using LogSink = std::function<void(LogLevel, std::string_view device, std::string_view text)>;
 
-  /// Makes the driver that `entry` names. Errors: not_found, unsupported, and the driver's own,
-  /// each with the device's name in front.
+  /// Makes the driver that `entry` names. Errors: those of DriverCatalog::create, each with the
+  /// device's name in front.
   static Result<std::unique_ptr<Device>> create(const DeviceEntry& entry, Loop& loop,
-                                                std::unique_ptr<Link> link);
+                                                std::unique_ptr<Link> link,
+                                                std::shared_ptr<DriverCatalog> drivers);
   ~Device() override;
 
   Driver& driver() { return *driver_; }
@@ -43,11 +44,13 @@ class Device final : public DriverHost {
   void log(LogLevel level, std::string_view text) override;
 
  private:
-  Device(DeviceEntry entry, Loop& loop, std::unique_ptr<Link> link);
+  Device(DeviceEntry entry, Loop& loop, std::unique_ptr<Link> link,
+         std::shared_ptr<DriverCatalog> drivers);
 
   DeviceEntry entry_;
   Loop* loop_;
   std::unique_ptr<Link> link_;
+  std::shared_ptr<DriverCatalog> drivers_;
   SampleSink sink_;
   LogSink log_;
   DeviceIdentity identity_;

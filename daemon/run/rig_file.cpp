@@ -17,8 +17,8 @@ constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wren
 
 // Keys that this or another reader of the rig file understands: recipes::parse_rig_limits and
 // sim::Rig look into their own sections, drivers into `config`.
-const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits",    "probe",
-                                         "plate", "control", "fabrics", "simulation"};
+const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits",     "probe",
+                                         "plate", "control", "fabrics", "simulation", "plugins"};
 const std::vector<std::string> device_keys{"name", "role", "driver", "config", "link", "emulator"};
 
 Status only_known_keys(const json& object, const std::vector<std::string>& known,
@@ -107,6 +107,20 @@ Status every_role_once(const std::vector<DeviceEntry>& devices) {
   return {};
 }
 
+Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
+  std::vector<std::filesystem::path> folders;
+  const auto list = root.find("plugins");
+  if (list == root.end()) return folders;
+  const bool texts = list->is_array() && std::ranges::all_of(*list, [](const json& folder) {
+                       return folder.is_string();
+                     });
+  if (!texts)
+    return fail(Errc::invalid_argument, "not a list of folders", "/plugins",
+                "folders with drivers, relative to the rig file", list->dump());
+  for (const json& folder : *list) folders.emplace_back(folder.get<std::string>());
+  return folders;
+}
+
 Result<RigFile> from_json(const json& root) {
   if (!root.is_object() || !root.contains("devices") || !root["devices"].is_array())
     return fail(Errc::invalid_argument, "not a rig file", "/devices", "an array of devices");
@@ -126,6 +140,10 @@ Result<RigFile> from_json(const json& root) {
     if (!console) return pass(console.error());
     rig.console = std::move(*console);
   }
+  Result<std::vector<std::filesystem::path>> plugins = plugin_folders(root);
+  if (!plugins) return pass(plugins.error());
+  rig.plugins = std::move(*plugins);
+  rig.drivers = std::make_shared<DriverCatalog>();
   if (root.contains("simulation")) {
     rig.plant_level = "auto";
     if (root["simulation"].contains("level")) {
@@ -154,6 +172,12 @@ Result<RigFile> parse_rig_file(std::string_view text) {
   } catch (const json::exception& e) {
     return fail(Errc::parse, "not JSON", {}, {}, e.what());
   }
+}
+
+void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings) {
+  for (const std::filesystem::path& folder : rig.plugins)
+    settings.folders.push_back(rig_path.parent_path() / folder);
+  rig.drivers = std::make_shared<DriverCatalog>(std::move(settings));
 }
 
 Result<std::string> read_text_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {

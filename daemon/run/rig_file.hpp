@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "daemon/dataset/dataset.hpp"
+#include "daemon/plugins/driver_catalog.hpp"
 #include "daemon/run/link_settings.hpp"
 #include "protocols/base/result.hpp"
 
@@ -37,12 +39,18 @@ struct RigFile {
   Endpoint console;  ///< emulated: where weft-rig takes orders, `simulation.console` {host, port}
   std::string plant_level;  ///< fidelity of the plant, "L1"; empty on a real bench
   std::vector<DeviceEntry> devices;
-  std::string text;  ///< the whole file, as recorded with the campaign
+  std::vector<std::filesystem::path> plugins;  ///< folders with drivers, relative to the file
+  std::shared_ptr<DriverCatalog> drivers;      ///< where the devices' drivers come from
+  std::string text;                            ///< the whole file, as recorded with the campaign
 };
 
 /// Errors: parse with line and column, and invalid_argument (unknown keys, a link that the bench
 /// cannot have) with a JSON pointer.
 Result<RigFile> parse_rig_file(std::string_view text);
+
+/// Lets the rig's drivers also come from `settings.folders` and from the folders that the file at
+/// `rig_path` names. parse_rig_file alone knows the built-in ones only.
+void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings);
 
 /// A whole text file. Errors: not_found, io, range when it is larger than `max_bytes`: recipes and
 /// rigs are small, so a huge file is refused before it is read.

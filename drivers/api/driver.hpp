@@ -1,6 +1,6 @@
 #pragma once
-// The driver interface and the plugin ABI. A driver owns no thread, socket or clock: its host gives
-// it a Loop and a Link. Nothing throws across this border.
+// The driver interface. A driver owns no thread, socket or clock: its host gives it a Loop and a
+// Link. Built-in drivers throw nothing; what the code of a plugin throws ends at its border.
 
 #include <cstdint>
 #include <memory>
@@ -75,36 +75,26 @@ class Driver {
   virtual ~Driver() = default;
   [[nodiscard]] virtual DriverState state() const noexcept = 0;
   /// Starts the conversation: identity is read, checked and told. closed -> open.
-  virtual Status open() noexcept = 0;
+  virtual Status open() = 0;
   /// Makes the device ready: channel enabled, limits set, streams started. open -> armed.
-  virtual Status arm() noexcept = 0;
+  virtual Status arm() = 0;
   /// Armed only. A motion command replaces the one under way. For moves the number to look for in
   /// StageSample::move_id is returned; for other commands 0.
-  virtual Result<std::uint32_t> command(const Command& command) noexcept = 0;
+  virtual Result<std::uint32_t> command(const Command& command) = 0;
   /// Ends motion and streams now, in any state.
-  virtual void stop() noexcept = 0;
+  virtual void stop() = 0;
   /// Leaves the device quiet. Any state -> closed.
-  virtual void close() noexcept = 0;
+  virtual void close() = 0;
 };
 
-/// Bumped whenever anything in drivers/api changes meaning or layout.
-constexpr std::uint32_t driver_abi_version = 2;
-
-/// What a plugin exports as `extern "C" const weft::DriverEntryV1 weft_driver_v1`. Built-in drivers
-/// export the same struct under their own name; daemon/plugins lists them.
-struct DriverEntryV1 {
-  std::uint32_t abi_version;
-  std::uint32_t struct_size;
-  const char* build_fingerprint;   ///< compiler and standard library; must equal the host's
+/// A driver as the program that holds it knows it. As a shared object the same driver stands behind
+/// the C table of weft_driver.h, which plugin.hpp makes from this.
+struct DriverEntry {
   const char* name;                ///< "thorlabs_apt"
   const char* summary;             ///< one sentence
   const char* config_schema_json;  ///< JSON Schema of the configuration
   /// `config_json` has been read from the rig file. The error is a sentence for the user.
-  Result<std::unique_ptr<Driver>> (*create)(std::string_view config_json,
-                                            DriverHost& host) noexcept;
+  Result<std::unique_ptr<Driver>> (*create)(std::string_view config_json, DriverHost& host);
 };
-
-/// The value for DriverEntryV1::build_fingerprint of this translation unit.
-#define WEFT_BUILD_FINGERPRINT "g++ " __VERSION__
 
 }  // namespace weft

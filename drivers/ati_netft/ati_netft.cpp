@@ -13,10 +13,7 @@ Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost&
 
 }  // namespace
 
-const DriverEntryV1 ati_netft_entry{
-    .abi_version = driver_abi_version,
-    .struct_size = sizeof(DriverEntryV1),
-    .build_fingerprint = WEFT_BUILD_FINGERPRINT,
+constinit const DriverEntry ati_netft_entry{
     .name = "ati_netft",
     .summary = "ATI force/torque sensor behind a Net F/T box, RDT over UDP",
     .config_schema_json = netft_config_schema,

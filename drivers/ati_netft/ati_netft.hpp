@@ -5,6 +5,6 @@
 
 namespace weft::drivers {
 
-extern const DriverEntryV1 ati_netft_entry;
+extern const DriverEntry ati_netft_entry;
 
 }  // namespace weft::drivers

@@ -6,7 +6,7 @@
 
 namespace weft::drivers {
 
-const char* const netft_config_schema = R"({
+const char netft_config_schema[] = R"({
   "$schema": "http://json-schema.org/draft-07/schema#",
   "title": "ATI force/torque sensor behind a Net F/T box",
   "type": "object",

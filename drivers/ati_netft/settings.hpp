@@ -19,7 +19,7 @@ struct NetftSettings {
 };
 
 /// JSON Schema of the configuration.
-extern const char* const netft_config_schema;
+extern const char netft_config_schema[];
 
 /// Errors: parse, invalid_argument, range; each at its JSON pointer.
 Result<NetftSettings> read_netft_settings(std::string_view config_json);

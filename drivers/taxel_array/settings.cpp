@@ -8,7 +8,7 @@
 
 namespace weft::drivers {
 
-const char* const taxel_config_schema = R"({
+const char taxel_config_schema[] = R"({
   "$schema": "http://json-schema.org/draft-07/schema#",
   "title": "Tactile array",
   "type": "object",

@@ -21,7 +21,7 @@ struct TaxelSettings {
 };
 
 /// JSON Schema of the configuration.
-extern const char* const taxel_config_schema;
+extern const char taxel_config_schema[];
 
 /// Errors: parse, invalid_argument, range; each at its JSON pointer.
 Result<TaxelSettings> read_taxel_settings(std::string_view config_json);

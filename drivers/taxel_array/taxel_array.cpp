@@ -13,10 +13,7 @@ Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost&
 
 }  // namespace
 
-const DriverEntryV1 taxel_array_entry{
-    .abi_version = driver_abi_version,
-    .struct_size = sizeof(DriverEntryV1),
-    .build_fingerprint = WEFT_BUILD_FINGERPRINT,
+constinit const DriverEntry taxel_array_entry{
     .name = "taxel_array",
     .summary = "Tactile array over a serial line, or a CPM-Finger over its UDP gateway",
     .config_schema_json = taxel_config_schema,

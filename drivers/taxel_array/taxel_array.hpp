@@ -5,6 +5,6 @@
 
 namespace weft::drivers {
 
-extern const DriverEntryV1 taxel_array_entry;
+extern const DriverEntry taxel_array_entry;
 
 }  // namespace weft::drivers

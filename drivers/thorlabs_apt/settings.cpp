@@ -90,7 +90,7 @@ void read_timing(ConfigReader& config, StageSettings& settings) {
 
 }  // namespace
 
-const char* const stage_config_schema = R"({
+const char stage_config_schema[] = R"({
   "$schema": "http://json-schema.org/draft-07/schema#",
   "title": "Thorlabs stage behind an APT controller",
   "type": "object",

@@ -34,7 +34,7 @@ struct StageSettings {
 };
 
 /// JSON Schema of the configuration.
-extern const char* const stage_config_schema;
+extern const char stage_config_schema[];
 
 /// Errors: parse, invalid_argument (key, type, unknown stage), range; each at its JSON pointer.
 Result<StageSettings> read_stage_settings(std::string_view config_json);

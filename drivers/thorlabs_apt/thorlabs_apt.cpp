@@ -13,10 +13,7 @@ Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost&
 
 }  // namespace
 
-const DriverEntryV1 thorlabs_apt_entry{
-    .abi_version = driver_abi_version,
-    .struct_size = sizeof(DriverEntryV1),
-    .build_fingerprint = WEFT_BUILD_FINGERPRINT,
+constinit const DriverEntry thorlabs_apt_entry{
     .name = "thorlabs_apt",
     .summary = "One Thorlabs stage behind an APT controller",
     .config_schema_json = stage_config_schema,

@@ -5,6 +5,6 @@
 
 namespace weft::drivers {
 
-extern const DriverEntryV1 thorlabs_apt_entry;
+extern const DriverEntry thorlabs_apt_entry;
 
 }  // namespace weft::drivers

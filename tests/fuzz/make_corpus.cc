@@ -1,10 +1,13 @@
-// Writes the inputs where fuzzing starts, with the program's own writers:
-//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, FOLDER/csv and FOLDER/hdf5; small:
-//   without a whole HDF5 file, as committed in corpus/
+// Writes the inputs where fuzzing starts, with the program's own writers and from the golden
+// vectors:
+//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, csv, hdf5 and one folder for each wire;
+//   small: without a whole HDF5 file, as committed in corpus/
 
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "daemon/dataset/hdf5_file.hpp"
@@ -52,6 +55,38 @@ bool write_datasets(const std::filesystem::path& folder, bool whole) {
   return !whole || daemon::write_hdf5(sample_dataset(), folder / "dataset").has_value();
 }
 
+std::string from_hex(const std::string& text) {
+  std::string out;
+  std::istringstream words(text);
+  for (std::string word; words >> word;)
+    out.push_back(static_cast<char>(std::stoi(word, nullptr, 16)));
+  return out;
+}
+
+/// The bytes of every golden vector of a wire, alone and one behind the other; with and without the
+/// bytes in front that choose the pieces.
+void write_vectors(const std::filesystem::path& vectors, const std::filesystem::path& folder) {
+  const std::string pieces{'\3', '\1', '\7', '\2'};
+  std::string all;
+  for (const auto& file : std::filesystem::directory_iterator(vectors)) {
+    std::ifstream in(file.path());
+    const auto vector = nlohmann::json::parse(in, nullptr, false);
+    if (!vector.is_object() || !vector.contains("hex")) continue;
+    const std::string bytes = from_hex(vector["hex"].get<std::string>());
+    const std::string name = file.path().stem().string();
+    write(folder / name, bytes);
+    write(folder / (name + "_pieces"), pieces + bytes);
+    all += bytes;
+  }
+  write(folder / "all_pieces", pieces + all);
+}
+
+void write_wires(const std::filesystem::path& folder) {
+  for (const auto& wire : std::filesystem::directory_iterator(WEFT_PROTOCOLS_DIR))
+    if (std::filesystem::is_directory(wire.path() / "vectors"))
+      write_vectors(wire.path() / "vectors", folder / wire.path().filename());
+}
+
 }  // namespace
 }  // namespace weft::fuzz
 
@@ -62,6 +97,7 @@ int main(int argc, char** argv) {
   }
   const std::filesystem::path folder(argv[1]);
   weft::fuzz::write_tables(folder / "csv");
+  weft::fuzz::write_wires(folder);
   if (weft::fuzz::write_models(folder / "model_file") &&
       weft::fuzz::write_datasets(folder / "hdf5", argc == 2))
     return 0;

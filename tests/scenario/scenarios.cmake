@@ -63,3 +63,9 @@ target_link_libraries(same_bytes PRIVATE weft_plant)
 add_test(NAME scenario_emulated_trial
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_trial.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_emulated_trial PROPERTIES TIMEOUT 900 COST 1000 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# Drivers as shared objects: the same data, refusals, plugins at fault (one of them hangs for five seconds).
+add_test(NAME scenario_plugins
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/plugins.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
+                 ${PROJECT_BINARY_DIR}/plugins ${CMAKE_CURRENT_BINARY_DIR}/plugins)
+set_tests_properties(scenario_plugins PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

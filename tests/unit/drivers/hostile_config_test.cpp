@@ -18,7 +18,7 @@ using namespace weft::testing;
 namespace {
 
 /// All that a driver's schema gives a default for.
-std::string defaults_of(const DriverEntryV1& entry) {
+std::string defaults_of(const DriverEntry& entry) {
   nlohmann::json config = nlohmann::json::object();
   const auto schema = nlohmann::json::parse(entry.config_schema_json);
   for (const auto& [key, property] : schema.at("properties").items())
@@ -29,7 +29,7 @@ std::string defaults_of(const DriverEntryV1& entry) {
 }  // namespace
 
 TEST_CASE("any number of a driver's configuration that is absurd is refused by name, or harmless") {
-  for (const DriverEntryV1* entry :
+  for (const DriverEntry* entry :
        {&drivers::thorlabs_apt_entry, &drivers::ati_netft_entry, &drivers::taxel_array_entry}) {
     int refused = 0;
     hostile::for_each_number(

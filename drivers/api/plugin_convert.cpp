@@ -1,0 +1,171 @@
+#include "drivers/api/plugin_convert.hpp"
+
+namespace weft::plugin {
+namespace {
+
+// More than any array has; a count beyond it is a broken struct.
+constexpr std::uint32_t most_taxels = 4096;
+
+std::string text_of(const char* text) {
+  return text == nullptr ? std::string() : std::string(text);
+}
+
+/// The struct behind a sample's value, if it is as large as this build's.
+template <class C>
+const C* value_as(const weft_sample_v1& sample) {
+  const auto* value = static_cast<const C*>(sample.value);
+  return value != nullptr && value->struct_size >= sizeof(C) ? value : nullptr;
+}
+
+tl::unexpected<Error> broken_sample(const char* what) {
+  return fail(Errc::range, std::string("a sample of the plugin is broken: ") + what);
+}
+
+Result<Sample> with(const weft_sample_v1& sample, decltype(Sample::value) value) {
+  return Sample{time_of(sample.host_ns), sample.sequence, sample.lost, value};
+}
+
+Result<Sample> stage_of(const weft_sample_v1& sample) {
+  const auto* c = value_as<weft_stage_sample_v1>(sample);
+  if (c == nullptr) return broken_sample("the stage reading's size");
+  return with(sample,
+              StageSample{c->position, c->moving != 0, c->homed != 0, c->limit != 0, c->move_id});
+}
+
+Result<Sample> wrench_of(const weft_sample_v1& sample) {
+  const auto* c = value_as<weft_wrench_sample_v1>(sample);
+  if (c == nullptr) return broken_sample("the wrench's size");
+  WrenchSample wrench;
+  for (std::size_t i = 0; i < 3; ++i) {
+    wrench.force_n[i] = c->force_n[i];
+    wrench.torque_nm[i] = c->torque_nm[i];
+  }
+  wrench.status = c->status;
+  wrench.valid = c->valid != 0;
+  return with(sample, wrench);
+}
+
+Result<Sample> taxels_of(const weft_sample_v1& sample) {
+  const auto* c = value_as<weft_taxel_sample_v1>(sample);
+  if (c == nullptr) return broken_sample("the taxel frame's size");
+  if (c->taxel_count > most_taxels || (c->counts == nullptr && c->taxel_count != 0))
+    return broken_sample("its number of taxels");
+  return with(
+      sample,
+      TaxelSample{
+          {c->counts, c->taxel_count}, c->proximity_counts, c->ambient_counts, c->device_us});
+}
+
+Errc code_of(std::int32_t code) {
+  const bool known = code >= WEFT_INVALID_ARGUMENT && code <= WEFT_CORRUPT;
+  return known ? static_cast<Errc>(code) : Errc::device;
+}
+
+struct ToC {
+  weft_command_v1 c{sizeof(weft_command_v1), 0, 0, 0, 0, 0};
+  void operator()(const HomeCommand&) { c.kind = WEFT_HOME; }
+  void operator()(const MoveCommand& move) {
+    c.kind = WEFT_MOVE;
+    c.target = move.target;
+    c.speed = move.speed;
+  }
+  void operator()(const ServoCommand& servo) {
+    c.kind = WEFT_SERVO;
+    c.velocity = servo.velocity;
+    c.horizon_ns = servo.horizon.count();
+  }
+  void operator()(const PollCommand&) { c.kind = WEFT_POLL; }
+  void operator()(const BiasCommand&) { c.kind = WEFT_BIAS; }
+};
+
+}  // namespace
+
+weft_error_v1 c_error(const Error& error) {
+  return {sizeof(weft_error_v1),  static_cast<std::int32_t>(error.code),
+          error.message.c_str(),  error.where.c_str(),
+          error.expected.c_str(), error.got.c_str(),
+          error.hint.c_str()};
+}
+
+Error error_of(const weft_error_v1& error) {
+  return {code_of(error.code),     text_of(error.message), text_of(error.where),
+          text_of(error.expected), text_of(error.got),     text_of(error.hint)};
+}
+
+weft_command_v1 c_command(const Command& command) {
+  ToC to_c;
+  std::visit(to_c, command);
+  return to_c.c;
+}
+
+Result<Command> command_of(const weft_command_v1& command) {
+  switch (command.kind) {
+    case WEFT_HOME:
+      return Command(HomeCommand{});
+    case WEFT_MOVE:
+      return Command(MoveCommand{command.target, command.speed});
+    case WEFT_SERVO:
+      return Command(ServoCommand{command.velocity, Duration(command.horizon_ns)});
+    case WEFT_POLL:
+      return Command(PollCommand{});
+    case WEFT_BIAS:
+      return Command(BiasCommand{});
+    default:
+      return fail(Errc::unsupported, "a command that the driver's build does not know", {}, {},
+                  "kind " + std::to_string(command.kind), "Build the driver again");
+  }
+}
+
+Result<Sample> sample_of(const weft_sample_v1& sample) {
+  switch (sample.kind) {
+    case WEFT_STAGE_SAMPLE:
+      return stage_of(sample);
+    case WEFT_WRENCH_SAMPLE:
+      return wrench_of(sample);
+    case WEFT_TAXEL_SAMPLE:
+      return taxels_of(sample);
+    default:
+      return fail(Errc::unsupported, "a sample that this weft does not know", {}, {},
+                  "kind " + std::to_string(sample.kind));
+  }
+}
+
+DeviceIdentity identity_of(const weft_identity_v1& identity) {
+  DeviceIdentity out;
+  for (std::uint32_t i = 0; i < identity.reported_count; ++i)
+    out.reported.emplace_back(text_of(identity.reported[i].key),
+                              text_of(identity.reported[i].text));
+  for (std::uint32_t i = 0; i < identity.scale_count; ++i)
+    out.scale.emplace_back(text_of(identity.scale[i].key), identity.scale[i].value);
+  return out;
+}
+
+weft_stage_sample_v1 c_value(const StageSample& stage) {
+  return {sizeof(weft_stage_sample_v1),
+          stage.move_id,
+          stage.position,
+          static_cast<std::uint8_t>(stage.moving),
+          static_cast<std::uint8_t>(stage.homed),
+          static_cast<std::uint8_t>(stage.limit),
+          {}};
+}
+
+weft_wrench_sample_v1 c_value(const WrenchSample& wrench) {
+  weft_wrench_sample_v1 c{};
+  c.struct_size = sizeof(c);
+  c.status = wrench.status;
+  for (std::size_t i = 0; i < 3; ++i) {
+    c.force_n[i] = wrench.force_n[i];
+    c.torque_nm[i] = wrench.torque_nm[i];
+  }
+  c.valid = wrench.valid ? 1 : 0;
+  return c;
+}
+
+weft_taxel_sample_v1 c_value(const TaxelSample& taxels) {
+  return {sizeof(weft_taxel_sample_v1), static_cast<std::uint32_t>(taxels.counts.size()),
+          taxels.counts.data(),         taxels.proximity_counts,
+          taxels.ambient_counts,        taxels.device_us};
+}
+
+}  // namespace weft::plugin

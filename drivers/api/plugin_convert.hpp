@@ -1,0 +1,68 @@
+#pragma once
+// Between the C++ types of drivers and the C structs of the plugin ABI; used on both sides.
+
+#include <string>
+#include <vector>
+
+#include "drivers/api/driver.hpp"
+#include "drivers/api/weft_driver.h"
+
+namespace weft::plugin {
+
+inline TimePoint time_of(std::int64_t ns) {
+  return TimePoint(Duration(ns));
+}
+inline std::int64_t ns_of(TimePoint time) {
+  return time.time_since_epoch().count();
+}
+
+/// Points into `error`, which outlives it.
+weft_error_v1 c_error(const Error& error);
+/// A code that is none of Errc's becomes Errc::device; NULL parts are empty.
+Error error_of(const weft_error_v1& error);
+
+weft_command_v1 c_command(const Command& command);
+/// Errors: unsupported, for a kind that this build does not know.
+Result<Command> command_of(const weft_command_v1& command);
+
+/// Errors: unsupported (kind), range (a number of taxels or a struct's size that cannot be).
+Result<Sample> sample_of(const weft_sample_v1& sample);
+
+DeviceIdentity identity_of(const weft_identity_v1& identity);
+
+weft_stage_sample_v1 c_value(const StageSample& stage);
+weft_wrench_sample_v1 c_value(const WrenchSample& wrench);
+weft_taxel_sample_v1 c_value(const TaxelSample& taxels);
+constexpr std::uint32_t kind_of(const StageSample&) {
+  return WEFT_STAGE_SAMPLE;
+}
+constexpr std::uint32_t kind_of(const WrenchSample&) {
+  return WEFT_WRENCH_SAMPLE;
+}
+constexpr std::uint32_t kind_of(const TaxelSample&) {
+  return WEFT_TAXEL_SAMPLE;
+}
+
+/// Calls `use` with the sample as C has it; nothing allocates.
+template <class Use>
+void with_c_sample(const Sample& sample, const Use& use) {
+  std::visit(
+      [&](const auto& value) {
+        const auto c = c_value(value);
+        use(weft_sample_v1{sizeof(weft_sample_v1), kind_of(value), &c, ns_of(sample.host),
+                           sample.sequence, sample.lost});
+      },
+      sample.value);
+}
+
+template <class Use>
+void with_c_identity(const DeviceIdentity& identity, const Use& use) {
+  std::vector<weft_reported_v1> reported;
+  std::vector<weft_scale_v1> scale;
+  for (const auto& [key, text] : identity.reported) reported.push_back({key.c_str(), text.c_str()});
+  for (const auto& [key, value] : identity.scale) scale.push_back({key.c_str(), value});
+  use(weft_identity_v1{sizeof(weft_identity_v1), static_cast<std::uint32_t>(reported.size()),
+                       static_cast<std::uint32_t>(scale.size()), 0, reported.data(), scale.data()});
+}
+
+}  // namespace weft::plugin

@@ -1,0 +1,47 @@
+// ATI Net F/T: requests, records, datagrams.
+
+#include <algorithm>
+
+#include "protocols/rdt/rdt.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace weft::fuzz {
+namespace {
+
+using namespace protocols::rdt;
+
+bool same(ByteView a, ByteView b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end());
+}
+
+void try_request(ByteView bytes) {
+  const Result<Request> request = decode_request(bytes);
+  if (!request) return demand(!request.error().message.empty(), "an error says what is wrong");
+  demand(same(encode(*request), bytes), "a request that was read is written back");
+}
+
+void try_datagram(ByteView bytes) {
+  const Result<std::size_t> count = record_count(bytes);
+  if (!count) return demand(!count.error().message.empty(), "an error says what is wrong");
+  demand(*count >= 1 && *count <= max_records_per_datagram, "a datagram holds 1 to 40 records");
+  demand(*count * record_size == bytes.size(), "records fill the datagram");
+  Bytes again;
+  for (std::size_t i = 0; i < *count; ++i) {
+    const Result<Record> record = decode_record(bytes.subspan(i * record_size, record_size));
+    demand(record.has_value(), "every record of a counted datagram can be read");
+    append(again, *record);
+  }
+  demand(same(again, bytes), "records that were read are written back");
+}
+
+}  // namespace
+}  // namespace weft::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const weft::ByteView input(data, size);
+  weft::fuzz::try_request(input);
+  weft::fuzz::try_datagram(input);
+  const bool one = weft::protocols::rdt::decode_record(input).has_value();
+  weft::fuzz::demand(one == (size == weft::protocols::rdt::record_size), "a record is 36 bytes");
+  return 0;
+}

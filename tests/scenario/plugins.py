@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Drivers as shared objects, as a person meets them: the same data as the built-in ones, refusals with a sentence, and
+plugins at fault whose run ends with what was recorded and the rig at rest.
+
+    plugins.py WEFT SOURCE_ROOT BUILTIN_PLUGINS TEST_PLUGINS
+"""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from cli_support import Checks
+
+RECIPE = "recipe.json"
+
+
+def recipe(root, d):
+    r = json.loads((root / "recipes/library/m1.json").read_text())
+    r.update(name="plugins", fabrics=["denim"], repetitions=1, seed=3)
+    r.pop("$schema", None)
+    (d / RECIPE).write_text(json.dumps(r))
+
+
+def rig(root, d, name, driver=None, plugins=None, **config):
+    r = json.loads((root / "sim/rigs/bench17.json").read_text())
+    r["simulation"]["fabrics"] = str(root / "sim/fabrics.json")
+    r["simulation"]["fidelity"] = str(root / "sim/fidelity.json")
+    taxels = next(device for device in r["devices"] if device["role"] == "taxels")
+    if driver:
+        taxels["driver"] = driver
+        taxels["config"].update(config)
+    if plugins:
+        r["plugins"] = plugins
+    (d / name).write_text(json.dumps(r))
+    return name
+
+
+def same_data(t, d, root, builtin):
+    """Every driver from a shared object: not one bit of the data set changes."""
+    name = rig(root, d, "plain.json")
+    common = ["run", RECIPE, "--rig", name, "--no-evaluate", "--no-error-check"]
+    first = t.run(*common, "--out", "built-in", "--json", cwd=d)
+    second = t.run(*common, "--out", "plugins", "--plugins", builtin, "--plugins-only", "--json", cwd=d)
+    for ran in (first, second):
+        t.expect(ran.returncode == 0, f"{ran.args}: {ran.stderr}")
+    if first.returncode == second.returncode == 0:
+        digests = [json.loads(ran.stdout)["dataset_sha256"] for ran in (first, second)]
+        t.expect(digests[0] == digests[1], f"plugins record other data: {digests}")
+    t.refuses("check", RECIPE, "--rig", name, "--plugins", builtin, cwd=d,
+              says=["two drivers have the name", "built into weft", "--plugins-only"])
+
+
+def refusals(t, d, root, test_plugins):
+    for driver, says in {
+            "wrong_abi": ["version 1", "version 99"], "wrong_size": ["96 bytes", "88 bytes"],
+            "wrong_fingerprint": ["pdp11"], "missing_symbol": ["weft_driver_v1", "no such symbol"],
+            "nobody": ["no such driver", "taxel_array", "weft-driver-nobody.so"]}.items():
+        name = rig(root, d, f"{driver}.json", driver)
+        t.refuses("check", RECIPE, "--rig", name, "--plugins", test_plugins, cwd=d, says=says)
+        t.refuses("run", RECIPE, "--rig", name, "--plugins", test_plugins, "--out", "never", cwd=d, says=says)
+    name = rig(root, d, "nowhere.json", plugins=["no/such/folder"])
+    t.refuses("check", RECIPE, "--rig", name, cwd=d, says=["the folder of plugins is not there", "no/such/folder"])
+    name = rig(root, d, "text.json", driver="text", plugins=["own"])
+    (d / "own").mkdir()
+    (d / "own/weft-driver-text.so").write_text("not a program")
+    t.refuses("check", RECIPE, "--rig", name, cwd=d, says=["not a shared object", "an ELF file"])
+
+
+def places(t, d, root, test_plugins):
+    """The three ways to say where plugins are."""
+    plain = rig(root, d, "harmless.json", "taxels_misbehaving", trouble="none")
+    listed = rig(root, d, "listed.json", "taxels_misbehaving", [os.path.relpath(test_plugins, d)], trouble="none")
+    t.expect(t.run("check", RECIPE, "--rig", plain, "--plugins", test_plugins, cwd=d).returncode == 0, "--plugins")
+    t.expect(t.run("check", RECIPE, "--rig", listed, cwd=d).returncode == 0, "plugins of the rig file")
+    env = {**os.environ, "WEFT_PLUGIN_PATH": f"{d}:{test_plugins}"}
+    ran = subprocess.run([t.weft, "check", RECIPE, "--rig", plain], cwd=d, env=env, capture_output=True, text=True)
+    t.expect(ran.returncode == 0, f"WEFT_PLUGIN_PATH: {ran.stderr}")
+
+
+def faults(t, d, root, test_plugins):
+    def run(trouble, out=None, frames=1200):
+        name = rig(root, d, f"{trouble}.json", "taxels_misbehaving", trouble=trouble, after_frames=frames)
+        return t.run("run", RECIPE, "--rig", name, "--plugins", test_plugins, "--out", out or trouble, "--no-evaluate",
+                     "--no-error-check", "--json", cwd=d)
+
+    for trouble, says in {"create": ["threw an exception in create", "no such thing in create"],
+                          "open": ["threw an exception in open", "no such thing in open"]}.items():
+        ran = run(trouble)
+        t.expect(ran.returncode == 1 and all(word in ran.stderr + ran.stdout for word in says),
+                 f"{trouble}: {ran.returncode} {ran.stderr}")
+        t.expect(not (d / trouble / "campaign.sqlite").exists(), f"{trouble}: a campaign without a bench")
+    for trouble, says in {"received": ["threw an exception in received", "one frame too many"],
+                          "late": ["taxels_misbehaving.so", "kept the program waiting in received"]}.items():
+        ran = run(trouble)
+        t.expect(ran.returncode == 1, f"{trouble}: status {ran.returncode} {ran.stderr}")
+        summary = json.loads(ran.stdout)
+        sentence = summary.get("campaign_error", {}).get("sentence", "")
+        t.expect(all(word in sentence for word in ["taxels", *says]), f"{trouble}: {sentence}")
+        t.expect(summary["rig"] == "safe" and summary["cleanup"] == "done", f"{trouble}: {summary}")
+    ran = run("received", "early", frames=3)
+    t.expect(ran.returncode == 1 and "one frame too many" in ran.stdout, f"while the bench comes up: {ran.stdout}")
+    ran = run("hang")
+    t.expect(ran.returncode == 1, f"hang: status {ran.returncode}")
+    for word in ("does not come back from received", "taxels_misbehaving.so", "taxels", "come to rest"):
+        t.expect(word in ran.stderr, f"hang: no '{word}' in {ran.stderr}")
+    t.expect(json.loads(ran.stdout)["error"]["sentence"], "hang: no error object")
+    info = t.run("dataset", "info", "hang/campaign.sqlite", cwd=d)
+    t.expect(info.returncode == 0, f"what was recorded before the hang cannot be read: {info.stderr}")
+
+
+def main():
+    t = Checks(sys.argv[1])
+    root, builtin, test_plugins = (pathlib.Path(a).resolve() for a in sys.argv[2:5])
+    d = pathlib.Path(tempfile.mkdtemp())
+    try:
+        recipe(root, d)
+        same_data(t, d, root, builtin)
+        refusals(t, d, root, test_plugins)
+        places(t, d, root, test_plugins)
+        faults(t, d, root, test_plugins)
+    finally:
+        shutil.rmtree(d)
+    t.finish()
+
+
+if __name__ == "__main__":
+    main()
