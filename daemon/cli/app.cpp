@@ -9,6 +9,7 @@
 #include "daemon/cli/check_command.hpp"
 #include "daemon/cli/classify_command.hpp"
 #include "daemon/cli/dataset_command.hpp"
+#include "daemon/cli/doctor_command.hpp"
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/features_command.hpp"
 #include "daemon/cli/run_command.hpp"
@@ -23,6 +24,7 @@ namespace {
 struct Commands {
   RunArgs run;
   CheckArgs check;
+  DoctorArgs doctor;
   ImportArgs import;
   ExportArgs exported;
   InfoArgs info;
@@ -49,6 +51,8 @@ void add(CLI::App& parent, Commands& commands, const char* name, const char* tex
 void add_commands(CLI::App& root, Commands& all) {
   add(root, all, "run", "run a campaign, record, classify and report it", all.run, run_run);
   add(root, all, "check", "check a recipe against a rig, without moving", all.check, run_check);
+  add(root, all, "doctor", "look over a rig: devices, ports, machine; what to fix", all.doctor,
+      run_doctor);
   CLI::App* dataset = root.add_subcommand("dataset", "import, export and describe data sets");
   dataset->fallthrough()->require_subcommand(1);
   add(*dataset, all, "import", "other people's recordings into a data set", all.import, run_import);

@@ -69,3 +69,12 @@ add_test(NAME scenario_plugins
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/plugins.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
                  ${PROJECT_BINARY_DIR}/plugins ${CMAKE_CURRENT_BINARY_DIR}/plugins)
 set_tests_properties(scenario_plugins PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# A rig looked over: simulated, emulated, broken, without hardware. And the sample driver of docs/, built out of tree.
+add_test(NAME scenario_doctor
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/doctor.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_sample_driver
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/sample_driver.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
+                 ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
+set_tests_properties(scenario_doctor scenario_sample_driver
+                     PROPERTIES TIMEOUT 300 COST 100 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""`weft doctor` on a simulated rig, on healthy and on broken emulated rigs, and on a real rig file without hardware.
+
+    doctor.py WEFT WEFT_RIG SOURCE_ROOT
+"""
+import json
+import pathlib
+import shutil
+import sys
+import tempfile
+
+from cli_support import Checks
+from emulated_support import ServedRig, rig_file
+
+STAGES = ["stage.x", "stage.y", "stage.z", "stage.rx", "stage.ry"]
+
+
+def doctor(t, d, rig, status, *more):
+    ran = t.run("doctor", "--rig", rig, "--listen", 1, "--json", *more, cwd=d)
+    t.expect(ran.returncode == status, f"{rig}: status {ran.returncode}: {ran.stdout} {ran.stderr}")
+    return json.loads(ran.stdout)
+
+
+def of(report, name):
+    return next(device for device in report["devices"] if device["name"] == name)
+
+
+def problems(report, subject):
+    return " ".join(f"{f['what']} -> {f['hint']}" for f in report["findings"]
+                    if f["severity"] == "problem" and f["subject"] == subject)
+
+
+def healthy(t, report, bench, latency_s):
+    t.expect(report["bench"] == bench and report["problems"] == 0, f"{bench}: {report['findings']}")
+    for device in report["devices"]:
+        t.expect(device["answered"] and device["armed"] and not device["error"], f"{bench}: {device}")
+    for name in STAGES:
+        stage = of(report, name)
+        t.expect(stage["reported"]["serial"].isdigit() and "counts_per" in str(stage["scale"]), f"{stage}")
+        t.expect(0 < stage["latency_s"] <= latency_s, f"{bench}: {stage}")
+        t.expect(any("firmware" in key for key in stage["reported"]), f"firmware is told: {stage}")
+    for name, rate_hz in {"ft": 100, "taxels": 37}.items():
+        t.expect(abs(of(report, name)["rate_hz"] / rate_hz - 1) < 0.05, f"{bench} rate: {of(report, name)}")
+
+
+def change(d, path, name, edit):
+    rig = json.loads(pathlib.Path(path).read_text())
+    edit({device["name"]: device for device in rig["devices"]}, rig)
+    (d / name).write_text(json.dumps(rig))
+    return name
+
+
+def emulated(t, d, root, weft_rig):
+    path, rig = rig_file(root, d)
+    with ServedRig(weft_rig, path, rig) as served:
+        healthy(t, doctor(t, d, path, 0), "emulated", 0.1)
+        truth = served.order(order="truth")
+        plain = t.run("doctor", "--rig", path, "--listen", 0.5, cwd=d)
+        t.expect(plain.stdout.startswith("EMULATED bench") and "no problems" in plain.stdout, plain.stdout)
+        t.expect(served.order(order="truth") == truth, "nothing moves while the doctor looks")
+
+        def faults(devices, rig):
+            links = {name: device["link"] for name, device in devices.items()}
+            links["stage.x"]["path"] = str(d / "ports/nobody")           # nothing there
+            devices["stage.y"]["link"] = dict(links["taxels"])           # another kind of device, and twice one port
+            devices["stage.rx"]["config"]["stage"] = "LTS150"            # another model than the one that answers
+            devices["stage.rx"]["config"].update(travel_mm=[0, 10], max_speed_mm_s=4, acceleration_mm_s2=20)
+            for key in ("travel_deg", "max_speed_deg_s", "acceleration_deg_s2"):
+                devices["stage.rx"]["config"].pop(key)
+            links["stage.ry"]["path"] = str(d / "emulated.json")         # no port at all
+            links["ft"]["port"] += 1                                     # nobody at that address
+            rig["simulation"]["console"]["port"] = 1
+        report = doctor(t, d, change(d, path, "faults.json", faults), 1)
+        for subject, says in {"stage.x": ["no port", "ports/nobody"], "stage.ry": ["is no port", "/dev/ttyUSB0"],
+                              "ft": ["does not answer"], "weft-rig": ["Start it"],
+                              "taxels": ["has the port of stage.y"]}.items():
+            told = problems(report, subject)
+            t.expect(all(word in told for word in says), f"{subject}: no {says} in '{told}'")
+        t.expect(problems(report, "stage.y"), f"a stage behind a taxel array's port: {report['findings']}")
+        t.expect(problems(report, "stage.rx"), f"another model: {report['findings']}")
+        t.expect(of(report, "stage.z")["armed"] and not problems(report, "stage.z"),
+                 f"what is well is told so, whatever the others: {of(report, 'stage.z')}")
+
+
+def main():
+    weft, weft_rig, root = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
+    t = Checks(weft)
+    d = pathlib.Path(tempfile.mkdtemp())
+    try:
+        healthy(t, doctor(t, d, root / "sim/rigs/bench17.json", 0), "simulated", 0.01)
+        text = t.run("doctor", "--rig", root / "sim/rigs/bench17.json", cwd=d).stdout
+        t.expect(text.startswith("SIMULATED bench bench17"), text)
+        emulated(t, d, root, weft_rig)
+
+        def real(_, rig):
+            rig["bench"] = "real"
+            rig.pop("simulation")
+            for i, device in enumerate(rig["devices"]):
+                if device["link"]["kind"] == "serial":
+                    device["link"]["path"] = f"/dev/ttyUSB{90 + i}"
+                else:
+                    device["link"] = {"kind": "tcp", "host": "127.0.0.1", "port": 1}
+        report = doctor(t, d, change(d, root / "sim/rigs/emulated17.json", "real.json", real), 1)
+        for i, device in enumerate(report["devices"]):
+            told = problems(report, device["name"])
+            t.expect(f"ttyUSB{90 + i}" in told or "127.0.0.1" in told, f"{device['name']}: {told}")
+        t.expect("no such folder" not in str(report), "a folder that is there")
+        missing = doctor(t, d, root / "sim/rigs/bench17.json", 1, "--out", "nowhere")
+        t.expect("is not there" in problems(missing, "disk"), f"disk: {missing['findings']}")
+        t.refuses("doctor", "--rig", "nowhere.json", cwd=d, says=["cannot read"])
+    finally:
+        shutil.rmtree(d)
+    t.finish()
+
+
+if __name__ == "__main__":
+    main()
