@@ -30,13 +30,16 @@ recipes::Joints Snapshot::joints() const {
 }
 
 Result<std::unique_ptr<Bench>> Bench::create(const RigFile& rig, Loop& loop,
-                                             const LinkFactory& links) {
+                                             const LinkFactory& links, const LinkFactory& pages) {
   std::unique_ptr<Bench> bench(new Bench(loop));
   for (const DeviceEntry& entry : rig.devices) {
     Result<std::unique_ptr<Link>> link = links(entry);
     if (!link) return pass(link.error(), entry.name);
+    Result<std::unique_ptr<Link>> http = std::unique_ptr<Link>{};
+    if (entry.http && pages) http = pages(entry);
+    if (!http) return pass(http.error(), entry.name + ": /http");
     Result<std::unique_ptr<Device>> device =
-        Device::create(entry, loop, std::move(*link), rig.drivers);
+        Device::create(entry, loop, std::move(*link), rig.drivers, std::move(*http));
     if (!device) return pass(device.error());
     bench->devices_.push_back(std::move(*device));
     bench->connect(*bench->devices_.back());

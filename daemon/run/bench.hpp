@@ -29,9 +29,11 @@ struct Snapshot {
 /// Owns the devices; keeps the newest readings. Thread-bound to its loop.
 class Bench {
  public:
-  /// Makes every device of the rig file. Errors carry the device's name.
+  /// Makes every device of the rig file; `pages` opens the HTTP ports of those that have one.
+  /// Errors carry the device's name.
   static Result<std::unique_ptr<Bench>> create(const RigFile& rig, Loop& loop,
-                                               const LinkFactory& links);
+                                               const LinkFactory& links,
+                                               const LinkFactory& pages = {});
   ~Bench();
 
   /// Opens and arms every device, then homes the stages, z first (up, away from the cloth).

@@ -40,9 +40,10 @@ class PortSession final : public BenchSession {
       return fail(Errc::unsupported, "a real bench needs somebody who mounts the fabrics", "bench");
     }
     session->person_ = request.person;
-    auto bench = Bench::create(request.rig, session->loop_, [&](const DeviceEntry& entry) {
-      return open_link(session->loop_, entry.link);
-    });
+    auto bench = Bench::create(
+        request.rig, session->loop_,
+        [&](const DeviceEntry& entry) { return open_link(session->loop_, entry.link); },
+        [&](const DeviceEntry& entry) { return open_link(session->loop_, *entry.http); });
     if (!bench) return pass(bench.error());
     session->bench_ = std::move(*bench);
     return std::unique_ptr<BenchSession>(std::move(session));

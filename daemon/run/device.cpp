@@ -3,18 +3,21 @@
 namespace weft::daemon {
 
 Device::Device(DeviceEntry entry, Loop& loop, std::unique_ptr<Link> link,
-               std::shared_ptr<DriverCatalog> drivers)
+               std::shared_ptr<DriverCatalog> drivers, std::unique_ptr<Link> http)
     : entry_(std::move(entry)),
       loop_(&loop),
       link_(std::move(link)),
+      http_(std::move(http)),
       drivers_(std::move(drivers)) {}
 
 Device::~Device() = default;
 
 Result<std::unique_ptr<Device>> Device::create(const DeviceEntry& entry, Loop& loop,
                                                std::unique_ptr<Link> link,
-                                               std::shared_ptr<DriverCatalog> drivers) {
-  std::unique_ptr<Device> device(new Device(entry, loop, std::move(link), std::move(drivers)));
+                                               std::shared_ptr<DriverCatalog> drivers,
+                                               std::unique_ptr<Link> http) {
+  std::unique_ptr<Device> device(
+      new Device(entry, loop, std::move(link), std::move(drivers), std::move(http)));
   Result<std::unique_ptr<Driver>> driver =
       device->drivers_->create(entry.driver, entry.name, entry.config_json, *device);
   if (!driver) return pass(driver.error(), entry.name);

@@ -21,7 +21,8 @@ class Device final : public DriverHost {
   /// device's name in front.
   static Result<std::unique_ptr<Device>> create(const DeviceEntry& entry, Loop& loop,
                                                 std::unique_ptr<Link> link,
-                                                std::shared_ptr<DriverCatalog> drivers);
+                                                std::shared_ptr<DriverCatalog> drivers,
+                                                std::unique_ptr<Link> http = nullptr);
   ~Device() override;
 
   Driver& driver() { return *driver_; }
@@ -37,6 +38,7 @@ class Device final : public DriverHost {
 
   Loop& loop() override { return *loop_; }
   Link& link() override { return *link_; }
+  Link* http() override { return http_.get(); }
   void publish(const Sample& sample) override;
   void identified(const DeviceIdentity& identity) override { identity_ = identity; }
   void state_changed(DriverState) override {}
@@ -45,11 +47,12 @@ class Device final : public DriverHost {
 
  private:
   Device(DeviceEntry entry, Loop& loop, std::unique_ptr<Link> link,
-         std::shared_ptr<DriverCatalog> drivers);
+         std::shared_ptr<DriverCatalog> drivers, std::unique_ptr<Link> http);
 
   DeviceEntry entry_;
   Loop* loop_;
   std::unique_ptr<Link> link_;
+  std::unique_ptr<Link> http_;
   std::shared_ptr<DriverCatalog> drivers_;
   SampleSink sink_;
   LogSink log_;

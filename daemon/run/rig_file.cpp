@@ -19,7 +19,8 @@ constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wren
 // sim::Rig look into their own sections, drivers into `config`.
 const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits",     "probe",
                                          "plate", "control", "fabrics", "simulation", "plugins"};
-const std::vector<std::string> device_keys{"name", "role", "driver", "config", "link", "emulator"};
+const std::vector<std::string> device_keys{"name", "role", "driver", "config",
+                                           "link", "also", "http",   "emulator"};
 
 Status only_known_keys(const json& object, const std::vector<std::string>& known,
                        const std::string& where) {
@@ -38,6 +39,22 @@ Result<std::string> text_member(const json& object, const char* key, const std::
     return fail(Errc::invalid_argument, "missing or not a string", where + "/" + key, "a string",
                 found == object.end() ? "nothing" : std::string(found->type_name()));
   return found->get<std::string>();
+}
+
+Status read_more_links(const json& object, const std::string& where, DeviceEntry& device) {
+  const json also = object.value("also", json::array());
+  if (!also.is_array())
+    return fail(Errc::invalid_argument, "not a list", where + "/also", "links", also.type_name());
+  for (std::size_t i = 0; i < also.size(); ++i) {
+    const auto link = parse_link(also[i].dump(), where + "/also/" + std::to_string(i));
+    if (!link) return pass(link.error());
+    device.also.push_back(*link);
+  }
+  if (!object.contains("http")) return {};
+  const auto http = parse_link(object["http"].dump(), where + "/http");
+  if (!http) return pass(http.error());
+  device.http = *http;
+  return {};
 }
 
 Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
@@ -59,6 +76,7 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
       parse_link(object.value("link", json::object()).dump(), where + "/link");
   if (!link) return pass(link.error());
   device.link = std::move(*link);
+  if (Status more = read_more_links(object, where, device); !more) return pass(more.error());
   return device;
 }
 
@@ -70,17 +88,37 @@ Result<BenchMode> bench_mode(const std::string& word) {
               word);
 }
 
+bool is_memory(const LinkSettings& link) {
+  return std::holds_alternative<MemoryPort>(link);
+}
+
+// Pages are asked for over TCP, wherever that is a port.
+bool page_suits(const DeviceEntry& device, bool in_memory) {
+  if (!device.http) return true;
+  return in_memory ? is_memory(*device.http) : std::holds_alternative<TcpPort>(*device.http);
+}
+
 // A simulated bench has no ports, and the others nothing but ports.
-Status links_suit(const RigFile& rig) {
-  const bool in_memory = rig.mode == BenchMode::simulated;
-  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
-    const bool memory = std::holds_alternative<MemoryPort>(rig.devices[i].link);
-    if (memory == in_memory) continue;
-    return fail(Errc::invalid_argument, "the link does not suit the bench",
-                "/devices/" + std::to_string(i) + "/link",
+Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& where) {
+  const bool in_memory = mode == BenchMode::simulated;
+  if (is_memory(device.link) != in_memory)
+    return fail(Errc::invalid_argument, "the link does not suit the bench", where + "/link",
                 in_memory ? "memory on a simulated bench" : "serial, tcp or udp on a real port",
-                memory ? "memory" : "a port", "See sim/rigs/README.md");
-  }
+                in_memory ? "a port" : "memory", "See sim/rigs/README.md");
+  if (!page_suits(device, in_memory))
+    return fail(Errc::invalid_argument, "the link does not suit the bench", where + "/http",
+                in_memory ? "memory on a simulated bench" : "tcp on a real port");
+  if (device.also.empty()) return {};
+  if (mode != BenchMode::emulated || std::any_of(device.also.begin(), device.also.end(), is_memory))
+    return fail(Errc::invalid_argument, "only weft-rig serves a device at more places than one",
+                where + "/also", "ports of an emulated bench");
+  return {};
+}
+
+Status links_suit(const RigFile& rig) {
+  for (std::size_t i = 0; i < rig.devices.size(); ++i)
+    if (Status s = link_suits(rig.devices[i], rig.mode, "/devices/" + std::to_string(i)); !s)
+      return s;
   return {};
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,8 @@ struct DeviceEntry {
   std::string driver;       ///< name of a driver plugin
   std::string config_json;  ///< handed to the driver as it stands
   LinkSettings link;
+  std::vector<LinkSettings> also;    ///< emulated: weft-rig serves the same device there too
+  std::optional<LinkSettings> http;  ///< the page of the device's settings, where it has one
 };
 
 /// What stands behind the links, and whose time passes.

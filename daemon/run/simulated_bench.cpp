@@ -26,7 +26,14 @@ Result<std::unique_ptr<SimulatedBench>> SimulatedBench::create(const RigFile& ri
     made->far_ends.push_back(std::move(device));
     return std::unique_ptr<Link>(std::move(host));
   };
-  Result<std::unique_ptr<Bench>> bench = Bench::create(rig_file, made->host_time, links);
+  const LinkFactory pages = [&made](const DeviceEntry& entry) -> Result<std::unique_ptr<Link>> {
+    auto [host, device] = MemoryLink::make_pair(made->host_time, made->rig_time, link_latency);
+    if (Status ok = made->rig->attach_page(entry.name, *device, made->rig_time); !ok)
+      return pass(ok.error());
+    made->far_ends.push_back(std::move(device));
+    return std::unique_ptr<Link>(std::move(host));
+  };
+  Result<std::unique_ptr<Bench>> bench = Bench::create(rig_file, made->host_time, links, pages);
   if (!bench) return pass(bench.error());
   made->bench = std::move(*bench);
   return made;

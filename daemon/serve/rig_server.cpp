@@ -36,6 +36,11 @@ json truth_json(const sim::Truth& truth) {
           {"friction_n", truth.friction_n}};
 }
 
+json without_order(json order) {
+  order.erase("order");
+  return order;
+}
+
 json carry_out(const json& order, sim::Rig& rig, TimePoint now) {
   const std::string what = order.value("order", "");
   if (what == "mount")
@@ -43,8 +48,15 @@ json carry_out(const json& order, sim::Rig& rig, TimePoint now) {
         rig.mount(order.value("fabric", ""), order.value("patch_seed", std::uint64_t{0}), now));
   if (what == "unmount") return outcome(rig.unmount(now));
   if (what == "truth") return truth_json(rig.truth(now));
-  return refused(
-      {Errc::invalid_argument, "no such order", "/order", "mount, unmount or truth", what, {}});
+  if (what == "fault") return outcome(rig.inject(without_order(order).dump(), now));
+  if (what == "clear")
+    return outcome(rig.clear_faults(order.value("device", ""), order.value("fault", "")));
+  return refused({Errc::invalid_argument,
+                  "no such order",
+                  "/order",
+                  "mount, unmount, truth, fault or clear",
+                  what,
+                  {}});
 }
 
 }  // namespace
@@ -65,18 +77,44 @@ Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFi
 RigServer::~RigServer() = default;
 
 Status RigServer::serve(const RigFile& file) {
-  for (const DeviceEntry& device : file.devices) {
-    auto end = serve_link(*loop_, device.link);
-    if (!end) return pass(end.error(), device.name);
-    if (Status s = rig_->attach(device.name, **end, *loop_); !s) return pass(s.error());
-    ends_.push_back(std::move(*end));
-    lines_.push_back(device.name + " on " + std::visit(Words{}, device.link));
-  }
+  for (const DeviceEntry& device : file.devices)
+    if (Status s = serve(device); !s) return pass(s.error(), device.name);
   auto door = TcpDoor::open(*loop_, file.console,
                             [this](std::unique_ptr<Link> host) { welcome(std::move(host)); });
   if (!door) return pass(door.error(), "/simulation/console");
   door_ = std::move(*door);
   lines_.push_back("orders on tcp " + Words::end(file.console));
+  return {};
+}
+
+Status RigServer::serve(const DeviceEntry& device) {
+  std::vector<LinkSettings> places{device.link};
+  places.insert(places.end(), device.also.begin(), device.also.end());
+  std::vector<std::unique_ptr<Link>> ends;
+  std::string where;
+  for (const LinkSettings& place : places) {
+    auto end = serve_link(*loop_, place, [rig = rig_.get(), name = device.name](ByteView datagram) {
+      return rig->redirects(name, datagram);
+    });
+    if (!end) return pass(end.error());
+    ends.push_back(std::move(*end));
+    where += (where.empty() ? " on " : " and ") + std::visit(Words{}, place);
+  }
+  ends_.push_back(join_links(std::move(ends)));
+  lines_.push_back(device.name + where);
+  if (Status s = rig_->attach(device.name, *ends_.back(), *loop_); !s) return s;
+  return device.http ? serve_pages(device) : Status{};
+}
+
+Status RigServer::serve_pages(const DeviceEntry& device) {
+  if (rig_->page(device.name) == nullptr)
+    return fail(Errc::unsupported, "this device has no settings page", "/http");
+  const Endpoint& at = std::get<TcpPort>(*device.http).end;
+  auto pages = ServedPages::open(
+      *loop_, at, [rig = rig_.get(), name = device.name] { return rig->page(name); });
+  if (!pages) return pass(pages.error(), "/http");
+  pages_.push_back(std::move(*pages));
+  lines_.push_back(device.name + "'s pages on http " + Words::end(at));
   return {};
 }
 

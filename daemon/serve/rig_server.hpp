@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/run/rig_file.hpp"
-#include "daemon/serve/served_socket.hpp"
+#include "daemon/serve/served_pages.hpp"
 #include "sim/rig/rig.hpp"
 
 namespace weft::daemon {
@@ -32,6 +32,8 @@ class RigServer {
  private:
   RigServer(RealLoop& loop, std::unique_ptr<sim::Rig> rig) : loop_(&loop), rig_(std::move(rig)) {}
   Status serve(const RigFile& rig);
+  Status serve(const DeviceEntry& device);
+  Status serve_pages(const DeviceEntry& device);
   void welcome(std::unique_ptr<Link> host);
   void take(std::size_t console, ByteView bytes);
 
@@ -39,6 +41,7 @@ class RigServer {
   std::vector<std::string> lines_;
   std::vector<std::unique_ptr<Link>> ends_;
   std::unique_ptr<sim::Rig> rig_;  ///< after the ends: gone before them
+  std::vector<std::unique_ptr<ServedPages>> pages_;
 
   struct Console {
     std::unique_ptr<Link> link;

@@ -1,6 +1,5 @@
 #include "daemon/serve/served_link.hpp"
 
-#include "daemon/serve/served_socket.hpp"
 #include "daemon/serve/served_terminal.hpp"
 
 namespace weft::daemon {
@@ -8,6 +7,7 @@ namespace {
 
 struct Server {
   RealLoop* loop;
+  Redirects redirects;
   Result<std::unique_ptr<Link>> operator()(const MemoryPort&) const {
     return fail(Errc::wrong_state, "a memory link cannot be served", {}, "serial, tcp or udp",
                 "memory", "weft-rig is for rig files whose bench is \"emulated\"");
@@ -21,14 +21,47 @@ struct Server {
     return serve_tcp(*loop, p.end);
   }
   Result<std::unique_ptr<Link>> operator()(const UdpPort& p) const {
-    return serve_udp(*loop, p.end);
+    return serve_udp(*loop, p.end, redirects);
   }
+};
+
+class JoinedLinks final : public Link {
+ public:
+  explicit JoinedLinks(std::vector<std::unique_ptr<Link>> places) : places_(std::move(places)) {}
+
+  Status write(ByteView bytes) override {
+    if (asking_ != nullptr) return asking_->write(bytes);
+    for (const auto& place : places_) static_cast<void>(place->write(bytes));
+    return {};
+  }
+  void on_receive(Receiver receiver) override {
+    receiver_ = std::move(receiver);
+    for (const auto& place : places_)
+      place->on_receive([this, from = place.get()](ByteView bytes, TimePoint at) {
+        asking_ = from;
+        if (receiver_) receiver_(bytes, at);
+        asking_ = nullptr;
+      });
+  }
+  void on_closed(Closed) override {}  // a device outlives its hosts
+
+ private:
+  std::vector<std::unique_ptr<Link>> places_;
+  Link* asking_ = nullptr;
+  Receiver receiver_;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<Link>> serve_link(RealLoop& loop, const LinkSettings& settings) {
-  return std::visit(Server{&loop}, settings);
+std::unique_ptr<Link> join_links(std::vector<std::unique_ptr<Link>> places) {
+  WEFT_ASSERT(!places.empty());
+  if (places.size() == 1) return std::move(places.front());
+  return std::make_unique<JoinedLinks>(std::move(places));
+}
+
+Result<std::unique_ptr<Link>> serve_link(RealLoop& loop, const LinkSettings& settings,
+                                         Redirects redirects) {
+  return std::visit(Server{&loop, std::move(redirects)}, settings);
 }
 
 }  // namespace weft::daemon

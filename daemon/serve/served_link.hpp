@@ -2,8 +2,10 @@
 // The device's end of a link: it waits for a host at the place that the rig file names.
 
 #include <memory>
+#include <vector>
 
 #include "daemon/run/link_settings.hpp"
+#include "daemon/serve/served_socket.hpp"
 
 namespace weft::daemon {
 
@@ -11,8 +13,13 @@ namespace weft::daemon {
 /// and come again.
 ///   serial  a pseudo-terminal; `path` becomes a symbolic link to it, removed with the link
 ///   tcp     listens at host:port; one host at a time, the newest wins
-///   udp     bound to host:port; answers go to whoever sent last
+///   udp     bound to host:port; answers go to whoever sent the last datagram that redirects them
 /// Errors: io, when the place is taken or cannot be made; wrong_state for a link in memory.
-Result<std::unique_ptr<Link>> serve_link(RealLoop& loop, const LinkSettings& settings);
+Result<std::unique_ptr<Link>> serve_link(RealLoop& loop, const LinkSettings& settings,
+                                         Redirects redirects);
+
+/// One device at several places. What it answers goes to whom it answers, what it says unasked to
+/// all. There must be at least one.
+std::unique_ptr<Link> join_links(std::vector<std::unique_ptr<Link>> places);
 
 }  // namespace weft::daemon

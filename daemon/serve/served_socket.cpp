@@ -64,8 +64,8 @@ class NewestHost final : public Link {
 
 class UdpPlace final : public Link {
  public:
-  UdpPlace(RealLoop& loop, udp::socket socket)
-      : parts_(std::make_shared<Parts>(loop, std::move(socket))) {
+  UdpPlace(RealLoop& loop, udp::socket socket, Redirects redirects)
+      : parts_(std::make_shared<Parts>(loop, std::move(socket), std::move(redirects))) {
     parts_->listen();
   }
   ~UdpPlace() override {
@@ -85,7 +85,8 @@ class UdpPlace final : public Link {
 
  private:
   struct Parts : std::enable_shared_from_this<Parts> {
-    Parts(RealLoop& on, udp::socket s) : loop(&on), socket(std::move(s)) {}
+    Parts(RealLoop& on, udp::socket s, Redirects which)
+        : loop(&on), socket(std::move(s)), redirects(std::move(which)) {}
     void listen() {
       socket.async_receive_from(
           asio::buffer(incoming), sender,
@@ -96,13 +97,15 @@ class UdpPlace final : public Link {
     }
     void have(const asio::error_code& error, std::size_t count) {
       if (!error) {
-        last = sender;
-        if (receiver) receiver(ByteView(incoming.data(), count), loop->now());
+        const ByteView datagram(incoming.data(), count);
+        if (redirects(datagram)) last = sender;
+        if (receiver) receiver(datagram, loop->now());
       }
       if (socket.is_open()) listen();
     }
     RealLoop* loop;
     udp::socket socket;
+    Redirects redirects;
     udp::endpoint sender, last;
     std::array<std::uint8_t, 65536> incoming{};
     Receiver receiver;
@@ -171,7 +174,7 @@ Result<std::unique_ptr<Link>> serve_tcp(RealLoop& loop, const Endpoint& at) {
   return NewestHost::open(loop, at);
 }
 
-Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at) {
+Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at, Redirects redirects) {
   const auto address = address_of(at);
   if (!address) return pass(address.error());
   udp::socket socket(loop.ports());
@@ -180,7 +183,8 @@ Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at) {
   socket.open(place.protocol(), error);
   if (!error) socket.bind(place, error);
   if (error) return cannot_serve(at, error);
-  return std::unique_ptr<Link>(std::make_unique<UdpPlace>(loop, std::move(socket)));
+  return std::unique_ptr<Link>(
+      std::make_unique<UdpPlace>(loop, std::move(socket), std::move(redirects)));
 }
 
 }  // namespace weft::daemon

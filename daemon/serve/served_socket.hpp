@@ -26,7 +26,9 @@ class TcpDoor {
 
 /// One host at a time, the newest wins.
 Result<std::unique_ptr<Link>> serve_tcp(RealLoop& loop, const Endpoint& at);
-/// Answers go to whoever sent last.
-Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at);
+/// Whether a datagram makes its sender the one who is answered.
+using Redirects = std::function<bool(ByteView datagram)>;
+/// Answers go to whoever sent the last datagram that redirects them.
+Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at, Redirects redirects);
 
 }  // namespace weft::daemon

@@ -60,6 +60,8 @@ class DriverHost {
   virtual ~DriverHost() = default;
   virtual Loop& loop() = 0;
   virtual Link& link() = 0;
+  /// The device's HTTP port, where the rig file gives one (`http`); nullptr otherwise.
+  virtual Link* http() { return nullptr; }
   virtual void publish(const Sample& sample) = 0;
   /// Once per conversation, before `open` is told.
   virtual void identified(const DeviceIdentity& identity) = 0;

@@ -86,6 +86,15 @@ enum class MessageId : std::uint16_t {
   set_trigger = 0x0500,
   req_trigger = 0x0501,
   get_trigger = 0x0502,
+  set_kcubetrigconfig = 0x0523,
+  req_kcubetrigconfig = 0x0524,
+  get_kcubetrigconfig = 0x0525,
+  set_kcubepostrig = 0x0526,
+  req_kcubepostrig = 0x0527,
+  get_kcubepostrig = 0x0528,
+  set_loopparams = 0x0529,
+  req_loopparams = 0x052A,
+  get_loopparams = 0x052B,
 };
 
 /// One byte each. The unit's address has bit 7 clear; on the wire bit 7 of the destination says

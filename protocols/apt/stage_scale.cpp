@@ -22,6 +22,7 @@ constexpr StageModel lts150{.name = "LTS150",
                             .default_acceleration = 20,
                             .home_speed = 2,
                             .home_offset = 0.5,
+                            .backlash = 0.05,
                             .home_direction = 2,
                             .home_limit_switch = 1,
                             .forward_limit = 2,
@@ -42,6 +43,7 @@ constexpr StageModel prm1_z8{.name = "PRM1-Z8",
                              .default_acceleration = 10,
                              .home_speed = 10,
                              .home_offset = 4,
+                             .backlash = 1,
                              .home_direction = 2,
                              .home_limit_switch = 1,
                              .forward_limit = 4,
@@ -53,7 +55,7 @@ constexpr std::array models = [] {
   nrt150.name = "NRT150";
   nrt150.default_speed = nrt150.default_acceleration = 30;
   nrt150.home_speed = 1;
-  nrt150.home_offset = 0.1;
+  nrt150.home_offset = nrt150.backlash = 0.1;
 
   StageModel cr1_z7 = prm1_z8;  // 48 counts x gear 256 / 7.5 degrees of pitch
   cr1_z7.name = "CR1-Z7";

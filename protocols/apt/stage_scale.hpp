@@ -35,6 +35,7 @@ struct StageModel {
   double default_acceleration;
   double home_speed;
   double home_offset;
+  double backlash;                  ///< the database's backlash correction
   std::uint16_t home_direction;     ///< as HomeParams::direction
   std::uint16_t home_limit_switch;  ///< as HomeParams::limit_switch
   std::uint16_t forward_limit;      ///< as LimitSwitchParams::forward_hardware

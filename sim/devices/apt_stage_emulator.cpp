@@ -1,10 +1,9 @@
-// Conversation, status and parameters. Motion is in apt_stage_motion.cpp.
+// Conversation: who is addressed, what is answered. Motion is in apt_stage_motion.cpp, what the
+// counters and the status word say in apt_stage_status.cpp.
 
 #include "sim/devices/apt_stage_emulator.hpp"
 
 #include <algorithm>
-
-#include "sim/devices/apt_units.hpp"
 
 namespace weft::sim {
 
@@ -14,39 +13,26 @@ using namespace protocols::apt;
 
 constexpr Duration update_period = std::chrono::milliseconds(100);  // APT16: 10 Hz
 constexpr std::uint16_t kcube_hardware_type = 16;                   // seen for K-cubes (A.5, M)
-
-/// SET messages whose bodies are kept as they came and given back on request. The REQ id is one
-/// above the SET id, the GET id two.
-constexpr std::array kept_parameters{
-    MessageId::set_velparams,     MessageId::set_jogparams,     MessageId::set_limswitchparams,
-    MessageId::set_powerparams,   MessageId::set_genmoveparams, MessageId::set_homeparams,
-    MessageId::set_moverelparams, MessageId::set_moveabsparams, MessageId::set_dcpidparams,
-    MessageId::set_avmodes,       MessageId::set_bowindex,
-};
+constexpr std::uint16_t card_hardware_type = 44;
+constexpr std::uint16_t rack_hardware_type = 45;
+constexpr std::uint8_t occupied = 1, vacant = 2;
 
 constexpr MessageId plus(MessageId id, int n) {
   return static_cast<MessageId>(static_cast<int>(id) + n);
 }
 
-template <class Body>
-Bytes body_bytes(const Body& body) {
-  Bytes bytes;
-  append_body(bytes, body);
-  return bytes;
-}
-
-std::int32_t or_zero(const Result<std::int32_t>& counts) {
-  return counts ? *counts : 0;
+const StageModel& model_of(const AptStageParams& params) {
+  WEFT_ASSERT(params.stage != nullptr);
+  return *params.stage;
 }
 
 }  // namespace
 
 AptStageEmulator::AptStageEmulator(const AptStageParams& params, BenchWorld& world, TimePoint now)
-    : params_(params), world_(&world) {
-  WEFT_ASSERT(params_.stage != nullptr);
+    : params_(params), world_(&world), parameters_(model_of(params)), enabled_(params.enabled) {
+  if (params_.bay) unit_ = static_cast<std::uint8_t>(address::bay_first + *params_.bay);
   world_->stage(params_.axis, now).stop(0, now);
-  zero_ = stage().position(now);
-  set_default_parameters();
+  zero_ = lossy_from_ = stage().position(now);
 }
 
 bool AptStageEmulator::servo() const {
@@ -57,51 +43,32 @@ const Stage& AptStageEmulator::stage() const {
   return static_cast<const BenchWorld*>(world_)->stage(params_.axis);
 }
 
-void AptStageEmulator::set_default_parameters() {
-  const StageModel& model = *params_.stage;
-  VelocityParams velocity;
-  velocity.acceleration_counts =
-      or_zero(acceleration_to_counts(model.scale, model.default_acceleration));
-  velocity.maximum_velocity_counts = or_zero(velocity_to_counts(model.scale, model.default_speed));
-  parameters_[MessageId::set_velparams] = body_bytes(velocity);
-  JogParams jog;
-  jog.step_counts = or_zero(position_to_counts(model.scale, 5));  // 5 mm or 5 degrees (A.7)
-  jog.acceleration_counts = velocity.acceleration_counts;
-  jog.maximum_velocity_counts = velocity.maximum_velocity_counts;
-  parameters_[MessageId::set_jogparams] = body_bytes(jog);
-  LimitSwitchParams limits;
-  limits.forward_hardware = model.forward_limit;
-  limits.reverse_hardware = model.reverse_limit;
-  parameters_[MessageId::set_limswitchparams] = body_bytes(limits);
-  HomeParams homing;
-  homing.direction = model.home_direction;
-  homing.limit_switch = model.home_limit_switch;
-  homing.velocity_counts = or_zero(velocity_to_counts(model.scale, model.home_speed));
-  homing.offset_counts = or_zero(position_to_counts(model.scale, model.home_offset));
-  parameters_[MessageId::set_homeparams] = body_bytes(homing);
-  for (const MessageId id :
-       {MessageId::set_genmoveparams, MessageId::set_moverelparams, MessageId::set_moveabsparams})
-    parameters_[id] = body_bytes(ChannelCounts{});
-  parameters_[MessageId::set_powerparams] = body_bytes(PowerParams{});
-  parameters_[MessageId::set_bowindex] = body_bytes(BowIndex{});
-}
-
 void AptStageEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
   splitter_.push(bytes);
   while (splitter_.next(message_)) handle(message_, now, out);
+  suffer_motion(now, out);
 }
 
 std::optional<TimePoint> AptStageEmulator::next_wakeup() const {
-  if (motion_ == Motion::none) return next_update_;
-  const TimePoint end = stage().end();
-  return next_update_ ? std::min(*next_update_, end) : end;
+  std::optional<TimePoint> next = next_update_;
+  const auto sooner = [&](TimePoint at) {
+    if (!next || at < *next) next = at;
+  };
+  if (end_awaited()) sooner(stage().end());
+  if (late_end_) sooner(late_end_->due);
+  return next;
 }
 
 void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
+  self_ = unit_;
+  suffer_motion(now, out);
   for (auto at = next_wakeup(); at && *at <= now; at = next_wakeup()) {
-    if (motion_ != Motion::none && stage().end() <= *at) {
+    if (end_awaited() && stage().end() <= *at) {
       finish_motion(*at, out);
+    } else if (late_end_ && late_end_->due <= *at) {
+      send_end(late_end_->id, *at, out);
+      late_end_.reset();
     } else {
       send_update(*at, out);
       next_update_ = *at + update_period;
@@ -109,30 +76,54 @@ void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
   }
 }
 
-void AptStageEmulator::send_update(TimePoint now, ByteSink& out) {
-  if (servo() && params_.silent_after != 0 && unacknowledged_ >= params_.silent_after) return;
+/// Counts a message that nobody asked for. An LTS lists no acknowledgement and never falls silent.
+bool AptStageEmulator::may_speak_unasked() {
+  if (!lists_end_message_switch() || params_.silent_after == 0) return true;
+  if (unacknowledged_ >= params_.silent_after) return false;
   ++unacknowledged_;
+  return true;
+}
+
+void AptStageEmulator::send_update(TimePoint now, ByteSink& out) {
+  if (suffers(FaultKind::silent_status, now) != nullptr || !may_speak_unasked()) return;
   reply_status(servo() ? MessageId::get_dcstatusupdate : MessageId::get_statusupdate, now, out);
 }
 
+/// Ends of moves are status messages too: a servo that is not acknowledged keeps them to itself.
+void AptStageEmulator::send_end(MessageId id, TimePoint now, ByteSink& out) {
+  if (servo() && !may_speak_unasked()) return;
+  reply_status(id, now, out);
+}
+
+/// A unit with one channel answers to each of the addresses that hosts use for it: clients
+/// disagree.
+bool AptStageEmulator::is_for_us(std::uint8_t destination) const {
+  if (destination == address::rack || destination == unit_) return true;
+  return !params_.bay && (destination == address::usb_unit || destination == address::bay_first);
+}
+
 void AptStageEmulator::handle(const Message& message, TimePoint now, ByteSink& out) {
-  if (message.dest != params_.address) {
+  if (!is_for_us(message.dest)) {
     ++ignored_;
     return;
   }
-  host_ = message.source;
-  const bool known = handle_system(message, now, out) || handle_motion(message, now, out) ||
-                     handle_status(message, now, out) || handle_parameters(message, now, out);
+  host_ = message.source == 0 ? address::host : message.source;
+  self_ = message.dest;
+  if (message.dest != address::rack) unit_ = message.dest;
+  const bool known = handle_system(message, now, out) || handle_rack(message, out) ||
+                     handle_motion(message, now, out) || handle_status(message, now, out) ||
+                     handle_counters(message, now, out) || handle_parameters(message, out);
   if (!known) ++ignored_;
+  self_ = unit_;
 }
 
 bool AptStageEmulator::handle_system(const Message& message, TimePoint now, ByteSink& out) {
   switch (message.id) {
     case MessageId::hw_req_info:
-      reply_info(out);
+      reply_info(now, out);
       return true;
     case MessageId::hw_start_updatemsgs:
-      next_update_ = now + update_period;
+      if (!next_update_) next_update_ = now + update_period;
       unacknowledged_ = 0;
       return true;
     case MessageId::hw_stop_updatemsgs:
@@ -145,93 +136,95 @@ bool AptStageEmulator::handle_system(const Message& message, TimePoint now, Byte
     case MessageId::mod_req_chanenablestate:
       reply_short(MessageId::mod_get_chanenablestate, 1, enabled_ ? 1 : 2, out);
       return true;
-    case MessageId::hw_no_flash_programming:
     case MessageId::mod_identify:
+      ++identified_;
+      return true;
+    case MessageId::hw_no_flash_programming:
     case MessageId::set_eepromparams:
+    case MessageId::set_trigger:
+      return true;
+    case MessageId::req_trigger:
+      reply_short(MessageId::get_trigger, 1, 0, out);
       return true;
     default:
       return false;
   }
+}
+
+bool AptStageEmulator::handle_rack(const Message& message, ByteSink& out) {
+  if (message.id != MessageId::rack_req_bayused) return false;
+  const bool ours = message.param1 == params_.bay.value_or(0);
+  reply_short(MessageId::rack_get_bayused, message.param1, ours ? occupied : vacant, out);
+  return true;
 }
 
 bool AptStageEmulator::handle_status(const Message& message, TimePoint now, ByteSink& out) {
+  const bool asks =
+      message.id == MessageId::req_statusbits ||
+      message.id == (servo() ? MessageId::req_dcstatusupdate : MessageId::req_statusupdate);
+  if (asks && suffers(FaultKind::silent_status, now) != nullptr) return true;
+  if (asks && suffers(FaultKind::wrong_reply, now) != nullptr) {
+    reply(MessageId::get_poscounter, ChannelCounts{1, counter(now)}, out);
+    return true;
+  }
+  if (message.id == MessageId::ack_dcstatusupdate) unacknowledged_ = 0;
+  if (message.id == MessageId::ack_dcstatusupdate) return lists_end_message_switch();
+  if (!asks) return false;
+  if (message.id == MessageId::req_statusbits)
+    reply(MessageId::get_statusbits, StatusBits{1, status_bits(now)}, out);
+  else
+    reply_status(plus(message.id, 1), now, out);
+  return true;
+}
+
+bool AptStageEmulator::handle_counters(const Message& message, TimePoint now, ByteSink& out) {
+  const bool whole = servo() || !params_.encoder;  // position and encoder are one count
+  const auto body = decode_body<ChannelCounts>(message.data);
   switch (message.id) {
-    case MessageId::req_statusbits:
-      reply(MessageId::get_statusbits, StatusBits{1, status_bits(now)}, out);
+    case MessageId::req_poscounter:
+      reply(MessageId::get_poscounter, ChannelCounts{1, counter(now)}, out);
       return true;
-    case MessageId::req_statusupdate:
-      if (servo()) return false;
-      reply_status(MessageId::get_statusupdate, now, out);
+    case MessageId::req_enccounter:
+      reply(MessageId::get_enccounter, ChannelCounts{1, whole ? counter(now) : encoder(now)}, out);
       return true;
-    case MessageId::req_dcstatusupdate:
-      if (!servo()) return false;
-      reply_status(MessageId::get_dcstatusupdate, now, out);
+    case MessageId::set_poscounter:
+      if (body) zero_ += length(counter(now)) - length(body->value_counts);
       return true;
-    case MessageId::ack_dcstatusupdate:
-      unacknowledged_ = 0;
-      return servo();
+    case MessageId::set_enccounter:
+      if (!body) return true;
+      if (whole)
+        zero_ += length(counter(now)) - length(body->value_counts);
+      else
+        encoder_zero_counts_ += encoder(now) - body->value_counts;
+      return true;
     default:
       return false;
   }
 }
 
-bool AptStageEmulator::handle_parameters(const Message& message, TimePoint now, ByteSink& out) {
-  if (message.id == MessageId::req_poscounter || message.id == MessageId::req_enccounter) {
-    reply(plus(message.id, 1), ChannelCounts{1, counter(now)}, out);
-    return true;
-  }
-  if (message.id == MessageId::set_poscounter) {
-    if (const auto body = decode_body<ChannelCounts>(message.data))
-      zero_ += counter_si(counter(now)) - counter_si(body->value_counts);
-    return true;
-  }
-  for (const MessageId set : kept_parameters) {
-    if (message.id == set) {
-      set_parameters(message, now);
-      return true;
-    }
-    const auto kept = parameters_.find(set);
-    if (message.id != plus(set, 1) || kept == parameters_.end()) continue;
+bool AptStageEmulator::handle_parameters(const Message& message, ByteSink& out) {
+  const AptParameters::Answer answer = parameters_.handle(message);
+  if (answer.outcome == AptParameters::Outcome::asked) {
     buffer_.clear();
-    append_long_header(buffer_, plus(set, 2), kept->second.size(), {host_, params_.address});
-    buffer_.insert(buffer_.end(), kept->second.begin(), kept->second.end());
+    append_long_header(buffer_, answer.reply, answer.body->size(), {host_, self_});
+    buffer_.insert(buffer_.end(), answer.body->begin(), answer.body->end());
     out(buffer_);
-    return true;
   }
-  return false;
-}
-
-void AptStageEmulator::set_parameters(const Message& message, TimePoint) {
-  if (documented_data_size(message.id) == message.data.size())
-    parameters_[message.id] = message.data;
-  else
-    ++ignored_;
-}
-
-std::uint32_t AptStageEmulator::status_bits(TimePoint now) const {
-  std::uint32_t bits = status::motor_connected;
-  if (enabled_) bits |= status::channel_enabled;
-  if (homed_) bits |= status::homed;
-  if (motion_ == Motion::home) bits |= status::homing;
-  if (motion_ == Motion::move || motion_ == Motion::stopping)
-    bits |= stage().velocity(now) >= 0 ? status::moving_forward : status::moving_reverse;
-  const double at = stage().position(now);
-  const bool linear = params_.stage->axis == protocols::apt::Axis::linear;
-  if (linear && at >= stage().params().high) bits |= status::forward_limit;
-  return bits;
+  return answer.outcome == AptParameters::Outcome::asked ||
+         answer.outcome == AptParameters::Outcome::taken;
 }
 
 void AptStageEmulator::reply_short(MessageId id, std::uint8_t param1, std::uint8_t param2,
                                    ByteSink& out) {
   buffer_.clear();
-  append_short(buffer_, id, param1, param2, {host_, params_.address});
+  append_short(buffer_, id, param1, param2, {host_, self_});
   out(buffer_);
 }
 
 template <class Body>
 void AptStageEmulator::reply(MessageId id, const Body& body, ByteSink& out) {
   buffer_.clear();
-  append_message(buffer_, id, body, {host_, params_.address});
+  append_message(buffer_, id, body, {host_, self_});
   out(buffer_);
 }
 
@@ -241,30 +234,28 @@ void AptStageEmulator::reply_status(MessageId id, TimePoint now, ByteSink& out) 
   if (servo())
     reply(id, DcStatusUpdate{1, counter(now), 0, 0, status_bits(now)}, out);
   else
-    reply(id, StatusUpdate{1, counter(now), 0, status_bits(now)}, out);
+    reply(id, StatusUpdate{1, counter(now), params_.encoder ? encoder(now) : 0, status_bits(now)},
+          out);
 }
 
-void AptStageEmulator::reply_info(ByteSink& out) {
+void AptStageEmulator::reply_info(TimePoint now, ByteSink& out) {
+  const bool of_rack = params_.bay && self_ == address::rack;
   HardwareInfo info;
   info.serial = params_.serial;
+  if (const Fault* wrong = suffers(FaultKind::wrong_serial, now))
+    info.serial += static_cast<std::int32_t>(wrong->amount);
   info.model = Text<8>::from(params_.model);
-  info.hardware_type = kcube_hardware_type;
-  info.firmware_minor = 3;
-  info.firmware_interim = 2;
-  info.firmware_major = 1;
-  info.notes = Text<48>::from("Weft emulator");
+  info.hardware_type = of_rack       ? rack_hardware_type
+                       : params_.bay ? card_hardware_type
+                                     : kcube_hardware_type;
+  info.firmware_major = params_.firmware[0];
+  info.firmware_interim = params_.firmware[1];
+  info.firmware_minor = params_.firmware[2];
+  info.notes = Text<48>::from(params_.notes);
   info.stage_id = params_.stage->stage_id;
   info.hardware_version = 1;
+  info.channels = of_rack ? params_.bays : 1;
   reply(MessageId::hw_get_info, info, out);
-}
-
-double AptStageEmulator::counter_si(std::int32_t counts) const {
-  return si_per_unit(*params_.stage) * position_from_counts(params_.stage->scale, counts);
-}
-
-std::int32_t AptStageEmulator::counter(TimePoint now) const {
-  const double units = (stage().position(now) - zero_) / si_per_unit(*params_.stage);
-  return or_zero(position_to_counts(params_.stage->scale, units));
 }
 
 }  // namespace weft::sim

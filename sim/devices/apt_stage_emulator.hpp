@@ -3,11 +3,11 @@
 // family (PRM1-Z8 on KDC101, status 0x0491). Reference protocols.md part A.
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 
 #include "protocols/apt/apt.hpp"
+#include "sim/devices/apt_parameters.hpp"
 #include "sim/devices/bench_world.hpp"
 #include "sim/devices/emulator.hpp"
 
@@ -24,17 +24,22 @@ struct AptStageParams {
   const protocols::apt::StageModel* stage = nullptr;  ///< scale, limits and defaults
   std::string model = "LTS150";                       ///< of the controller, at most 8 characters
   std::int32_t serial = 45000001;
-  std::uint8_t address = protocols::apt::address::usb_unit;
+  std::array<std::uint8_t, 3> firmware{1, 2, 3};  ///< major, interim, minor
+  std::string notes = "Weft emulator";
+  /// A card in this bay, from 0, of a rack of `bays`; nothing: a unit with one channel of its own.
+  std::optional<std::uint8_t> bay;
+  std::uint8_t bays = 3;
+  bool enabled = true;   ///< the channel, when the power comes on
+  bool encoder = false;  ///< steppers: the status tells where the carriage is beside the step count
   RetargetPolicy retarget = RetargetPolicy::replan;
-  /// Servo controllers fall silent after this many status messages without an acknowledgement
-  /// (APT16 p. 98); 0 switches it off.
+  /// Controllers fall silent after this many status messages that nobody asked for, without an
+  /// acknowledgement (APT16 p. 98); 0 switches it off.
   std::uint32_t silent_after = 50;
 };
 
 class AptStageEmulator final : public Emulator {
  public:
-  /// Powered on: not homed, disabled, counter at zero wherever the carriage is. `world` outlives
-  /// it.
+  /// Powered on: not homed, counter at zero wherever the carriage is. `world` outlives it.
   AptStageEmulator(const AptStageParams& params, BenchWorld& world, TimePoint now);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
@@ -43,58 +48,100 @@ class AptStageEmulator final : public Emulator {
 
   /// Messages that were not for this unit, unknown to it, or with a body of the wrong length.
   [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
+  /// How often the front panel was asked to flash.
+  [[nodiscard]] std::uint64_t identified() const { return identified_; }
 
  private:
   using Message = protocols::apt::Message;
   using MessageId = protocols::apt::MessageId;
-  enum class Motion : std::uint8_t { none, home, move, stopping };
+  enum class Motion : std::uint8_t { none, home, home_run_off, move, jog, stopping };
 
+  // conversation
+  [[nodiscard]] bool is_for_us(std::uint8_t destination) const;
   void handle(const Message& message, TimePoint now, ByteSink& out);
   bool handle_system(const Message& message, TimePoint now, ByteSink& out);
+  bool handle_rack(const Message& message, ByteSink& out);
   bool handle_motion(const Message& message, TimePoint now, ByteSink& out);
   bool handle_status(const Message& message, TimePoint now, ByteSink& out);
-  bool handle_parameters(const Message& message, TimePoint now, ByteSink& out);
-  void set_parameters(const Message& message, TimePoint now);
-  void set_default_parameters();
-
-  void home(TimePoint now);
-  bool move(const Message& message, bool relative, TimePoint now);
-  void jog(const Message& message, TimePoint now);
-  void move_to(double target, TimePoint now);
-  void run_towards_limit(std::uint8_t direction, TimePoint now);
-  void stop(const Message& message, TimePoint now);
-  void finish_motion(TimePoint at, ByteSink& out);
-
-  [[nodiscard]] MotionLimits limits() const;
-  [[nodiscard]] MotionLimits home_limits() const;
-  [[nodiscard]] double counter_si(std::int32_t counts) const;  ///< a count as a stage position
-  [[nodiscard]] std::int32_t counter(TimePoint now) const;
-  [[nodiscard]] std::uint32_t status_bits(TimePoint now) const;
-  [[nodiscard]] bool servo() const;
-  [[nodiscard]] const Stage& stage() const;
-
+  bool handle_counters(const Message& message, TimePoint now, ByteSink& out);
+  bool handle_parameters(const Message& message, ByteSink& out);
   void reply_short(MessageId id, std::uint8_t param1, std::uint8_t param2, ByteSink& out);
   template <class Body>
   void reply(MessageId id, const Body& body, ByteSink& out);
   void reply_status(MessageId id, TimePoint now, ByteSink& out);
-  void reply_info(ByteSink& out);
+  void reply_info(TimePoint now, ByteSink& out);
   void send_update(TimePoint now, ByteSink& out);
+  void send_end(MessageId id, TimePoint now, ByteSink& out);
+  bool may_speak_unasked();
+
+  // motion
+  void home(TimePoint now, ByteSink& out);
+  void home_to(double target, Motion leg, TimePoint now);
+  bool move(const Message& message, bool relative, TimePoint now);
+  void jog(const Message& message, TimePoint now);
+  void move_to(double target, const MotionLimits& limits, Motion kind, TimePoint now);
+  void plan(double target, const MotionLimits& limits, TimePoint now);
+  void run_towards_limit(std::uint8_t direction, const MotionLimits& limits, Motion kind,
+                         TimePoint now);
+  void stop(const Message& message, TimePoint now);
+  void finish_motion(TimePoint at, ByteSink& out);
+  void tell_end(MessageId id, TimePoint at, ByteSink& out);
+  void suffer_motion(TimePoint now, ByteSink& out);
+  void suffer_stall(TimePoint now);
+  [[nodiscard]] bool end_awaited() const { return motion_ != Motion::none && !held_ && !hung_; }
+  [[nodiscard]] MotionLimits limits() const;
+  [[nodiscard]] MotionLimits jog_limits() const;
+  [[nodiscard]] MotionLimits home_limits() const;
+  [[nodiscard]] double home_position() const;
+  [[nodiscard]] double inside_soft_limits(double target) const;
+
+  // counters and status
+  [[nodiscard]] double length(std::int32_t counts) const;  ///< a count as a way, [m] or [rad]
+  [[nodiscard]] std::int32_t counts_at(double position) const;
+  [[nodiscard]] double believed(TimePoint now) const;
+  [[nodiscard]] std::int32_t counter(TimePoint now) const;
+  [[nodiscard]] std::int32_t encoder(TimePoint now) const;
+  [[nodiscard]] std::uint32_t status_bits(TimePoint now) const;
+  [[nodiscard]] std::uint32_t motion_bits(TimePoint now) const;
+  [[nodiscard]] std::uint32_t limit_bits(TimePoint now) const;
+  [[nodiscard]] bool servo() const;
+  [[nodiscard]] bool lists_end_message_switch() const;
+  [[nodiscard]] const Stage& stage() const;
 
   AptStageParams params_;
   BenchWorld* world_;
+  AptParameters parameters_;
   protocols::apt::Splitter splitter_;
   Message message_;  ///< kept for the room of its data
   Bytes buffer_;
-  std::map<MessageId, Bytes> parameters_;  ///< bodies by the id of their SET message
   std::uint8_t host_ = protocols::apt::address::host;
-  bool enabled_ = false;
+  std::uint8_t unit_ = protocols::apt::address::usb_unit;  ///< whose messages come unasked
+  std::uint8_t self_ = protocols::apt::address::usb_unit;  ///< who speaks now
+  bool enabled_ = true;
   bool homed_ = false;
   bool end_messages_ = true;
   double zero_ = 0;  ///< stage position at which the counter is zero [m] or [rad]
+  std::int32_t encoder_zero_counts_ = 0;  ///< steppers: what SET_ENCCOUNTER moved it by
   Motion motion_ = Motion::none;
   std::optional<TimePoint> next_update_;
   std::uint32_t unacknowledged_ = 0;
   std::uint64_t ignored_ = 0;
+  std::uint64_t identified_ = 0;
+
+  // What faults have done.
+  struct LateEnd {
+    TimePoint due;
+    MessageId id;
+  };
+  std::optional<LateEnd> late_end_;
+  std::optional<std::int32_t> frozen_counter_;
+  bool held_ = false;  ///< the motor stands, the motion goes on in the controller's mind
+  bool hung_ = false;  ///< a homing whose end will not be seen
+  double goal_ = 0;    ///< of the motion under way
+  MotionLimits goal_limits_{};
+  double lost_ = 0;           ///< ways that the counter went and the motor did not
+  double lossy_from_ = 0;     ///< where the motor was when the present motion was planned
+  double steps_per_way_ = 1;  ///< above 1 while steps get lost
 };
 
 }  // namespace weft::sim

@@ -14,6 +14,10 @@ using namespace protocols::apt;
 
 constexpr double slowest = 1e-9;  // units/s; a zero in VELPARAMS would never arrive
 constexpr int highest_bow = 18;
+/// Closer to home than this, in mm or degrees, the home switch is made already: the stage runs off
+/// it first, so that homing always moves.
+constexpr double on_home_switch = 0.1;
+constexpr std::uint8_t reverse = 2;
 
 /// Jerk limit in units/s^3: 2^(index - 1) from 1 to 18, none at 0 (LTS manual 16275-D02, p. 37).
 double bow_value(const Bytes& kept) {
@@ -28,29 +32,59 @@ MotionLimits AptStageEmulator::limits() const {
   const StageModel& model = *params_.stage;
   const double si = si_per_unit(model);
   double speed = model.default_speed, acceleration = model.default_acceleration;
-  if (const auto body = decode_body<VelocityParams>(parameters_.at(MessageId::set_velparams))) {
+  if (const auto body = decode_body<VelocityParams>(parameters_.body(MessageId::set_velparams))) {
     speed = velocity_from_counts(model.scale, body->maximum_velocity_counts);
     acceleration = acceleration_from_counts(model.scale, body->acceleration_counts);
   }
   return {si * std::clamp(speed, slowest, model.max_speed),
           si * std::clamp(acceleration, slowest, model.max_acceleration),
-          si * bow_value(parameters_.at(MessageId::set_bowindex))};
+          si * bow_value(parameters_.body(MessageId::set_bowindex))};
+}
+
+MotionLimits AptStageEmulator::jog_limits() const {
+  const StageModel& model = *params_.stage;
+  const double si = si_per_unit(model);
+  MotionLimits result = limits();
+  const auto body = decode_body<JogParams>(parameters_.body(MessageId::set_jogparams));
+  if (!body) return result;
+  const double speed = velocity_from_counts(model.scale, body->maximum_velocity_counts);
+  const double acceleration = acceleration_from_counts(model.scale, body->acceleration_counts);
+  result.speed = si * std::clamp(speed, slowest, model.max_speed);
+  result.acceleration = si * std::clamp(acceleration, slowest, model.max_acceleration);
+  return result;
 }
 
 MotionLimits AptStageEmulator::home_limits() const {
   const StageModel& model = *params_.stage;
   MotionLimits result = limits();
-  const auto body = decode_body<HomeParams>(parameters_.at(MessageId::set_homeparams));
+  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
   const double speed =
       body ? velocity_from_counts(model.scale, body->velocity_counts) : model.home_speed;
   result.speed = si_per_unit(model) * std::clamp(speed, slowest, model.max_speed);
   return result;
 }
 
+/// The home switch lies the stage's own offset below its zero; the offset that is set leads back
+/// from there.
+double AptStageEmulator::home_position() const {
+  const StageModel& model = *params_.stage;
+  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
+  const std::int32_t usual = position_to_counts(model.scale, model.home_offset).value_or(0);
+  return body && body->offset_counts != usual ? length(body->offset_counts) - length(usual) : 0;
+}
+
+double AptStageEmulator::inside_soft_limits(double target) const {
+  const auto soft =
+      decode_body<LimitSwitchParams>(parameters_.body(MessageId::set_limswitchparams));
+  if (!soft || (soft->soft_mode & 0x7F) <= 1) return target;
+  return std::max(std::min(target, zero_ + length(soft->forward_soft_counts)),
+                  zero_ + length(soft->reverse_soft_counts));
+}
+
 bool AptStageEmulator::handle_motion(const Message& message, TimePoint now, ByteSink& out) {
   switch (message.id) {
     case MessageId::move_home:
-      home(now);
+      home(now, out);
       return true;
     case MessageId::move_absolute:
       return move(message, false, now);
@@ -60,82 +94,153 @@ bool AptStageEmulator::handle_motion(const Message& message, TimePoint now, Byte
       jog(message, now);
       return true;
     case MessageId::move_velocity:
-      run_towards_limit(message.param2, now);
+      run_towards_limit(message.param2, limits(), Motion::move, now);
       return true;
     case MessageId::move_stop:
       stop(message, now);
       wake(now, out);  // a stop that ends at once is reported at once
       return true;
     case MessageId::suspend_endofmovemsgs:
-      end_messages_ = false;
-      return servo();
     case MessageId::resume_endofmovemsgs:
-      end_messages_ = true;
-      return servo();
+      if (lists_end_message_switch()) end_messages_ = message.id == MessageId::resume_endofmovemsgs;
+      return lists_end_message_switch();
     default:
       return false;
   }
 }
 
-void AptStageEmulator::home(TimePoint now) {
+void AptStageEmulator::home(TimePoint now, ByteSink& out) {
   if (!enabled_) return;
+  if (suffers(FaultKind::false_home, now) != nullptr) {
+    homed_ = true;
+    return reply_short(MessageId::move_homed, 1, 0, out);
+  }
   homed_ = false;
-  world_->stage(params_.axis, now).move_to(0, home_limits(), now);
-  motion_ = Motion::home;
+  const double unit = si_per_unit(*params_.stage);
+  const double run_off = params_.stage->home_offset * unit;
+  const bool on_switch = std::abs(stage().position(now)) < on_home_switch * unit;
+  home_to(on_switch ? run_off : home_position(), on_switch ? Motion::home_run_off : Motion::home,
+          now);
+}
+
+/// Homing ends where the motor stands, so steps that get lost make no difference.
+void AptStageEmulator::home_to(double target, Motion leg, TimePoint now) {
+  zero_ -= believed(now) - stage().position(now);
+  lost_ = 0;
+  steps_per_way_ = 1;
+  goal_ = target;
+  goal_limits_ = home_limits();
+  world_->stage(params_.axis, now).move_to(goal_, goal_limits_, now);
+  motion_ = leg;
 }
 
 bool AptStageEmulator::move(const Message& message, bool relative, TimePoint now) {
   const auto stored = relative ? MessageId::set_moverelparams : MessageId::set_moveabsparams;
   const auto body =
-      decode_body<ChannelCounts>(message.data.empty() ? parameters_.at(stored) : message.data);
+      decode_body<ChannelCounts>(message.data.empty() ? parameters_.body(stored) : message.data);
   if (!body) return false;
-  const double from = relative ? stage().position(now) : zero_;
-  move_to(from + counter_si(body->value_counts), now);
+  const double from = relative ? believed(now) : zero_;
+  move_to(from + length(body->value_counts), limits(), Motion::move, now);
   return true;
 }
 
 void AptStageEmulator::jog(const Message& message, TimePoint now) {
-  const auto body = decode_body<JogParams>(parameters_.at(MessageId::set_jogparams));
-  if (!body || body->mode == JogMode::continuous) return run_towards_limit(message.param2, now);
-  const double direction = message.param2 == 2 ? -1 : 1;
-  move_to(stage().position(now) + direction * counter_si(body->step_counts), now);
+  const auto body = decode_body<JogParams>(parameters_.body(MessageId::set_jogparams));
+  if (!body || body->mode == JogMode::continuous)
+    return run_towards_limit(message.param2, jog_limits(), Motion::jog, now);
+  const double direction = message.param2 == reverse ? -1 : 1;
+  move_to(believed(now) + direction * length(body->step_counts), jog_limits(), Motion::jog, now);
 }
 
 /// APT16 names this the velocity move: until stopped or at a limit.
-void AptStageEmulator::run_towards_limit(std::uint8_t direction, TimePoint now) {
-  move_to(direction == 2 ? stage().params().low : stage().params().high, now);
+void AptStageEmulator::run_towards_limit(std::uint8_t direction, const MotionLimits& limits,
+                                         Motion kind, TimePoint now) {
+  const StageParams& travel = stage().params();
+  move_to(direction == reverse ? travel.low : travel.high, limits, kind, now);
 }
 
-void AptStageEmulator::move_to(double target, TimePoint now) {
-  if (!enabled_ || motion_ == Motion::home) return;
+void AptStageEmulator::move_to(double target, const MotionLimits& limits, Motion kind,
+                               TimePoint now) {
+  const bool homing = motion_ == Motion::home || motion_ == Motion::home_run_off;
+  if (!enabled_ || homing) return;
   if (motion_ != Motion::none && params_.retarget == RetargetPolicy::ignore) return;
-  world_->stage(params_.axis, now).move_to(target, limits(), now);
-  motion_ = Motion::move;
+  plan(inside_soft_limits(target), limits, now);
+  motion_ = kind;
+}
+
+void AptStageEmulator::plan(double target, const MotionLimits& limits, TimePoint now) {
+  const double at = stage().position(now), counted = believed(now);
+  lost_ = counted - at;
+  lossy_from_ = at;
+  steps_per_way_ = 1;
+  if (const Fault* far = suffers(FaultKind::overshoot, now))
+    target += std::copysign(far->amount * si_per_unit(*params_.stage), target - counted);
+  if (const Fault* lossy = suffers(FaultKind::lost_steps, now))
+    steps_per_way_ = 1 / (1 - std::clamp(lossy->amount, 0.0, 0.99));
+  goal_ = steps_per_way_ == 1 ? target - lost_ : at + (target - counted) / steps_per_way_;
+  goal_limits_ = limits;
+  world_->stage(params_.axis, now).move_to(goal_, limits, now);
 }
 
 void AptStageEmulator::stop(const Message& message, TimePoint now) {
   const bool immediate = message.param2 == static_cast<std::uint8_t>(StopMode::immediate);
   world_->stage(params_.axis, now).stop(immediate ? 0 : limits().acceleration, now);
+  held_ = hung_ = false;
   motion_ = Motion::stopping;
 }
 
 void AptStageEmulator::finish_motion(TimePoint at, ByteSink& out) {
   const Motion ended = motion_;
+  if (ended == Motion::home_run_off) return home_to(home_position(), Motion::home, at);
+  if (ended == Motion::home && suffers(FaultKind::never_homes, at) != nullptr) {
+    hung_ = true;
+    return;
+  }
   motion_ = Motion::none;
   if (ended == Motion::home) {
     homed_ = true;
     zero_ = stage().position(at);
+    if (end_messages_) reply_short(MessageId::move_homed, 1, 0, out);
+    return;
   }
-  if (!end_messages_) return;
-  switch (ended) {
-    case Motion::home:
-      return reply_short(MessageId::move_homed, 1, 0, out);
-    case Motion::move:
-      return reply_status(MessageId::move_completed, at, out);
-    case Motion::stopping:
-      return reply_status(MessageId::move_stopped, at, out);
-    case Motion::none:
-      return;
+  tell_end(ended == Motion::stopping ? MessageId::move_stopped : MessageId::move_completed, at,
+           out);
+}
+
+void AptStageEmulator::tell_end(MessageId id, TimePoint at, ByteSink& out) {
+  if (!end_messages_ || suffers(FaultKind::no_completion, at) != nullptr) return;
+  if (const Fault* late = suffers(FaultKind::late_completion, at))
+    late_end_ = LateEnd{at + from_seconds(late->amount), id};
+  else
+    send_end(id, at, out);
+}
+
+/// Faults that begin, end or go on while the stage moves.
+void AptStageEmulator::suffer_motion(TimePoint now, ByteSink& out) {
+  if (hung_ && suffers(FaultKind::never_homes, now) == nullptr) hung_ = false;
+  suffer_stall(now);
+  if (suffers(FaultKind::encoder_frozen, now) == nullptr)
+    frozen_counter_.reset();
+  else if (!frozen_counter_)
+    frozen_counter_ = counter(now);
+  const bool dead = suffers(FaultKind::disabled, now) != nullptr;
+  if (dead) enabled_ = false;
+  const bool stopped = dead || suffers(FaultKind::limit_switch, now) != nullptr;
+  if (!stopped || motion_ == Motion::none) return;
+  world_->stage(params_.axis, now).stop(0, now);
+  held_ = hung_ = false;
+  motion_ = Motion::none;
+  if (!dead) tell_end(MessageId::move_stopped, now, out);
+}
+
+void AptStageEmulator::suffer_stall(TimePoint now) {
+  const bool stalled = suffers(FaultKind::motor_stall, now) != nullptr;
+  if (stalled && motion_ != Motion::none && motion_ != Motion::stopping) {
+    world_->stage(params_.axis, now).stop(0, now);
+    held_ = true;
+  } else if (held_ && !stalled) {
+    held_ = false;
+    world_->stage(params_.axis, now).move_to(goal_, goal_limits_, now);
   }
 }
 

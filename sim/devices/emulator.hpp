@@ -6,6 +6,7 @@
 
 #include "protocols/base/bytes.hpp"
 #include "protocols/base/time.hpp"
+#include "sim/devices/faults/fault.hpp"
 
 namespace weft::sim {
 
@@ -22,6 +23,24 @@ class Emulator {
   [[nodiscard]] virtual std::optional<TimePoint> next_wakeup() const = 0;
   /// Lets it act; early or late calls do no harm.
   virtual void wake(TimePoint now, ByteSink& out) = 0;
+
+  /// From now on the device suffers what the board says, which outlives it.
+  void suffer(FaultBoard& board) { board_ = &board; }
+
+ protected:
+  /// The fault that holds at `now`, or nullptr.
+  [[nodiscard]] const Fault* suffers(FaultKind kind, TimePoint now) const {
+    return board_ == nullptr ? nullptr : board_->active(kind, now);
+  }
+  /// The same, thrown for this one message or sample.
+  const Fault* struck_by(FaultKind kind, TimePoint now) {
+    return board_ == nullptr ? nullptr : board_->strikes(kind, now);
+  }
+  /// Only where something struck.
+  Random& fault_dice() { return board_->dice(); }
+
+ private:
+  FaultBoard* board_ = nullptr;
 };
 
 }  // namespace weft::sim

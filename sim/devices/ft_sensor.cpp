@@ -68,6 +68,13 @@ FtReading FtSensor::read(const ContactState& contact, std::uint32_t sample) cons
   return reading;
 }
 
+std::array<std::int32_t, 6> FtSensor::bias_counts() const {
+  std::array<std::int32_t, 6> counts{};
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    counts[i] = nearest_count(bias_[i] * (i < 3 ? params_.counts_per_n : params_.counts_per_nm));
+  return counts;
+}
+
 void FtSensor::bias(const ContactState& contact, std::uint32_t sample) {
   bool saturated = false;
   bias_ = converted(contact, sample, saturated);

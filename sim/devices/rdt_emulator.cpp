@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace weft::sim {
 
@@ -15,6 +16,12 @@ std::uint32_t internal_sample(TimePoint t) {
   const std::int64_t ns = t.time_since_epoch().count();
   return static_cast<std::uint32_t>(ns / 1'000'000'000 * rate_hz +
                                     ns % 1'000'000'000 * rate_hz / 1'000'000'000);
+}
+
+std::int32_t as_count(double counts) {
+  constexpr double lowest = std::numeric_limits<std::int32_t>::min();
+  constexpr double highest = std::numeric_limits<std::int32_t>::max();
+  return static_cast<std::int32_t>(std::clamp(std::round(counts), lowest, highest));
 }
 
 }  // namespace
@@ -38,7 +45,8 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
     case rdt::RequestCommand::set_bias:
       return sensor_.bias(world_->contact(now), internal_sample(now));
     case rdt::RequestCommand::reset_latch:
-      return;  // no threshold is ever latched here
+      latched_ = false;
+      return;
     default:
       ++ignored_;
   }
@@ -48,6 +56,7 @@ void RdtEmulator::start(const rdt::Request& request, TimePoint now) {
   streaming_ = true;
   buffered_ = request.command == rdt::RequestCommand::start_buffered;
   wanted_ = request.sample_count;
+  taken_ = 0;
   sent_ = 0;
   started_ = now;
   buffer_.clear();
@@ -65,27 +74,110 @@ TimePoint RdtEmulator::sample_time(std::uint64_t sample) const {
 
 std::optional<TimePoint> RdtEmulator::next_wakeup() const {
   if (!streaming_) return std::nullopt;
-  return sample_time(sent_);
+  return sample_time(taken_);
 }
 
 void RdtEmulator::wake(TimePoint now, ByteSink& out) {
-  while (streaming_ && sample_time(sent_) <= now) {
-    sample(sample_time(sent_), out);
-    if (wanted_ != 0 && sent_ >= wanted_) stop(out);
+  while (streaming_ && sample_time(taken_) <= now) {
+    sample(sample_time(taken_), out);
+    if (wanted_ != 0 && taken_ >= wanted_) stop(out);
   }
 }
 
 void RdtEmulator::sample(TimePoint at, ByteSink& out) {
-  const std::uint32_t number = internal_sample(at);
-  const FtReading reading = sensor_.read(world_->contact(at), number);
-  rdt::Record record;
-  record.rdt_sequence = static_cast<std::uint32_t>(++sent_);
-  record.ft_sequence = number;
-  if (reading.saturated) record.status = rdt::status::summary | rdt::status::saturation;
-  std::copy_n(reading.counts.begin(), 3, record.force_counts.begin());
-  std::copy_n(reading.counts.begin() + 3, 3, record.torque_counts.begin());
+  if (++taken_ % 2 == 0 && suffers(FaultKind::rate_halved, at) != nullptr) return;
+  suffer_sequence(at);
+  ++sent_;
+  const rdt::Record record = record_at(at);
+  if (withheld(at)) return;
   rdt::append(buffer_, record);
   if (!buffered_ || buffer_.size() >= params_.records_per_datagram * rdt::record_size) flush(out);
+}
+
+rdt::Record RdtEmulator::record_at(TimePoint at) {
+  const std::uint32_t number = internal_sample(at);
+  FtReading reading = sensor_.read(world_->contact(at), number);
+  suffer_reading(reading, at);
+  rdt::Record record;
+  record.rdt_sequence = sent_;
+  record.ft_sequence = number;
+  if (reading.saturated) record.status = rdt::status::summary | rdt::status::saturation;
+  const double fz_n = reading.counts[2] / params_.sensor.counts_per_n;
+  latched_ = latched_ || (params_.threshold_n > 0 && std::abs(fz_n) > params_.threshold_n);
+  if (latched_) record.status |= rdt::status::summary | rdt::status::monitor_condition;
+  if (const Fault* bit = suffers(FaultKind::status_bits, at))
+    record.status |= rdt::status::summary | 1U << std::clamp(static_cast<int>(bit->amount), 0, 31);
+  std::copy_n(reading.counts.begin(), 3, record.force_counts.begin());
+  std::copy_n(reading.counts.begin() + 3, 3, record.torque_counts.begin());
+  return record;
+}
+
+bool RdtEmulator::withheld(TimePoint at) const {
+  return suffers(FaultKind::silent, at) != nullptr || suffers(FaultKind::redirected, at) != nullptr;
+}
+
+void RdtEmulator::suffer_sequence(TimePoint at) {
+  const auto once = [](const Fault* fault, std::optional<TimePoint>& done) {
+    if (fault == nullptr || done == fault->from) return false;
+    done = fault->from;
+    return true;
+  };
+  if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
+    sent_ += static_cast<std::uint32_t>(std::llround(ahead->amount));
+  if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))
+    sent_ -= static_cast<std::uint32_t>(std::llround(back->amount));
+  if (once(suffers(FaultKind::threshold_latch, at), latched_by_)) latched_ = true;
+}
+
+double RdtEmulator::calibration_factor(TimePoint at) const {
+  const Fault* changed = suffers(FaultKind::calibration_change, at);
+  return changed == nullptr ? 1 : changed->amount;
+}
+
+void RdtEmulator::suffer_reading(FtReading& reading, TimePoint at) {
+  const double scale = params_.sensor.counts_per_n;
+  double fz_off_counts = 0;
+  if (const Fault* drift = suffers(FaultKind::drift, at))
+    fz_off_counts += drift->amount * to_seconds(at - drift->from) * scale;
+  if (const Fault* jump = suffers(FaultKind::bias_jump, at)) fz_off_counts += jump->amount * scale;
+  if (const Fault* noise = struck_by(FaultKind::noise, at))
+    fz_off_counts += noise->amount * fault_dice().gaussian() * scale;
+  if (fz_off_counts != 0) reading.counts[2] = as_count(reading.counts[2] + fz_off_counts);
+  if (const double factor = calibration_factor(at); factor != 1)
+    for (std::int32_t& counts : reading.counts) counts = as_count(counts * factor);
+  if (suffers(FaultKind::saturation, at) != nullptr) {
+    reading.counts[2] = as_count(params_.sensor.range[2] * scale);
+    reading.saturated = true;
+  }
+  if (struck_by(FaultKind::absurd_counts, at) != nullptr)
+    reading.counts.fill(std::numeric_limits<std::int32_t>::max());
+  if (suffers(FaultKind::stuck_force, at) == nullptr)
+    stuck_.reset();
+  else if (!stuck_)
+    stuck_ = reading;
+  if (stuck_) reading = *stuck_;
+}
+
+rdt::SettingsPage RdtEmulator::settings(TimePoint now) {
+  const FtSensorParams& sensor = params_.sensor;
+  const rdt::Record record = record_at(now);
+  rdt::SettingsPage page;
+  page.counts_per_force = sensor.counts_per_n * calibration_factor(now);
+  page.counts_per_torque = sensor.counts_per_nm * calibration_factor(now);
+  page.rdt_rate_hz = params_.rate_hz;
+  page.max_ratings = sensor.range;
+  page.bias_counts = sensor_.bias_counts();
+  std::copy_n(record.force_counts.begin(), 3, page.counts.begin());
+  std::copy_n(record.torque_counts.begin(), 3, page.counts.begin() + 3);
+  page.status = record.status;
+  page.buffer_size = static_cast<std::uint32_t>(params_.records_per_datagram);
+  return page;
+}
+
+rdt::CalibrationPage RdtEmulator::calibration(TimePoint now) const {
+  const double factor = calibration_factor(now);
+  return {params_.calibration_serial + (factor == 1 ? "" : "x"),
+          params_.sensor.counts_per_n * factor, params_.sensor.counts_per_nm * factor};
 }
 
 void RdtEmulator::flush(ByteSink& out) {

@@ -3,7 +3,9 @@
 // B.1, B.2).
 
 #include <cstdint>
+#include <string>
 
+#include "protocols/rdt/page.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "sim/devices/bench_world.hpp"
 #include "sim/devices/emulator.hpp"
@@ -14,6 +16,8 @@ namespace weft::sim {
 struct RdtEmulatorParams {
   double rate_hz = 100;                   ///< RDT output rate of the box, 1 to 7000
   std::size_t records_per_datagram = 10;  ///< in buffered mode, 1 to 40
+  double threshold_n = 0;                 ///< |Fz| above it latches the monitor condition; 0: off
+  std::string calibration_serial = "FT00000";
   FtSensorParams sensor;
 };
 
@@ -26,6 +30,12 @@ class RdtEmulator final : public Emulator {
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
   void wake(TimePoint now, ByteSink& out) override;
 
+  /// Its settings and present reading, as its HTTP port tells them.
+  [[nodiscard]] protocols::rdt::SettingsPage settings(TimePoint now);
+  [[nodiscard]] protocols::rdt::CalibrationPage calibration(TimePoint now) const;
+  /// Of the next stream; 1 to 7000.
+  void set_rate_hz(double rate_hz) { params_.rate_hz = rate_hz; }
+
   /// Datagrams that were no request, or a request that a Net F/T does not serve.
   [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
 
@@ -34,6 +44,11 @@ class RdtEmulator final : public Emulator {
   void stop(ByteSink& out);
   [[nodiscard]] TimePoint sample_time(std::uint64_t sample) const;
   void sample(TimePoint at, ByteSink& out);
+  protocols::rdt::Record record_at(TimePoint at);
+  void suffer_reading(FtReading& reading, TimePoint at);
+  void suffer_sequence(TimePoint at);
+  [[nodiscard]] bool withheld(TimePoint at) const;
+  [[nodiscard]] double calibration_factor(TimePoint at) const;
   void flush(ByteSink& out);
 
   RdtEmulatorParams params_;
@@ -42,10 +57,16 @@ class RdtEmulator final : public Emulator {
   bool streaming_ = false;
   bool buffered_ = false;
   std::uint32_t wanted_ = 0;  ///< 0: until stopped
-  std::uint64_t sent_ = 0;    ///< records since the start request
+  std::uint64_t taken_ = 0;   ///< samples since the start request
+  std::uint32_t sent_ = 0;    ///< the number of the last record
+  bool latched_ = false;      ///< the monitor condition
   TimePoint started_{};
   Bytes buffer_;
   std::uint64_t ignored_ = 0;
+
+  // What faults have done.
+  std::optional<FtReading> stuck_;
+  std::optional<TimePoint> jumped_, latched_by_;  ///< onset of the fault that was carried out
 };
 
 }  // namespace weft::sim

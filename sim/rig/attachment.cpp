@@ -23,6 +23,7 @@ void Attachment::receive(ByteView bytes) {
 }
 
 void Attachment::wake() {
+  if (scheduled_) loop_->cancel(timer_);
   scheduled_.reset();
   emulator_->wake(loop_->now(), sink_);
   schedule();

@@ -16,6 +16,8 @@ class Attachment : public std::enable_shared_from_this<Attachment> {
   Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop);
   /// Starts listening and schedules the first wake-up.
   void connect();
+  /// Lets the emulator act now, because something about it has changed.
+  void poke() { wake(); }
 
  private:
   void receive(ByteView bytes);

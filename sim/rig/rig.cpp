@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 
+#include "sim/devices/faults/faulty_wire.hpp"
+#include "sim/devices/netft_page_emulator.hpp"
 #include "sim/devices/replay.hpp"
 #include "sim/plant/fabric_library.hpp"
 #include "sim/plant/random.hpp"
 #include "sim/rig/attachment.hpp"
+#include "sim/rig/fault_config.hpp"
 #include "sim/rig/rig_config.hpp"
 
 namespace weft::sim {
@@ -17,13 +21,41 @@ struct Rig::Parts {
       : config(std::move(read_config)),
         library(std::move(read_library)),
         seed(rig_seed),
-        world(config.world, rig_seed) {}
+        world(config.world, rig_seed) {
+    for (const EmulatedDevice& device : config.devices)
+      boards.emplace(device.name, FaultBoard(mix(mix(seed, "faults"), device.name)));
+    for (const DeviceFault& fault : config.faults) boards.at(fault.device).add(fault.fault);
+  }
+
+  /// Pages are asked of the box that was switched on last.
+  [[nodiscard]] std::unique_ptr<Emulator> box_made(const std::string& name,
+                                                   const RdtEmulatorParams& params) {
+    auto made = std::make_unique<RdtEmulator>(params, world, mix(seed, name));
+    boxes[name] = made.get();
+    return made;
+  }
+
+  /// The emulator looks at its faults again.
+  void poke(std::string_view device_name) {
+    const auto found = attached.find(device_name);
+    if (found != attached.end()) found->second->poke();
+  }
 
   [[nodiscard]] std::unique_ptr<Emulator> power_on(const EmulatedDevice& device, TimePoint now) {
+    FaultBoard& board = boards.at(device.name);
+    auto emulator = make(device, now);
+    emulator->suffer(board);
+    const bool datagrams = (exposure_of(device) & befalls::datagram) != 0;
+    return std::make_unique<FaultyWire>(
+        std::move(emulator), board,
+        datagrams ? FaultyWire::Kind::datagram : FaultyWire::Kind::stream, now);
+  }
+
+  [[nodiscard]] std::unique_ptr<Emulator> make(const EmulatedDevice& device, TimePoint now) {
     if (const auto* stage = std::get_if<AptStageParams>(&device.params))
       return std::make_unique<AptStageEmulator>(*stage, world, now);
     if (const auto* box = std::get_if<RdtEmulatorParams>(&device.params))
-      return std::make_unique<RdtEmulator>(*box, world, mix(seed, device.name));
+      return box_made(device.name, *box);
     TaxelEmulatorParams taxels = std::get<TaxelEmulatorParams>(device.params);
     taxels.chunk_seed = mix(seed, device.name);
     return std::make_unique<TaxelEmulator>(taxels, world, now);
@@ -33,7 +65,10 @@ struct Rig::Parts {
   FabricLibrary library;
   std::uint64_t seed;
   BenchWorld world;
+  std::map<std::string, FaultBoard, std::less<>> boards;  ///< one a device
+  std::map<std::string, RdtEmulator*, std::less<>> boxes;
   std::map<std::string, std::shared_ptr<Attachment>, std::less<>> attached;
+  std::map<std::string, std::shared_ptr<Attachment>, std::less<>> pages;
 };
 
 Rig::Rig(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -63,6 +98,37 @@ Status Rig::attach(std::string_view device_name, Link& device_end, Loop& loop) {
   return {};
 }
 
+std::unique_ptr<NetftPageEmulator> Rig::page(std::string_view device_name) {
+  for (const EmulatedDevice& device : parts_->config.devices)
+    if (device.name == device_name && std::holds_alternative<RdtEmulatorParams>(device.params))
+      return std::make_unique<NetftPageEmulator>([parts = parts_.get(), name = device.name] {
+        const auto found = parts->boxes.find(name);
+        return found == parts->boxes.end() ? nullptr : found->second;
+      });
+  return nullptr;
+}
+
+Status Rig::attach_page(std::string_view device_name, Link& device_end, Loop& loop) {
+  auto emulator = page(device_name);
+  if (emulator == nullptr)
+    return fail(Errc::unsupported, "this device has no settings page", std::string(device_name));
+  const auto attachment = std::make_shared<Attachment>(std::move(emulator), device_end, loop);
+  parts_->pages[std::string(device_name)] = attachment;
+  attachment->connect();
+  return {};
+}
+
+bool Rig::redirects(std::string_view device_name, ByteView datagram) const {
+  for (const EmulatedDevice& device : parts_->config.devices) {
+    if (device.name != device_name) continue;
+    if (!std::holds_alternative<RdtEmulatorParams>(device.params)) return true;
+    const auto request = protocols::rdt::decode_request(datagram);
+    return request && (request->command == protocols::rdt::RequestCommand::start_realtime ||
+                       request->command == protocols::rdt::RequestCommand::start_buffered);
+  }
+  return false;
+}
+
 Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint now) {
   const Fabric* found = parts_->library.find(fabric);
   if (found == nullptr)
@@ -80,6 +146,38 @@ Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint n
 Status Rig::unmount(TimePoint now) {
   parts_->world.mount(bare_plate(), now);
   return {};
+}
+
+Status Rig::inject(std::string_view order, TimePoint now) {
+  const auto object = nlohmann::json::parse(order, nullptr, /*allow_exceptions=*/false);
+  const auto fault = read_fault(object, {}, parts_->config.devices, now);
+  if (!fault) return pass(fault.error());
+  parts_->boards.at(fault->device).add(fault->fault);
+  parts_->poke(fault->device);
+  return {};
+}
+
+Status Rig::clear_faults(std::string_view device_name, std::string_view fault) {
+  const auto board = parts_->boards.find(device_name);
+  if (board == parts_->boards.end())
+    return fail(Errc::not_found, "the rig file has no such device", "/device", {},
+                std::string(device_name));
+  const FaultType* type = find_fault(fault);
+  if (!fault.empty() && type == nullptr)
+    return fail(Errc::not_found, "no such fault", "/fault", {}, std::string(fault));
+  if (type != nullptr)
+    board->second.clear(type->kind);
+  else
+    board->second.clear();
+  parts_->poke(device_name);
+  return {};
+}
+
+bool Rig::stages_at_rest(TimePoint now) const {
+  const BenchWorld& world = parts_->world;
+  for (std::size_t axis = 0; axis < axis_count; ++axis)
+    if (world.stage(static_cast<AxisId>(axis)).moving(now)) return false;
+  return true;
 }
 
 std::optional<double> Rig::stream_rate_hz(std::string_view device_name) const {

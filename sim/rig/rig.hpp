@@ -18,8 +18,9 @@
 
 namespace weft::sim {
 
-struct BenchMotion;      // sim/devices/bench_motion.hpp
-struct FidelitySetting;  // sim/plant/fidelity/setting.hpp
+class NetftPageEmulator;  // sim/devices/netft_page_emulator.hpp
+struct BenchMotion;       // sim/devices/bench_motion.hpp
+struct FidelitySetting;   // sim/plant/fidelity/setting.hpp
 
 /// What no instrument of the rig can know. For tests, reports and figures only. Of a rig without
 /// force sensor and pads nothing is computed but where the stages are: the rest is NaN.
@@ -49,11 +50,29 @@ class Rig {
   /// last callback.
   Status attach(std::string_view device_name, Link& device_end, Loop& loop);
 
+  /// The HTTP port of a Net F/T box for one client. Errors: not_found, unsupported (a device
+  /// without pages).
+  Status attach_page(std::string_view device_name, Link& device_end, Loop& loop);
+  /// The same for a port that takes connections: an emulator for each. nullptr: no pages.
+  std::unique_ptr<NetftPageEmulator> page(std::string_view device_name);
+  /// Whether a datagram makes its sender the one whom the device answers: the box's stream follows
+  /// the latest start request, and nothing else.
+  [[nodiscard]] bool redirects(std::string_view device_name, ByteView datagram) const;
+
   /// Puts a fresh patch of `fabric` on the plate: the cloth has no memory, and the trial's spreads
   /// are drawn from `patch_seed`. The same pair is the same patch on every rig.
   Status mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint now);
   /// Leaves the bare plate, which is stiff and smooth.
   Status unmount(TimePoint now);
+
+  /// Lets a fault befall a device. `order` is one entry of the rig file's `simulation.faults`, a
+  /// JSON object whose `start_s` counts from `now`. Kinds: sim/devices/faults/fault.cpp.
+  Status inject(std::string_view order, TimePoint now);
+  /// Ends the faults of one kind, or all when `fault` is empty, of one device.
+  /// Errors: not_found (device, kind).
+  Status clear_faults(std::string_view device_name, std::string_view fault);
+  /// No stage moves at `now`.
+  [[nodiscard]] bool stages_at_rest(TimePoint now) const;
 
   /// Samples a second that the emulator of `device_name` streams by itself; nothing for a stage,
   /// which speaks when spoken to, and for an unknown name.

@@ -8,6 +8,8 @@
 #include "protocols/base/units.hpp"
 #include "sim/plant/fidelity/setting.hpp"
 #include "sim/plant/field_reader.hpp"
+#include "sim/rig/device_config.hpp"
+#include "sim/rig/fault_config.hpp"
 
 namespace weft::sim {
 
@@ -16,7 +18,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t most_devices = 64;
-constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
+constexpr std::size_t most_faults = 1000;
 
 /// The value at `key`, or an empty object.
 json child_or_empty(const json& object, const char* key) {
@@ -181,6 +183,18 @@ Status read_fidelity(FieldReader& reader, RigConfig& config) {
   return read_level(level, config);
 }
 
+Status read_faults(const json& list, RigConfig& config) {
+  const std::string where = "/simulation/faults";
+  if (!list.is_array() || list.size() > most_faults)
+    return fail(Errc::parse, "not a list of faults", where, "at most 1000 faults");
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    auto fault = read_fault(list[i], where + "/" + std::to_string(i), config.devices, {});
+    if (!fault) return pass(fault.error());
+    config.faults.push_back(std::move(*fault));
+  }
+  return {};
+}
+
 Status read_simulation(const json& object, RigConfig& config) {
   PlantParams& plant = config.world.plant;
   FieldReader reader(object, "/simulation");
@@ -192,6 +206,7 @@ Status read_simulation(const json& object, RigConfig& config) {
   const json* dynamics = reader.child("dynamics");
   const json* pads = reader.child("pads");
   const json* switches = reader.child("switches");
+  const json* faults = reader.child("faults");
   const Status fidelity = read_fidelity(reader, config);
   if (Status s = reader.finish(); !s) return s;
   if (!fidelity) return fidelity;
@@ -201,127 +216,8 @@ Status read_simulation(const json& object, RigConfig& config) {
     if (Status s = read_pads(*pads, plant.pads); !s) return s;
   if (switches != nullptr)
     if (Status s = read_switches(*switches, config.switches); !s) return s;
+  if (faults != nullptr) return read_faults(*faults, config);
   return {};
-}
-
-Result<AptStageParams> read_stage(const json& emulator, const std::string& where,
-                                  const std::string& role, StageParams& stage) {
-  const auto axis = std::find(axis_roles.begin(), axis_roles.end(), role);
-  if (axis == axis_roles.end())
-    return fail(Errc::parse, "a stage needs an axis as its role", where, "x, y, z, rx or ry", role);
-  AptStageParams params;
-  params.axis = static_cast<AxisId>(axis - axis_roles.begin());
-  std::string kind, name = "LTS150", retarget = "replan";
-  double serial = params.serial, silent_after = params.silent_after, quantum = 1, backlash = 0;
-  FieldReader reader(emulator, where);
-  reader.text("kind", kind).text("stage", name).text("model", params.model);
-  reader.text("retarget", retarget);
-  reader.number("serial", serial, 0, 99'999'999).number("silent_after", silent_after, 0, 1e6);
-  const auto* model = protocols::apt::find_stage(name);
-  if (model == nullptr)
-    return fail(Errc::not_found, "no such stage", where + "/stage", "a Thorlabs stage", name);
-  const bool linear = model->axis == protocols::apt::Axis::linear;
-  const double si = linear ? m_per_mm : rad_per_deg;
-  const double span = linear ? 1000 : 360;
-  stage.low = (linear ? model->travel_low : -model->travel_high) * si;
-  stage.high = model->travel_high * si;
-  reader.interval(linear ? "travel_mm" : "travel_deg", stage.low, stage.high, -span, span, si);
-  reader.number(linear ? "start_mm" : "start_deg", stage.start, -span, span, si);
-  reader.number(linear ? "quantum_um" : "quantum_urad", quantum, 0, 1e4);
-  reader.number(linear ? "backlash_um" : "backlash_urad", backlash, 0, 1e4);
-  if (Status s = reader.finish(); !s) return pass(s.error());
-  if (retarget != "replan" && retarget != "ignore")
-    return fail(Errc::parse, "no such policy", where + "/retarget", "replan or ignore", retarget);
-  stage.quantum = quantum * 1e-6;
-  stage.backlash = backlash * 1e-6;
-  stage.start = std::clamp(stage.start, stage.low, stage.high);
-  params.stage = model;
-  params.serial = static_cast<std::int32_t>(serial);
-  params.silent_after = static_cast<std::uint32_t>(silent_after);
-  params.retarget = retarget == "ignore" ? RetargetPolicy::ignore : RetargetPolicy::replan;
-  return params;
-}
-
-Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& where) {
-  RdtEmulatorParams params;
-  std::string kind;
-  double per_datagram = 10, noise = 1;
-  FieldReader reader(emulator, where);
-  reader.text("kind", kind).number("rate_hz", params.rate_hz, 1, 7000);
-  reader.number("records_per_datagram", per_datagram, 1, 40);
-  reader.number("counts_per_n", params.sensor.counts_per_n, 1, 1e7);
-  reader.number("counts_per_nm", params.sensor.counts_per_nm, 1, 1e7);
-  reader.number("plate_mass_kg", params.sensor.plate_mass_kg, 0, 5);
-  reader.number("height_mm", params.sensor.height_m, 0, 500, m_per_mm);
-  reader.number("noise_scale", noise, 0, 1000);
-  if (Status s = reader.finish(); !s) return pass(s.error());
-  params.records_per_datagram = static_cast<std::size_t>(per_datagram);
-  for (double& component : params.sensor.noise) component *= noise;
-  return params;
-}
-
-Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string& where) {
-  TaxelEmulatorParams params;
-  std::string kind;
-  double chunk = 0;
-  FieldReader reader(emulator, where);
-  reader.text("kind", kind).number("largest_chunk_bytes", chunk, 0, 4096);
-  if (Status s = reader.finish(); !s) return pass(s.error());
-  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
-  return params;
-}
-
-std::string text_at(const json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-/// Sensors that the ladder of fidelity knows and that no emulator plays yet are named as such.
-Result<EmulatedDevice> no_emulator(const std::string& kind, const std::string& where) {
-  struct Sensor {
-    std::string_view kind;
-    Channel channel;
-  };
-  for (const auto& [name, channel] : {Sensor{"accelerometer", Channel::accelerometer},
-                                      {"microphone", Channel::microphone},
-                                      {"imprint", Channel::imprint}}) {
-    if (kind != name) continue;
-    const auto level = least_level({"of one sensor", {channel}, {}});
-    return fail(Errc::unsupported,
-                "level " + std::string(level ? to_string(*level) : "?") + " produces " +
-                    std::string(to_string(channel)) + ", but no emulator of this version sends it",
-                where, "apt_stage, rdt or taxel", kind);
-  }
-  return fail(Errc::parse, "no such emulator", where, "apt_stage, rdt or taxel", kind);
-}
-
-Result<EmulatedDevice> read_device(const json& device, const std::string& where,
-                                   RigConfig& config) {
-  if (!device.is_object()) return fail(Errc::parse, "not a device", where, "an object");
-  EmulatedDevice out;
-  out.name = text_at(device, "name");
-  if (out.name.empty()) return fail(Errc::parse, "a device without a name", where + "/name");
-  const json emulator = child_or_empty(device, "emulator");
-  const std::string at = where + "/emulator", kind = text_at(emulator, "kind");
-  if (kind == "apt_stage") {
-    const std::string role = text_at(device, "role");
-    StageParams stage;
-    auto params = read_stage(emulator, at, role, stage);
-    if (!params) return pass(params.error());
-    config.world.stages[static_cast<std::size_t>(params->axis)] = stage;
-    out.params = *params;
-  } else if (kind == "rdt") {
-    auto params = read_box(emulator, at);
-    if (!params) return pass(params.error());
-    out.params = *params;
-  } else if (kind == "taxel") {
-    auto params = read_taxels(emulator, at);
-    if (!params) return pass(params.error());
-    out.params = *params;
-  } else {
-    return no_emulator(kind, at + "/kind");
-  }
-  return out;
 }
 
 Channel channel_of(const EmulatedDevice& device) {

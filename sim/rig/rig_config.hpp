@@ -10,6 +10,7 @@
 #include "protocols/base/result.hpp"
 #include "sim/devices/apt_stage_emulator.hpp"
 #include "sim/devices/bench_world.hpp"
+#include "sim/devices/faults/fault.hpp"
 #include "sim/devices/rdt_emulator.hpp"
 #include "sim/devices/taxel_emulator.hpp"
 #include "sim/plant/fabric.hpp"
@@ -20,6 +21,12 @@ namespace weft::sim {
 struct EmulatedDevice {
   std::string name;
   std::variant<AptStageParams, RdtEmulatorParams, TaxelEmulatorParams> params;
+};
+
+/// A fault and whom it befalls.
+struct DeviceFault {
+  std::string device;
+  Fault fault;
 };
 
 struct RigConfig {
@@ -33,6 +40,7 @@ struct RigConfig {
   bool set_point_by_hand = false;  ///< `simulation.set_point_n` is there
   MaterialSwitches switches;
   std::vector<EmulatedDevice> devices;
+  std::vector<DeviceFault> faults;  ///< `simulation.faults`
 };
 
 /// Reads `devices[].role`, `devices[].emulator`, `limits.travel_mm`, `probe`, `plate` and

@@ -78,3 +78,14 @@ add_test(NAME scenario_sample_driver
                  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
 set_tests_properties(scenario_doctor scenario_sample_driver
                      PROPERTIES TIMEOUT 300 COST 100 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# Clients that were written from the protocols' documents alone, at the ports that weft-rig serves; Debian's python3-serial
+# belongs to /usr/bin/python3.
+if(SYSTEM_PYTHON3)
+  foreach(client apt netft)
+    add_test(NAME scenario_${client}_client
+             COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/${client}_client.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+    set_tests_properties(scenario_${client}_client PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 COST 500
+                         ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+  endforeach()
+endif()

@@ -86,7 +86,7 @@ TEST_CASE("a stage tells its identity in 90 bytes and is silent otherwise") {
 
 TEST_CASE("homing drives to zero at the home speed and then says so") {
   Unit unit;
-  unit.send("43 04 01 00 50 01");
+  unit.send("10 02 01 02 50 01 43 04 01 00 50 01");
   unit.run(1);
   CHECK(unit.out.empty());
   CHECK(unit.position() == Approx(0.02));  // disabled: nothing moves
@@ -287,7 +287,7 @@ TEST_CASE("noise on the line and messages for others do no harm") {
   unit.take();
   CHECK(unit.position() >= 0);
   CHECK(unit.position() <= 0.15);
-  unit.send("05 00 00 00 21 01");  // bay 0 is somebody else
+  unit.send("05 00 00 00 22 01");  // bay 1 is somebody else
   CHECK(unit.take().empty());
   CHECK(unit.emulator.ignored() > 0);
 }

@@ -185,7 +185,7 @@ TEST_CASE("a device that is attached again has been switched off and on") {
   test::TestLink again(host.loop);
   REQUIRE(host.rig->attach("stage.z", again, host.loop).has_value());
   again.send(hex("80 04 01 00 50 01"));
-  CHECK(again.received == hex("81 04 0E 00 81 50 01 00 00 00 00 00 00 00 00 00 00 01 00 00"));
+  CHECK(again.received == hex("81 04 0E 00 81 50 01 00 00 00 00 00 00 00 00 00 00 01 00 80"));
   const std::size_t said = host.z.received.size();
   host.z.send(hex("80 04 01 00 50 01"));
   CHECK(host.z.received.size() == said);

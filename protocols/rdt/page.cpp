@@ -1,0 +1,234 @@
+#include "protocols/rdt/page.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace weft::protocols::rdt {
+namespace {
+
+/// Without an exponent: clients read counts as whole numbers.
+std::string number(double value) {
+  std::array<char, 400> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed).ptr;
+  return {text.data(), end};
+}
+
+template <class List>
+std::string list(const List& values) {
+  std::string text;
+  for (const auto value : values)
+    text += (text.empty() ? "" : ";") + number(static_cast<double>(value));
+  return text;
+}
+
+std::string tag(std::string_view name, std::string_view text) {
+  const std::string n(name);
+  return "<" + n + ">" + std::string(text) + "</" + n + ">\n";
+}
+
+std::string hexadecimal(std::uint32_t value) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "0x%08X", value);
+  return text.data();
+}
+
+/// The text of the only element of this name.
+Result<std::string> only(std::string_view xml, const std::string& name) {
+  const std::string open = "<" + name + ">", close = "</" + name + ">";
+  const std::size_t begin = xml.find(open);
+  const std::size_t end = begin == std::string_view::npos ? begin : xml.find(close, begin);
+  if (end == std::string_view::npos || xml.find(open, end) != std::string_view::npos)
+    return fail(Errc::parse, "the page of the Net F/T box is not as expected", name,
+                "one element of this name", end == std::string_view::npos ? "none" : "several");
+  std::string_view text = xml.substr(begin + open.size(), end - begin - open.size());
+  while (!text.empty() && text.front() <= ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() <= ' ') text.remove_suffix(1);
+  return std::string(text);
+}
+
+Result<double> positive(std::string_view xml, const std::string& name) {
+  const auto text = only(xml, name);
+  if (!text) return pass(text.error());
+  double value = 0;
+  const auto read = std::from_chars(text->data(), text->data() + text->size(), value);
+  if (read.ec == std::errc{} && read.ptr == text->data() + text->size() && std::isfinite(value) &&
+      value > 0)
+    return value;
+  return fail(Errc::parse, "the page of the Net F/T box has no usable number", name,
+              "a number above zero", text->substr(0, 40));
+}
+
+Status fits(std::string_view xml) {
+  if (xml.size() <= largest_page) return {};
+  return fail(Errc::parse, "the page of the Net F/T box is too large", {},
+              std::to_string(largest_page) + " bytes", std::to_string(xml.size()));
+}
+
+using Unit = std::pair<std::string_view, double>;
+
+template <std::size_t size>
+Result<double> factor(const std::array<Unit, size>& units, std::string_view name) {
+  std::string known;
+  for (const auto& [unit, value] : units) {
+    if (unit == name) return value;
+    known += (known.empty() ? "" : ", ") + std::string(unit);
+  }
+  return fail(Errc::unsupported, "no such unit", {}, known, std::string(name));
+}
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return out;
+}
+
+}  // namespace
+
+std::string encode(const SettingsPage& page) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<netft>\n" + tag("prodname", page.product) +
+         tag("runstat", hexadecimal(page.status)) + tag("runft", list(page.counts)) +
+         tag("setbias", list(page.bias_counts)) + tag("setuserfilter", "0") +
+         tag("setcfgsel", "0") + tag("cfgcalsel", "0") + tag("cfgnam", "Weft") + tag("cfgfu", "2") +
+         tag("scfgfu", page.force_unit) + tag("cfgtu", "3") + tag("scfgtu", page.torque_unit) +
+         tag("cfgcpf", number(page.counts_per_force)) +
+         tag("cfgcpt", number(page.counts_per_torque)) + tag("cfgmr", list(page.max_ratings)) +
+         tag("cfgtfx", "0;0;0;0;0;0") + tag("comrdte", page.rdt_enabled ? "Enabled" : "Disabled") +
+         tag("comrdtrate", number(page.rdt_rate_hz)) +
+         tag("comrdtbsiz", std::to_string(page.buffer_size)) + tag("runrate", "7000") +
+         tag("netip", "192.168.1.1") + "</netft>\n";
+}
+
+std::string encode(const CalibrationPage& page) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<netftCalibration>\n" +
+         tag("calsn", page.serial) + tag("calcpf", number(page.counts_per_force)) +
+         tag("calcpt", number(page.counts_per_torque)) + "</netftCalibration>\n";
+}
+
+Result<SettingsPage> decode_settings(std::string_view xml) {
+  if (Status size = fits(xml); !size) return pass(size.error());
+  SettingsPage page;
+  for (auto [name, member] : {std::pair{"prodname", &page.product},
+                              {"scfgfu", &page.force_unit},
+                              {"scfgtu", &page.torque_unit}}) {
+    auto text = only(xml, name);
+    if (!text) return pass(text.error());
+    *member = std::move(*text);
+  }
+  const auto force = positive(xml, "cfgcpf");
+  if (!force) return pass(force.error());
+  const auto torque = positive(xml, "cfgcpt");
+  if (!torque) return pass(torque.error());
+  page.counts_per_force = *force;
+  page.counts_per_torque = *torque;
+  if (const auto enabled = only(xml, "comrdte")) page.rdt_enabled = *enabled == "Enabled";
+  if (const auto rate = positive(xml, "comrdtrate")) page.rdt_rate_hz = *rate;
+  return page;
+}
+
+Result<CalibrationPage> decode_calibration(std::string_view xml) {
+  if (Status size = fits(xml); !size) return pass(size.error());
+  auto serial = only(xml, "calsn");
+  if (!serial) return pass(serial.error());
+  const auto force = positive(xml, "calcpf");
+  if (!force) return pass(force.error());
+  const auto torque = positive(xml, "calcpt");
+  if (!torque) return pass(torque.error());
+  return CalibrationPage{std::move(*serial), *force, *torque};
+}
+
+Result<double> newtons_per(std::string_view force_unit) {
+  static constexpr std::array<Unit, 6> units{{{"N", 1},
+                                              {"kN", 1000},
+                                              {"lbf", 4.4482216152605},
+                                              {"klbf", 4448.2216152605},
+                                              {"kgf", 9.80665},
+                                              {"gf", 9.80665e-3}}};
+  return factor(units, force_unit);
+}
+
+Result<double> newton_metres_per(std::string_view torque_unit) {
+  static constexpr std::array<Unit, 11> units{{{"Nm", 1},
+                                               {"N-m", 1},
+                                               {"Nmm", 1e-3},
+                                               {"N-mm", 1e-3},
+                                               {"kNm", 1000},
+                                               {"kN-m", 1000},
+                                               {"lbf-in", 0.1129848290276167},
+                                               {"lbfin", 0.1129848290276167},
+                                               {"lbf-ft", 1.3558179483314004},
+                                               {"lbfft", 1.3558179483314004},
+                                               {"kgf-cm", 0.0980665}}};
+  return factor(units, torque_unit);
+}
+
+Result<HttpRequest> decode_request_head(std::string_view head) {
+  const std::string_view line = head.substr(0, head.find("\r\n"));
+  const std::size_t first = line.find(' ');
+  const std::size_t second = first == std::string_view::npos ? first : line.find(' ', first + 1);
+  if (second == std::string_view::npos || line.substr(0, first) != "GET")
+    return fail(Errc::parse, "not a GET request", {}, "GET /path HTTP/1.1",
+                std::string(line.substr(0, 40)));
+  const std::string_view target = line.substr(first + 1, second - first - 1);
+  const std::size_t mark = target.find('?');
+  const bool old = line.substr(second + 1) == "HTTP/1.0";
+  HttpRequest request;
+  request.path = std::string(target.substr(0, mark));
+  if (mark != std::string_view::npos) request.query = std::string(target.substr(mark + 1));
+  request.keep_alive = !old && lower(head).find("connection: close") == std::string::npos;
+  return request;
+}
+
+std::string http_get(std::string_view path, std::string_view host) {
+  return "GET " + std::string(path) + " HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n";
+}
+
+std::string http_reply(int status, std::string_view type, std::string_view body, bool keep_alive) {
+  const char* word = status == 200 ? "OK" : status == 404 ? "Not Found" : "Bad Request";
+  return "HTTP/1.1 " + std::to_string(status) + " " + word +
+         "\r\nContent-Type: " + std::string(type) +
+         "\r\nContent-Length: " + std::to_string(body.size()) +
+         "\r\nConnection: " + (keep_alive ? "keep-alive" : "close") + "\r\n\r\n" +
+         std::string(body);
+}
+
+Status HttpReply::push(ByteView bytes) {
+  for (const std::uint8_t byte : bytes) text_.push_back(static_cast<char>(byte));
+  const auto bad = [&](const char* what) {
+    return fail(Errc::parse, what, {}, "HTTP/1.1 200 with its length", text_.substr(0, 40));
+  };
+  if (text_.size() > largest_page + 8192) return bad("the reply is too large");
+  if (body_at_ == 0) {
+    const std::size_t blank = text_.find("\r\n\r\n");
+    if (blank == std::string::npos) return {};
+    const std::string head = lower(std::string_view(text_).substr(0, blank));
+    if (!head.starts_with("http/1.") || head.substr(8, 4) != " 200")
+      return bad("the box refuses its page");
+    const std::size_t at = head.find("content-length:");
+    body_at_ = blank + 4;
+    length_ = unknown_length;  // an old server: the page ends with its root element
+    if (at == std::string::npos) return {};
+    const std::size_t digits = head.find_first_not_of(' ', at + 15);
+    if (digits == std::string::npos ||
+        std::from_chars(head.data() + digits, head.data() + head.size(), length_).ec !=
+            std::errc{} ||
+        length_ > largest_page)
+      return bad("the reply does not tell its length");
+  }
+  return {};
+}
+
+bool HttpReply::complete() const {
+  if (body_at_ == 0) return false;
+  if (length_ != unknown_length) return text_.size() >= body_at_ + length_;
+  return text_.find("</netft", body_at_) != std::string::npos && text_.ends_with('>');
+}
+
+std::string_view HttpReply::body() const {
+  return std::string_view(text_).substr(body_at_, length_);
+}
+
+}  // namespace weft::protocols::rdt

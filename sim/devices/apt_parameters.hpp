@@ -1,0 +1,36 @@
+#pragma once
+// The parameters that an APT controller keeps: bodies as they were set, given back on request.
+
+#include <map>
+#include <optional>
+
+#include "protocols/apt/apt.hpp"
+
+namespace weft::sim {
+
+class AptParameters {
+ public:
+  /// The stage database's defaults.
+  explicit AptParameters(const protocols::apt::StageModel& model);
+
+  enum class Outcome : std::uint8_t {
+    unknown,  ///< no parameter message
+    taken,    ///< a SET
+    refused,  ///< a SET whose body has another length than documented
+    asked     ///< a REQ: answer with `reply`
+  };
+  struct Answer {
+    Outcome outcome = Outcome::unknown;
+    protocols::apt::MessageId reply{};
+    const Bytes* body = nullptr;
+  };
+  Answer handle(const protocols::apt::Message& message);
+
+  /// By the id of the SET message. There must be one: all that have a struct are there.
+  [[nodiscard]] const Bytes& body(protocols::apt::MessageId set) const { return kept_.at(set); }
+
+ private:
+  std::map<protocols::apt::MessageId, Bytes> kept_;  ///< by the id of the SET message
+};
+
+}  // namespace weft::sim

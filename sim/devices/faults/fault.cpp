@@ -1,0 +1,158 @@
+#include "sim/devices/faults/fault.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace weft::sim {
+
+namespace {
+
+using enum FaultKind;
+constexpr std::uint8_t sensors = befalls::force | befalls::taxels;
+
+constexpr std::array types{
+    FaultType{"drop", drop, befalls::wire, true, 0, "a message is lost"},
+    FaultType{"duplicate", duplicate, befalls::datagram, true, 0, "a datagram comes twice"},
+    FaultType{"reorder", reorder, befalls::datagram, true, 0.025,
+              "a datagram comes `amount` s late, behind later ones"},
+    FaultType{"truncate", truncate, befalls::wire, true, 0, "the end of a message is lost"},
+    FaultType{"bit_flip", bit_flip, befalls::wire, true, 0, "one bit of a message is turned"},
+    FaultType{"delay", delay, befalls::wire, false, 0.05, "all comes `amount` s late"},
+    FaultType{"jitter", jitter, befalls::wire, true, 0.02,
+              "each message comes up to `amount` s late"},
+    FaultType{"garbage", garbage, befalls::wire, true, 16,
+              "up to `amount` random bytes come as well"},
+    FaultType{"unplug", unplug, befalls::wire, false, 0, "nothing passes; the end is the replug"},
+    FaultType{"link_stall", link_stall, befalls::wire, false, 0,
+              "what is sent comes all at once at the end"},
+    FaultType{"merge", merge, befalls::stream, false, 0.05,
+              "bytes come in lumps, one each `amount` s"},
+    FaultType{"split", split, befalls::stream, false, 0, "bytes come one by one"},
+    FaultType{"sequence_jump", sequence_jump, sensors, false, 1000,
+              "the numbers jump ahead by `amount`, once"},
+    FaultType{"sequence_back", sequence_back, sensors, false, 1000,
+              "the numbers jump back by `amount`, once"},
+    FaultType{"rate_halved", rate_halved, sensors, false, 0, "half as many samples a second"},
+    FaultType{"silent", silent, sensors, false, 0, "the stream stops"},
+    FaultType{"stuck_force", stuck_force, befalls::force, false, 0, "the values stay the same"},
+    FaultType{"drift", drift, befalls::force, false, 0.05, "Fz drifts by `amount` N/s"},
+    FaultType{"saturation", saturation, befalls::force, false, 0,
+              "Fz stands at its range, status says so"},
+    FaultType{"absurd_counts", absurd_counts, befalls::force, true, 0,
+              "counts are the largest of 32 bits"},
+    FaultType{"calibration_change", calibration_change, befalls::force, false, 1.25,
+              "counts per newton are `amount` times the configured ones"},
+    FaultType{"status_bits", status_bits, befalls::force, false, 28,
+              "bit `amount` of the status word is set"},
+    FaultType{"threshold_latch", threshold_latch, befalls::force, false, 0,
+              "a threshold latches, until it is reset"},
+    FaultType{"bias_jump", bias_jump, befalls::force, false, 2, "Fz is `amount` N off"},
+    FaultType{"noise", noise, befalls::force, false, 1, "noise of `amount` N rms on Fz"},
+    FaultType{"redirected", redirected, befalls::force, false, 0,
+              "another client takes the stream"},
+    FaultType{"motor_stall", motor_stall, befalls::stage, false, 0,
+              "the motor stands, the controller goes on trying"},
+    FaultType{"lost_steps", lost_steps, befalls::stage, false, 0.2,
+              "the share `amount` of all steps is lost"},
+    FaultType{"limit_switch", limit_switch, befalls::stage, false, 0,
+              "the forward switch makes and stops the stage"},
+    FaultType{"motion_error", motion_error, befalls::stage, false, 0,
+              "status: position error too large"},
+    FaultType{"over_temperature", over_temperature, befalls::stage, false, 0,
+              "status: over-temperature"},
+    FaultType{"disabled", disabled, befalls::stage, false, 0,
+              "the channel falls disabled and stops"},
+    FaultType{"silent_status", silent_status, befalls::stage, false, 0, "no status is sent"},
+    FaultType{"wrong_reply", wrong_reply, befalls::stage, false, 0,
+              "status requests get another answer"},
+    FaultType{"late_completion", late_completion, befalls::stage, false, 1,
+              "the end of a move is told `amount` s late"},
+    FaultType{"no_completion", no_completion, befalls::stage, false, 0,
+              "the end of a move is never told"},
+    FaultType{"wrong_serial", wrong_serial, befalls::stage, false, 1,
+              "the serial number is `amount` higher"},
+    FaultType{"never_homes", never_homes, befalls::stage, false, 0, "homing never ends"},
+    FaultType{"false_home", false_home, befalls::stage, false, 0,
+              "homing is reported done, nothing moved"},
+    FaultType{"encoder_frozen", encoder_frozen, befalls::stage, false, 0,
+              "the count stays while the stage moves"},
+    FaultType{"overshoot", overshoot, befalls::stage, false, 0.05,
+              "moves end `amount` mm or degrees too far"},
+    FaultType{"crc_errors", crc_errors, befalls::taxels, true, 0, "a frame's check value is wrong"},
+    FaultType{"dead_pad", dead_pad, befalls::taxels, false, 5, "taxel `amount` stays as it is"},
+    FaultType{"noisy_pad", noisy_pad, befalls::taxels, false, 5,
+              "taxel `amount` jumps by thousands of counts"},
+    FaultType{"saturated_pad", saturated_pad, befalls::taxels, false, 5,
+              "taxel `amount` stands at 65535"},
+    FaultType{"frozen_frame", frozen_frame, befalls::taxels, false, 0,
+              "all taxels stay as they are"},
+    FaultType{"half_speed_clock", half_speed_clock, befalls::taxels, false, 0,
+              "the sensor's clock runs at half speed"},
+    FaultType{"wrong_count", wrong_count, befalls::taxels, false, 15,
+              "frames have `amount` taxels"},
+    FaultType{"restart", restart, befalls::taxels, false, 0, "numbers and clock begin anew, once"},
+};
+
+constexpr bool in_order() {
+  for (std::size_t i = 0; i < types.size(); ++i)
+    if (static_cast<std::size_t>(types[i].kind) != i) return false;
+  return true;
+}
+static_assert(in_order());
+
+}  // namespace
+
+std::span<const FaultType> fault_types() {
+  return types;
+}
+
+const FaultType* find_fault(std::string_view name) {
+  const auto found = std::find_if(types.begin(), types.end(),
+                                  [&](const FaultType& type) { return type.name == name; });
+  return found == types.end() ? nullptr : &*found;
+}
+
+const FaultType& type_of(FaultKind kind) {
+  return types[static_cast<std::size_t>(kind)];
+}
+
+void FaultBoard::add(const Fault& fault) {
+  const bool certain = fault.probability >= 1 || type_of(fault.kind).each_time;
+  if (certain || dice_.uniform() < fault.probability) faults_.push_back(fault);
+}
+
+void FaultBoard::clear(FaultKind kind) {
+  std::erase_if(faults_, [kind](const Fault& fault) { return fault.kind == kind; });
+}
+
+const Fault* FaultBoard::active(FaultKind kind, bool to_device, TimePoint now) const {
+  for (const Fault& fault : faults_)
+    if (fault.kind == kind && fault.to_device == to_device && fault.from <= now &&
+        now < fault.until)
+      return &fault;
+  return nullptr;
+}
+
+const Fault* FaultBoard::strikes(FaultKind kind, bool to_device, TimePoint now) {
+  const Fault* fault = active(kind, to_device, now);
+  if (fault == nullptr || fault->probability >= 1) return fault;
+  return dice_.uniform() < fault->probability ? fault : nullptr;
+}
+
+const Fault* FaultBoard::active(FaultKind kind, TimePoint now) const {
+  return active(kind, false, now);
+}
+
+const Fault* FaultBoard::strikes(FaultKind kind, TimePoint now) {
+  return strikes(kind, false, now);
+}
+
+std::optional<TimePoint> FaultBoard::next_edge(TimePoint now) const {
+  std::optional<TimePoint> next;
+  for (const Fault& fault : faults_)
+    for (const TimePoint edge : {fault.from, fault.until})
+      if (edge > now && edge != TimePoint::max() && (!next || edge < *next)) next = edge;
+  return next;
+}
+
+}  // namespace weft::sim

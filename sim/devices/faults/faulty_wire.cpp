@@ -1,0 +1,133 @@
+#include "sim/devices/faults/faulty_wire.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::sim {
+
+namespace {
+/// What a stalled link holds; more is lost, as in a full buffer.
+constexpr std::size_t most_held = 4096;
+}  // namespace
+
+FaultyWire::FaultyWire(std::unique_ptr<Emulator> inner, FaultBoard& board, Kind kind, TimePoint now)
+    : inner_(std::move(inner)), board_(&board), kind_(kind), now_(now) {
+  from_inner_ = [this](ByteView bytes) { pass(to_host_, bytes, now_); };
+}
+
+void FaultyWire::receive(ByteView bytes, TimePoint now, ByteSink& out) {
+  wake(now, out);
+  pass(to_device_, bytes, now);
+}
+
+void FaultyWire::wake(TimePoint now, ByteSink& out) {
+  now_ = now;
+  out_ = &out;
+  release(now);
+  inner_->wake(now, from_inner_);
+}
+
+std::optional<TimePoint> FaultyWire::next_wakeup() const {
+  std::optional<TimePoint> next = inner_->next_wakeup();
+  const auto sooner = [&](std::optional<TimePoint> at) {
+    if (at && (!next || *at < *next)) next = at;
+  };
+  if (!held_.empty()) sooner(held_.front().due);
+  sooner(board_->next_edge(now_));
+  return next;
+}
+
+void FaultyWire::pass(Way& way, ByteView bytes, TimePoint now) {
+  if (board_->faults().empty() && held_.empty()) return deliver(way.to_device, bytes, now);
+  if (board_->active(FaultKind::unplug, now) != nullptr) return;
+  if (board_->strikes(FaultKind::drop, way.to_device, now) != nullptr) return;
+  Bytes message(bytes.begin(), bytes.end());
+  damage(way, message, now);
+  const bool twice = board_->strikes(FaultKind::duplicate, way.to_device, now) != nullptr;
+  const TimePoint at = due(way, now);
+  for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
+    if (at <= now)
+      deliver(way.to_device, message, now);
+    else
+      hold({at, way.to_device, message});
+  }
+}
+
+void FaultyWire::damage(const Way& way, Bytes& message, TimePoint now) {
+  Random& dice = board_->dice();
+  if (message.size() > 1 && board_->strikes(FaultKind::truncate, way.to_device, now) != nullptr)
+    message.resize(1 + dice.bits() % (message.size() - 1));
+  if (!message.empty() && board_->strikes(FaultKind::bit_flip, way.to_device, now) != nullptr) {
+    const std::size_t bit = dice.bits() % (8 * message.size());
+    message[bit / 8] = static_cast<std::uint8_t>(message[bit / 8] ^ (1U << (bit % 8)));
+  }
+  if (const Fault* more = board_->strikes(FaultKind::garbage, way.to_device, now)) {
+    const auto most = static_cast<std::uint64_t>(std::clamp(more->amount, 1.0, 4096.0));
+    for (std::uint64_t left = 1 + dice.bits() % most; left > 0; --left)
+      message.push_back(static_cast<std::uint8_t>(dice.bits()));
+  }
+}
+
+/// When a message that is sent now arrives.
+TimePoint FaultyWire::due(Way& way, TimePoint now) {
+  if (const Fault* late = board_->strikes(FaultKind::reorder, way.to_device, now))
+    return now + from_seconds(late->amount);
+  TimePoint at = now;
+  if (const Fault* stalled = board_->active(FaultKind::link_stall, way.to_device, now))
+    at = stalled->until;
+  if (const Fault* late = board_->active(FaultKind::delay, way.to_device, now))
+    at = std::max(at, now + from_seconds(late->amount));
+  if (const Fault* late = board_->strikes(FaultKind::jitter, way.to_device, now))
+    at = std::max(at, now + from_seconds(late->amount * board_->dice().uniform()));
+  if (const Fault* lumps = board_->active(FaultKind::merge, way.to_device, now)) {
+    const std::int64_t period = std::max<std::int64_t>(from_seconds(lumps->amount).count(), 1);
+    at = std::max(at, TimePoint(Duration((now.time_since_epoch().count() / period + 1) * period)));
+  }
+  if (kind_ == Kind::stream) way.last_due = at = std::max(at, way.last_due);
+  return at;
+}
+
+void FaultyWire::hold(Held held) {
+  if (held_.size() >= most_held) return;
+  const auto after = std::upper_bound(held_.begin(), held_.end(), held.due,
+                                      [](TimePoint at, const Held& h) { return at < h.due; });
+  held_.insert(after, std::move(held));
+}
+
+/// Of a stream, what is due together arrives as one lump.
+void FaultyWire::release(TimePoint now) {
+  const auto freed = [&](const Held& held) {  // the stall that held it was cleared
+    return held.due == TimePoint::max() &&
+           board_->active(FaultKind::link_stall, held.to_device, now) == nullptr;
+  };
+  for (Held& held : held_)
+    if (freed(held)) held.due = now;
+  while (!held_.empty() && held_.front().due <= now) {
+    Held first = std::move(held_.front());
+    held_.pop_front();
+    while (kind_ == Kind::stream && !held_.empty() && held_.front().due <= now &&
+           held_.front().to_device == first.to_device) {
+      const Bytes& more = held_.front().bytes;
+      first.bytes.insert(first.bytes.end(), more.begin(), more.end());
+      held_.pop_front();
+    }
+    if (board_->active(FaultKind::unplug, now) == nullptr)
+      deliver(first.to_device, first.bytes, now);
+  }
+}
+
+void FaultyWire::deliver(bool to_device, ByteView bytes, TimePoint now) {
+  const bool one_by_one =
+      !board_->faults().empty() && board_->active(FaultKind::split, to_device, now) != nullptr;
+  const std::size_t piece = one_by_one ? 1 : std::max<std::size_t>(bytes.size(), 1);
+  do {
+    const ByteView part = bytes.first(std::min(piece, bytes.size()));
+    bytes = bytes.subspan(part.size());
+    if (to_device)
+      inner_->receive(part, now, from_inner_);
+    else
+      (*out_)(part);
+  } while (!bytes.empty());
+}
+
+}  // namespace weft::sim

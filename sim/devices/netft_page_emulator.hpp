@@ -1,0 +1,35 @@
+#pragma once
+// The HTTP port of a Net F/T box: its settings and calibration pages (reference protocols.md B.3).
+
+#include <functional>
+#include <string>
+
+#include "sim/devices/emulator.hpp"
+#include "sim/devices/rdt_emulator.hpp"
+
+namespace weft::sim {
+
+/// One connection. Pages: /netftapi2.xml, /netftcalapi.xml, /comm.cgi?comrdtrate=N (sets the rate),
+/// /setting.cgi (accepted), / (a word of welcome).
+class NetftPageEmulator final : public Emulator {
+ public:
+  /// `box` is asked at each request; nullptr: the box is off.
+  explicit NetftPageEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
+
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+  [[nodiscard]] std::optional<TimePoint> next_wakeup() const override { return std::nullopt; }
+  void wake(TimePoint, ByteSink&) override {}
+
+  /// The client asked for the connection to end, or sent what is no request.
+  [[nodiscard]] bool finished() const { return finished_; }
+
+ private:
+  [[nodiscard]] std::string answer(const std::string& head, TimePoint now);
+  [[nodiscard]] std::string page(const protocols::rdt::HttpRequest& request, TimePoint now);
+
+  std::function<RdtEmulator*()> box_;
+  std::string waiting_;
+  bool finished_ = false;
+};
+
+}  // namespace weft::sim

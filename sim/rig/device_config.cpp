@@ -1,0 +1,191 @@
+#include "sim/rig/device_config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "protocols/base/units.hpp"
+#include "sim/plant/field_reader.hpp"
+
+namespace weft::sim {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
+
+/// The controller that a stage usually has, and serial numbers as it has them (reference A.1).
+struct Controller {
+  std::string_view stage, model;
+  std::int32_t serial;
+};
+constexpr std::array controllers{
+    Controller{"LTS150", "LTS150", 45000001}, Controller{"NRT150", "SCC201", 40000001},
+    Controller{"PRM1-Z8", "KDC101", 27000001}, Controller{"CR1-Z7", "TDC001", 83000001},
+    Controller{"K10CR1", "K10CR1", 55000001}};
+
+Status read_controller(FieldReader& reader, const std::string& where, AptStageParams& params) {
+  const auto* usual =
+      std::find_if(controllers.begin(), controllers.end(),
+                   [&](const Controller& c) { return c.stage == params.stage->name; });
+  if (usual != controllers.end()) {
+    params.model = usual->model;
+    params.serial = usual->serial;
+  }
+  constexpr double no_bay = -1;
+  std::string firmware = "1.2.3", retarget = "replan";
+  double serial = params.serial, silent_after = params.silent_after, bay = no_bay;
+  double bays = params.bays;
+  reader.text("model", params.model).text("retarget", retarget).text("firmware", firmware);
+  reader.text("notes", params.notes).flag("enabled", params.enabled);
+  reader.flag("encoder", params.encoder);
+  reader.number("serial", serial, 0, 99'999'999).number("silent_after", silent_after, 0, 1e6);
+  reader.number("bay", bay, 0, 9).number("bays", bays, 1, 10);
+  int taken = 0;
+  unsigned major = 0, interim = 0, minor = 0;
+  if (std::sscanf(firmware.c_str(), "%3u.%3u.%3u%n", &major, &interim, &minor, &taken) != 3 ||
+      static_cast<std::size_t>(taken) != firmware.size() || std::max({major, interim, minor}) > 255)
+    return fail(Errc::parse, "not a version", where + "/firmware", "1.2.3, each up to 255",
+                firmware);
+  if (retarget != "replan" && retarget != "ignore")
+    return fail(Errc::parse, "no such policy", where + "/retarget", "replan or ignore", retarget);
+  if (params.model.empty() || params.model.size() > 8)
+    return fail(Errc::parse, "not a model name", where + "/model", "1 to 8 characters",
+                params.model);
+  params.firmware = {static_cast<std::uint8_t>(major), static_cast<std::uint8_t>(interim),
+                     static_cast<std::uint8_t>(minor)};
+  params.serial = static_cast<std::int32_t>(serial);
+  params.silent_after = static_cast<std::uint32_t>(silent_after);
+  params.retarget = retarget == "ignore" ? RetargetPolicy::ignore : RetargetPolicy::replan;
+  params.bays = static_cast<std::uint8_t>(bays);
+  if (bay != no_bay) params.bay = static_cast<std::uint8_t>(bay);
+  return {};
+}
+
+Status read_carriage(FieldReader& reader, const protocols::apt::StageModel& model,
+                     StageParams& stage) {
+  const bool linear = model.axis == protocols::apt::Axis::linear;
+  const double si = linear ? m_per_mm : rad_per_deg;
+  const double span = linear ? 1000 : 360;
+  double quantum = 1, backlash = 0;
+  stage.low = (linear ? model.travel_low : -model.travel_high) * si;
+  stage.high = model.travel_high * si;
+  reader.interval(linear ? "travel_mm" : "travel_deg", stage.low, stage.high, -span, span, si);
+  reader.number(linear ? "start_mm" : "start_deg", stage.start, -span, span, si);
+  reader.number(linear ? "quantum_um" : "quantum_urad", quantum, 0, 1e4);
+  reader.number(linear ? "backlash_um" : "backlash_urad", backlash, 0, 1e4);
+  if (Status s = reader.finish(); !s) return s;
+  stage.quantum = quantum * 1e-6;
+  stage.backlash = backlash * 1e-6;
+  stage.start = std::clamp(stage.start, stage.low, stage.high);
+  return {};
+}
+
+Result<AptStageParams> read_stage(const json& emulator, const std::string& where,
+                                  const std::string& role, StageParams& stage) {
+  const auto axis = std::find(axis_roles.begin(), axis_roles.end(), role);
+  if (axis == axis_roles.end())
+    return fail(Errc::parse, "a stage needs an axis as its role", where, "x, y, z, rx or ry", role);
+  AptStageParams params;
+  params.axis = static_cast<AxisId>(axis - axis_roles.begin());
+  std::string kind, name = "LTS150";
+  FieldReader reader(emulator, where);
+  reader.text("kind", kind).text("stage", name);
+  params.stage = protocols::apt::find_stage(name);
+  if (params.stage == nullptr)
+    return fail(Errc::not_found, "no such stage", where + "/stage", "a Thorlabs stage", name);
+  const Status controller = read_controller(reader, where, params);
+  if (Status s = read_carriage(reader, *params.stage, stage); !s) return pass(s.error());
+  if (!controller) return pass(controller.error());
+  return params;
+}
+
+Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& where) {
+  RdtEmulatorParams params;
+  std::string kind;
+  double per_datagram = 10, noise = 1;
+  FieldReader reader(emulator, where);
+  reader.text("kind", kind).number("rate_hz", params.rate_hz, 1, 7000);
+  reader.number("records_per_datagram", per_datagram, 1, 40);
+  reader.number("counts_per_n", params.sensor.counts_per_n, 1, 1e7);
+  reader.number("counts_per_nm", params.sensor.counts_per_nm, 1, 1e7);
+  reader.number("plate_mass_kg", params.sensor.plate_mass_kg, 0, 5);
+  reader.number("height_mm", params.sensor.height_m, 0, 500, m_per_mm);
+  reader.number("noise_scale", noise, 0, 1000);
+  reader.number("threshold_n", params.threshold_n, 0, 1e4);
+  reader.text("calibration_serial", params.calibration_serial);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  params.records_per_datagram = static_cast<std::size_t>(per_datagram);
+  for (double& component : params.sensor.noise) component *= noise;
+  return params;
+}
+
+Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string& where) {
+  TaxelEmulatorParams params;
+  std::string kind;
+  double chunk = 0;
+  FieldReader reader(emulator, where);
+  reader.text("kind", kind).number("largest_chunk_bytes", chunk, 0, 4096);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
+  return params;
+}
+
+std::string text_at(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+/// Sensors that the ladder of fidelity knows and that no emulator plays yet are named as such.
+Result<EmulatedDevice> no_emulator(const std::string& kind, const std::string& where) {
+  struct Sensor {
+    std::string_view kind;
+    Channel channel;
+  };
+  for (const auto& [name, channel] : {Sensor{"accelerometer", Channel::accelerometer},
+                                      {"microphone", Channel::microphone},
+                                      {"imprint", Channel::imprint}}) {
+    if (kind != name) continue;
+    const auto level = least_level({"of one sensor", {channel}, {}});
+    return fail(Errc::unsupported,
+                "level " + std::string(level ? to_string(*level) : "?") + " produces " +
+                    std::string(to_string(channel)) + ", but no emulator of this version sends it",
+                where, "apt_stage, rdt or taxel", kind);
+  }
+  return fail(Errc::parse, "no such emulator", where, "apt_stage, rdt or taxel", kind);
+}
+
+}  // namespace
+
+Result<EmulatedDevice> read_device(const json& device, const std::string& where,
+                                   RigConfig& config) {
+  if (!device.is_object()) return fail(Errc::parse, "not a device", where, "an object");
+  EmulatedDevice out;
+  out.name = text_at(device, "name");
+  if (out.name.empty()) return fail(Errc::parse, "a device without a name", where + "/name");
+  const json emulator = device.value("emulator", json::object());
+  const std::string at = where + "/emulator", kind = text_at(emulator, "kind");
+  if (kind == "apt_stage") {
+    const std::string role = text_at(device, "role");
+    StageParams stage;
+    auto params = read_stage(emulator, at, role, stage);
+    if (!params) return pass(params.error());
+    config.world.stages[static_cast<std::size_t>(params->axis)] = stage;
+    out.params = *params;
+  } else if (kind == "rdt") {
+    auto params = read_box(emulator, at);
+    if (!params) return pass(params.error());
+    out.params = *params;
+  } else if (kind == "taxel") {
+    auto params = read_taxels(emulator, at);
+    if (!params) return pass(params.error());
+    out.params = *params;
+  } else {
+    return no_emulator(kind, at + "/kind");
+  }
+  return out;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,81 @@
+#include "sim/rig/fault_config.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "sim/plant/field_reader.hpp"
+
+namespace weft::sim {
+
+namespace {
+
+constexpr double longest_s = 1e6;
+constexpr double for_ever_s = -1;
+
+std::string names_for(std::uint8_t exposure) {
+  std::string names;
+  for (const FaultType& type : fault_types())
+    if ((type.whom & exposure) != 0) names += (names.empty() ? "" : ", ") + std::string(type.name);
+  return names;
+}
+
+struct Fields {
+  std::string device, kind, towards = "host";
+  double start_s = 0, duration_s = for_ever_s, probability = 1;
+};
+
+Result<const FaultType*> kind_for(const Fields& fields, const std::string& where,
+                                  const std::vector<EmulatedDevice>& devices) {
+  const auto device = std::find_if(devices.begin(), devices.end(),
+                                   [&](const auto& d) { return d.name == fields.device; });
+  if (device == devices.end())
+    return fail(Errc::not_found, "the rig file has no such device", where + "/device", {},
+                fields.device);
+  const std::uint8_t exposure = exposure_of(*device);
+  const FaultType* type = find_fault(fields.kind);
+  if (type == nullptr)
+    return fail(Errc::not_found, "no such fault", where + "/fault", names_for(exposure),
+                fields.kind);
+  if ((type->whom & exposure) == 0)
+    return fail(Errc::unsupported, "this fault cannot befall " + fields.device, where + "/fault",
+                names_for(exposure), fields.kind);
+  return type;
+}
+
+}  // namespace
+
+std::uint8_t exposure_of(const EmulatedDevice& device) {
+  if (std::holds_alternative<AptStageParams>(device.params))
+    return befalls::stage | befalls::stream;
+  if (std::holds_alternative<RdtEmulatorParams>(device.params))
+    return befalls::force | befalls::datagram;
+  return befalls::taxels | befalls::stream;
+}
+
+Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& where,
+                               const std::vector<EmulatedDevice>& devices, TimePoint origin) {
+  if (!object.is_object()) return fail(Errc::parse, "not a fault", where, "an object");
+  Fields fields;
+  FieldReader reader(object, where);
+  reader.text("device", fields.device).text("fault", fields.kind).text("towards", fields.towards);
+  reader.number("start_s", fields.start_s, 0, longest_s);
+  reader.number("duration_s", fields.duration_s, 0, longest_s);
+  reader.number("probability", fields.probability, 0, 1);
+  const auto type = kind_for(fields, where, devices);
+  if (!type) return pass(type.error());
+  Fault fault{.kind = (*type)->kind, .amount = (*type)->amount};
+  reader.number("amount", fault.amount, -1e9, 1e9);
+  if (Status s = reader.finish(); !s) return pass(s.error());
+  if (fields.towards != "host" && fields.towards != "device")
+    return fail(Errc::parse, "not a direction", where + "/towards", "host or device",
+                fields.towards);
+  fault.to_device = fields.towards == "device";
+  if (fault.to_device && ((*type)->whom & befalls::wire) == 0)
+    return fail(Errc::parse, "only faults of the wire have a direction", where + "/towards");
+  fault.probability = fields.probability;
+  fault.from = origin + from_seconds(fields.start_s);
+  if (fields.duration_s != for_ever_s) fault.until = fault.from + from_seconds(fields.duration_s);
+  return DeviceFault{fields.device, fault};
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""A Net F/T client of its own: plain sockets, written from the protocol's notes (reference protocols.md, part B) without a line
+of Weft, at the box that weft-rig serves. Its pages are asked for with curl too, and its stream with socat, where they
+are installed.
+
+    netft_client.py WEFT_RIG SOURCE_ROOT
+"""
+import json
+import pathlib
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+import xml.etree.ElementTree
+
+from emulated_support import ServedRig, free_port, rig_file
+
+STOP, START, BUFFERED, RESET_LATCH, BIAS = 0, 2, 3, 0x41, 0x42
+RECORD = 36
+LATCHED = 0x80010000
+
+
+class Client:
+    def __init__(self, place):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.connect(place)
+        self.socket.settimeout(2)
+
+    def request(self, command, count=0):
+        self.socket.send(struct.pack(">HHI", 0x1234, command, count))
+
+    def records(self, datagrams=1):
+        """(sequence, sample number, status, six counts) of each record."""
+        found = []
+        for _ in range(datagrams):
+            data = self.socket.recv(4096)
+            assert len(data) % RECORD == 0 and data, len(data)
+            found += [(*struct.unpack_from(">III", data, at), struct.unpack_from(">6i", data, at + 12))
+                      for at in range(0, len(data), RECORD)]
+        return found
+
+    def hears(self, seconds):
+        """How many records come in that time."""
+        end, count = time.monotonic() + seconds, 0
+        while (left := end - time.monotonic()) > 0:
+            self.socket.settimeout(left)
+            try:
+                count += len(self.records())
+            except (TimeoutError, socket.timeout):
+                break
+        self.socket.settimeout(2)
+        return count
+
+    def drain(self):
+        self.hears(0.3)
+
+    def close(self):
+        self.socket.close()
+
+
+def one_sample(client):
+    client.request(START, 1)
+    (sequence, _, status, counts), = client.records()
+    assert (sequence, status) == (1, 0), (sequence, status)
+    weight = counts[2] / 1e6
+    assert 2.8 < weight < 3.1, f"the plate's weight: {weight} N"
+    assert client.hears(0.3) == 0, "one was asked for"
+
+
+def stream(client):
+    client.request(START)
+    records = client.records(100)
+    assert [r[0] for r in records] == list(range(1, 101)), "numbers without a gap"
+    steps = {b[1] - a[1] for a, b in zip(records, records[1:])}
+    assert steps == {70}, f"100 records a second of 7000 samples: {steps}"
+    client.request(BIAS)
+    time.sleep(0.1)
+    client.drain()
+    client.request(STOP)
+    client.drain()
+    assert client.hears(0.3) == 0, "stopped"
+    client.request(START, 20)
+    mean = sum(r[3][2] for r in client.records(20)) / 20e6
+    assert abs(mean) < 0.05, f"biased: {mean} N"
+
+
+def buffered(client):
+    client.request(BUFFERED, 25)
+    sizes = [len(client.records()) for _ in range(3)]
+    assert sizes == [10, 10, 5], sizes
+
+
+def one_client(place):
+    """The latest start takes the stream; a bias or a stop of somebody else does not."""
+    first, second = Client(place), Client(place)
+    first.request(START)
+    first.records(5)
+    second.request(BIAS)
+    assert second.hears(0.3) == 0 and first.hears(0.3) > 20
+    second.request(START)
+    second.records(5)
+    first.drain()
+    assert first.hears(0.3) == 0 and second.hears(0.3) > 20
+    second.request(STOP)
+    second.drain()
+    first.close()
+    second.close()
+
+
+def rubbish(client):
+    for data in (b"", b"\x12", b"\x12\x34\0\2\0\0\0", b"\x43\x21\0\2\0\0\0\0", b"\x12\x34\x99\x99\0\0\0\0"):
+        client.socket.send(data)
+    assert client.hears(0.3) == 0
+    client.request(START, 1)
+    assert len(client.records()) == 1
+
+
+def pages(url):
+    with urllib.request.urlopen(url + "/netftapi2.xml", timeout=5) as reply:
+        assert reply.status == 200
+        root = xml.etree.ElementTree.fromstring(reply.read())
+    assert root.tag == "netft"
+    text = {child.tag: child.text for child in root}
+    assert len(text) == len(list(root)), "each tag once"
+    assert (text["cfgcpf"], text["cfgcpt"]) == ("1000000", "1000000"), text
+    assert (text["scfgfu"], text["scfgtu"], text["comrdte"]) == ("N", "N-m", "Enabled"), text
+    assert text["comrdtrate"] == "100" and int(text["runstat"], 16) == 0
+    for name in ("runft", "setbias", "cfgmr"):
+        assert len(text[name].split(";")) == 6, text[name]
+    with urllib.request.urlopen(url + "/netftcalapi.xml?index=0", timeout=5) as reply:
+        root = xml.etree.ElementTree.fromstring(reply.read())
+    assert root.tag == "netftCalibration" and root.find("calsn").text == "FT12288"
+    try:
+        urllib.request.urlopen(url + "/nothing", timeout=5)
+        raise AssertionError("there is no such page")
+    except urllib.error.HTTPError as refused:
+        assert refused.code == 404
+
+
+def other_programs(url, place):
+    if shutil.which("curl"):
+        ran = subprocess.run(["curl", "-sS", "--max-time", "5", url + "/netftapi2.xml", url + "/netftapi2.xml?index=0"],
+                             capture_output=True, text=True)
+        assert ran.returncode == 0 and ran.stdout.count("</netft>") == 2, ran
+        old = subprocess.run(["curl", "-sS", "--http1.0", "--max-time", "5", url + "/netftapi2.xml"], capture_output=True)
+        assert old.returncode == 0 and b"</netft>" in old.stdout, old
+        print("curl read the pages")
+    if shutil.which("socat"):
+        ran = subprocess.run(["socat", "-t1", "-", f"udp:{place[0]}:{place[1]}"], capture_output=True,
+                             input=struct.pack(">HHI", 0x1234, START, 3))
+        assert len(ran.stdout) == 3 * RECORD, len(ran.stdout)
+        print("socat read three records")
+
+
+def faults(served, client):
+    """At run time: a gap, a latch that a request resets, silence and its end."""
+    answer = served.order(order="fault", device="ft", fault="sequence_jump", amount=50)
+    assert answer["ok"], answer
+    client.request(START)
+    assert client.records()[0][0] == 51
+    assert served.order(order="fault", device="ft", fault="threshold_latch", duration_s=0.1)["ok"]
+    time.sleep(0.3)
+    client.drain()
+    assert client.records()[0][2] == LATCHED
+    client.request(RESET_LATCH)
+    time.sleep(0.1)
+    client.drain()
+    assert client.records()[0][2] == 0
+    assert served.order(order="fault", device="ft", fault="unplug")["ok"]
+    client.drain()
+    assert client.hears(0.3) == 0
+    assert served.order(order="clear", device="ft")["ok"]
+    assert client.hears(0.3) > 20
+    client.request(STOP)
+    client.drain()
+    refused = served.order(order="fault", device="ft", fault="motor_stall")
+    assert not refused["ok"] and "cannot befall" in refused["error"], refused
+
+
+def main():
+    program, root = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        path, rig = rig_file(root, folder)
+        box = rig["devices"][5]
+        box["http"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
+        box["emulator"]["calibration_serial"] = "FT12288"
+        path.write_text(json.dumps(rig))
+        place = (box["link"]["host"], box["link"]["port"])
+        url = f"http://127.0.0.1:{box['http']['port']}"
+        with ServedRig(program, path, rig) as served:
+            client = Client(place)
+            one_sample(client)
+            stream(client)
+            buffered(client)
+            rubbish(client)
+            print("one sample, streams, bias, buffers: as the document says")
+            one_client(place)
+            print("one client at a time: the latest start request has the stream")
+            pages(url)
+            other_programs(url, place)
+            faults(served, client)
+            print("faults come and go by order")
+            client.close()
+
+
+if __name__ == "__main__":
+    main()
