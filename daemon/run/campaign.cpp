@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/dataset/sha256.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/run/bench_session.hpp"
 #include "daemon/run/error_check.hpp"
@@ -13,6 +14,8 @@ namespace weft::daemon {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::uintmax_t most_plugin_bytes = std::uintmax_t{1} << 28;
 
 double seconds_since(std::chrono::nanoseconds begin) {
   return std::chrono::duration<double>(steady_wall_now() - begin).count();
@@ -164,11 +167,25 @@ class Run {
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
 
-Status record_devices(Recorder& recorder, const Bench& bench) {
+/// Which code drove a device, where it was not this program's own.
+Status record_plugin(Recorder& recorder, const DeviceEntry& entry, DriverCatalog& drivers) {
+  const Result<DriverSource> source = drivers.source(entry.driver);
+  if (!source || source->file.empty()) return {};
+  const Result<std::string> bytes = read_text_file(source->file, most_plugin_bytes);
+  const json line{{"device", entry.name},
+                  {"driver", entry.driver},
+                  {"file", source->file},
+                  {"fingerprint", source->fingerprint},
+                  {"sha256", bytes ? sha256_hex(*bytes) : to_string(bytes.error())}};
+  return recorder.journal(TimePoint{}, "plugin", line.dump());
+}
+
+Status record_devices(Recorder& recorder, const Bench& bench, DriverCatalog& drivers) {
   for (const auto& device : bench.devices()) {
     const DeviceEntry& entry = device->entry();
     if (Status ok = recorder.device({entry.name, entry.driver, to_json(device->identity())}); !ok)
       return ok;
+    if (Status ok = record_plugin(recorder, entry, drivers); !ok) return ok;
   }
   return {};
 }
@@ -253,7 +270,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (Status up = run.bring_up(); !up) return pass(up.error());
   Result<Recorder> recorder = Recorder::create(campaign_file, header_of(*checked, *rig));
   if (!recorder) return pass(recorder.error());
-  if (Status ok = record_devices(*recorder, (*session)->bench()); !ok) return pass(ok.error());
+  if (Status ok = record_devices(*recorder, (*session)->bench(), *rig->drivers); !ok)
+    return pass(ok.error());
   CampaignSummary summary = run.execute(*recorder);
   summary.simulation = std::move(*simulation);
   if (Status ok = run.look_at_errors(*recorder, summary); !ok) return pass(ok.error());

@@ -1,5 +1,6 @@
-// The tactile array's driver, until it does what no driver may: {"trouble": "none" | "create" |
-// "open" | "received" | "late" | "hang", "after_frames": N, ...the array's own settings}.
+// A good driver, until it does what no driver may: {"trouble": "none" | "create" | "open" |
+// "received" | "late" | "hang", "after_samples": N, ...the good driver's own settings}.
+// WEFT_GOOD_DRIVER names the good one, WEFT_OWN_NAME this one.
 
 #include <chrono>
 #include <condition_variable>
@@ -9,6 +10,7 @@
 
 #include "drivers/api/plugin.hpp"
 #include "drivers/taxel_array/taxel_array.hpp"
+#include "drivers/thorlabs_apt/thorlabs_apt.hpp"
 
 namespace weft::drivers {
 namespace {
@@ -23,10 +25,10 @@ void wait(std::chrono::seconds time) {
 /// Stands between the good driver and its host.
 class Misbehaving final : public Driver, public DriverHost {
  public:
-  Misbehaving(std::string trouble, int frames, DriverHost& outer)
-      : trouble_(std::move(trouble)), frames_left_(frames), outer_(&outer) {}
+  Misbehaving(std::string trouble, int samples, DriverHost& outer)
+      : trouble_(std::move(trouble)), samples_left_(samples), outer_(&outer) {}
   Status start(const std::string& config) {
-    auto made = taxel_array_entry.create(config, *this);
+    auto made = WEFT_GOOD_DRIVER.create(config, *this);
     if (!made) return pass(made.error());
     driver_ = std::move(*made);
     return {};
@@ -45,7 +47,7 @@ class Misbehaving final : public Driver, public DriverHost {
   Loop& loop() override { return outer_->loop(); }
   Link& link() override { return outer_->link(); }
   void publish(const Sample& sample) override {
-    if (--frames_left_ == 0) make_trouble();
+    if (--samples_left_ == 0) make_trouble();
     outer_->publish(sample);
   }
   void identified(const DeviceIdentity& identity) override { outer_->identified(identity); }
@@ -55,13 +57,13 @@ class Misbehaving final : public Driver, public DriverHost {
 
  private:
   void make_trouble() {
-    if (trouble_ == "received") throw std::runtime_error("one frame too many");
+    if (trouble_ == "received") throw std::runtime_error("one sample too many");
     if (trouble_ == "late") wait(std::chrono::seconds(2));
     if (trouble_ == "hang") wait(std::chrono::hours(1));
   }
 
   std::string trouble_;
-  int frames_left_;
+  int samples_left_;
   DriverHost* outer_;
   std::unique_ptr<Driver> driver_;
 };
@@ -69,11 +71,11 @@ class Misbehaving final : public Driver, public DriverHost {
 Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost& host) {
   nlohmann::json config = nlohmann::json::parse(config_json);
   const std::string trouble = config.value("trouble", "none");
-  const int frames = config.value("after_frames", 1);
+  const int samples = config.value("after_samples", 1);
   config.erase("trouble");
-  config.erase("after_frames");
+  config.erase("after_samples");
   if (trouble == "create") throw std::runtime_error("no such thing in create");
-  auto made = std::make_unique<Misbehaving>(trouble, frames, host);
+  auto made = std::make_unique<Misbehaving>(trouble, samples, host);
   if (Status ok = made->start(config.dump()); !ok) return pass(ok.error());
   return std::unique_ptr<Driver>(std::move(made));
 }
@@ -82,8 +84,8 @@ Result<std::unique_ptr<Driver>> create(std::string_view config_json, DriverHost&
 
 extern const DriverEntry misbehaving_entry;
 constinit const DriverEntry misbehaving_entry{
-    .name = "taxels_misbehaving",
-    .summary = "A tactile array whose driver is at fault",
+    .name = WEFT_OWN_NAME,
+    .summary = "A device whose driver is at fault",
     .config_schema_json = "{}",
     .create = create,
 };

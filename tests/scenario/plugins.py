@@ -4,10 +4,12 @@ plugins at fault whose run ends with what was recorded and the rig at rest.
 
     plugins.py WEFT SOURCE_ROOT BUILTIN_PLUGINS TEST_PLUGINS
 """
+import hashlib
 import json
 import os
 import pathlib
 import shutil
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -24,14 +26,14 @@ def recipe(root, d):
     (d / RECIPE).write_text(json.dumps(r))
 
 
-def rig(root, d, name, driver=None, plugins=None, **config):
+def rig(root, d, name, driver=None, plugins=None, role="taxels", **config):
     r = json.loads((root / "sim/rigs/bench17.json").read_text())
     r["simulation"]["fabrics"] = str(root / "sim/fabrics.json")
     r["simulation"]["fidelity"] = str(root / "sim/fidelity.json")
-    taxels = next(device for device in r["devices"] if device["role"] == "taxels")
+    device = next(device for device in r["devices"] if device["role"] == role)
     if driver:
-        taxels["driver"] = driver
-        taxels["config"].update(config)
+        device["driver"] = driver
+        device["config"].update(config)
     if plugins:
         r["plugins"] = plugins
     (d / name).write_text(json.dumps(r))
@@ -49,6 +51,13 @@ def same_data(t, d, root, builtin):
     if first.returncode == second.returncode == 0:
         digests = [json.loads(ran.stdout)["dataset_sha256"] for ran in (first, second)]
         t.expect(digests[0] == digests[1], f"plugins record other data: {digests}")
+        with sqlite3.connect(d / "plugins/campaign.sqlite") as campaign:
+            lines = [json.loads(line) for (line,) in
+                     campaign.execute("SELECT payload_json FROM journal WHERE kind = 'plugin'")]
+        t.expect(len(lines) == 7, f"the journal says which code drove each device: {lines}")
+        file = builtin / "weft-driver-taxel_array.so"
+        t.expect({hashlib.sha256(file.read_bytes()).hexdigest()} ==
+                 {line["sha256"] for line in lines if line["file"] == str(file)}, f"digest of the plugin: {lines}")
     t.refuses("check", RECIPE, "--rig", name, "--plugins", builtin, cwd=d,
               says=["two drivers have the name", "built into weft", "--plugins-only"])
 
@@ -71,8 +80,8 @@ def refusals(t, d, root, test_plugins):
 
 def places(t, d, root, test_plugins):
     """The three ways to say where plugins are."""
-    plain = rig(root, d, "harmless.json", "taxels_misbehaving", trouble="none")
-    listed = rig(root, d, "listed.json", "taxels_misbehaving", [os.path.relpath(test_plugins, d)], trouble="none")
+    plain = rig(root, d, "harmless.json", "taxel_array_misbehaving", trouble="none")
+    listed = rig(root, d, "listed.json", "taxel_array_misbehaving", [os.path.relpath(test_plugins, d)], trouble="none")
     t.expect(t.run("check", RECIPE, "--rig", plain, "--plugins", test_plugins, cwd=d).returncode == 0, "--plugins")
     t.expect(t.run("check", RECIPE, "--rig", listed, cwd=d).returncode == 0, "plugins of the rig file")
     env = {**os.environ, "WEFT_PLUGIN_PATH": f"{d}:{test_plugins}"}
@@ -81,8 +90,8 @@ def places(t, d, root, test_plugins):
 
 
 def faults(t, d, root, test_plugins):
-    def run(trouble, out=None, frames=1200):
-        name = rig(root, d, f"{trouble}.json", "taxels_misbehaving", trouble=trouble, after_frames=frames)
+    def run(trouble, out=None, samples=1200, role="taxels", driver="taxel_array_misbehaving"):
+        name = rig(root, d, f"{trouble}.json", driver, role=role, trouble=trouble, after_samples=samples)
         return t.run("run", RECIPE, "--rig", name, "--plugins", test_plugins, "--out", out or trouble, "--no-evaluate",
                      "--no-error-check", "--json", cwd=d)
 
@@ -92,19 +101,25 @@ def faults(t, d, root, test_plugins):
         t.expect(ran.returncode == 1 and all(word in ran.stderr + ran.stdout for word in says),
                  f"{trouble}: {ran.returncode} {ran.stderr}")
         t.expect(not (d / trouble / "campaign.sqlite").exists(), f"{trouble}: a campaign without a bench")
-    for trouble, says in {"received": ["threw an exception in received", "one frame too many"],
-                          "late": ["taxels_misbehaving.so", "kept the program waiting in received"]}.items():
+    for trouble, says in {"received": ["threw an exception in received", "one sample too many"],
+                          "late": ["taxel_array_misbehaving.so", "kept the program waiting in received"]}.items():
         ran = run(trouble)
         t.expect(ran.returncode == 1, f"{trouble}: status {ran.returncode} {ran.stderr}")
         summary = json.loads(ran.stdout)
         sentence = summary.get("campaign_error", {}).get("sentence", "")
         t.expect(all(word in sentence for word in ["taxels", *says]), f"{trouble}: {sentence}")
         t.expect(summary["rig"] == "safe" and summary["cleanup"] == "done", f"{trouble}: {summary}")
-    ran = run("received", "early", frames=3)
-    t.expect(ran.returncode == 1 and "one frame too many" in ran.stdout, f"while the bench comes up: {ran.stdout}")
+    ran = run("received", "early", samples=3)
+    t.expect(ran.returncode == 1 and "one sample too many" in ran.stdout, f"while the bench comes up: {ran.stdout}")
+    # A stage at fault is stopped and left alone. The probe cannot be taken off the cloth without z: the rig says so.
+    for role, samples, rig_fact in (("x", 300, "safe"), ("z", 3000, "unknown")):
+        ran = run("received", f"stage-{role}", samples, role, "thorlabs_apt_misbehaving")
+        summary = json.loads(ran.stdout)
+        t.expect(ran.returncode == 1 and f"stage.{role}" in summary["campaign_error"]["sentence"], f"{role}: {summary}")
+        t.expect(summary["outcome"] == "failed" and summary["rig"] == rig_fact, f"{role}: {summary}")
     ran = run("hang")
     t.expect(ran.returncode == 1, f"hang: status {ran.returncode}")
-    for word in ("does not come back from received", "taxels_misbehaving.so", "taxels", "come to rest"):
+    for word in ("does not come back from received", "taxel_array_misbehaving.so", "taxels", "come to rest"):
         t.expect(word in ran.stderr, f"hang: no '{word}' in {ran.stderr}")
     t.expect(json.loads(ran.stdout)["error"]["sentence"], "hang: no error object")
     info = t.run("dataset", "info", "hang/campaign.sqlite", cwd=d)

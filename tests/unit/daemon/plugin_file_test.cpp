@@ -109,7 +109,7 @@ TEST_CASE(
   const Error unknown = drivers.source("taxel_aray").error();
   CHECK(unknown.code == Errc::not_found);
   CHECK(unknown.expected.find("taxel_array") != std::string::npos);
-  CHECK(unknown.expected.find("taxels_misbehaving") != std::string::npos);
+  CHECK(unknown.expected.find("taxel_array_misbehaving") != std::string::npos);
   CHECK(unknown.hint.find("weft-driver-taxel_aray.so") != std::string::npos);
   auto lost = catalog({"/nowhere/at/all"});
   CHECK(lost.source("taxel_array").error().message.find("/nowhere/at/all") != std::string::npos);
