@@ -122,6 +122,22 @@ std::string ConfigReader::choice(std::string_view key, std::string_view fallback
   return std::string(fallback);
 }
 
+std::string ConfigReader::text(std::string_view key, std::string_view fallback,
+                               std::size_t longest) {
+  known_.emplace_back(key);
+  const nlohmann::json* value = document_->find(key);
+  if (value == nullptr) return std::string(fallback);
+  if (value->is_string() && value->get_ref<const std::string&>().size() <= longest)
+    return value->get<std::string>();
+  note({Errc::invalid_argument,
+        "not a text",
+        "/" + known_.back(),
+        "at most " + std::to_string(longest) + " bytes",
+        value->type_name(),
+        {}});
+  return std::string(fallback);
+}
+
 std::vector<double> ConfigReader::numbers(std::string_view key, std::vector<double> fallback,
                                           NumberRange range) {
   known_.emplace_back(key);

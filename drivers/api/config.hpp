@@ -33,6 +33,8 @@ class ConfigReader {
   bool flag(std::string_view key, bool fallback);
   std::string choice(std::string_view key, std::string_view fallback,
                      const std::vector<std::string_view>& choices);
+  /// A text of at most `longest` bytes.
+  std::string text(std::string_view key, std::string_view fallback, std::size_t longest = 64);
   /// Exactly as many numbers as `fallback` has, each within `range`.
   std::vector<double> numbers(std::string_view key, std::vector<double> fallback,
                               NumberRange range);

@@ -10,11 +10,14 @@ using namespace protocols::rdt;
 namespace {
 /// Datagrams may be lost: the one-sample request that opens is sent so often at most.
 constexpr int max_opening_tries = 3;
+constexpr std::uint32_t late_run_of_a_restart = 5;
 }  // namespace
 
 NetftDriver::NetftDriver(const NetftSettings& settings, DriverHost& driver_host)
     : DriverBase(driver_host),
       settings_(settings),
+      watch_(settings.rate_hz, settings.stuck_after),
+      reader_([this](const Result<BoxPages>& pages) { on_pages(pages); }),
       opening_(driver_host.loop(), [this] { on_opening_timeout(); }),
       stale_(driver_host.loop(), [this] { on_stale(); }) {}
 
@@ -22,17 +25,86 @@ Status NetftDriver::open() noexcept {
   if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (Status taken = attach(); !taken) return taken;
   bad_datagrams_ = late_records_ = 0;
+  pages_.reset();
   opening_tries_ = 1;
+  Link* http = host().http();
+  if (http == nullptr) return ask_for_one();
+  opening_.start(settings_.reply_timeout * max_opening_tries);
+  if (Status asked = reader_.read(*http); !asked) {
+    raise(asked.error());
+    return asked;
+  }
+  return {};
+}
+
+Status NetftDriver::ask_for_one() {
   opening_.start(settings_.reply_timeout);
   if (!request(RequestCommand::start_realtime, 1))
     return fail(Errc::io, "the link refused the opening request");
   return {};
 }
 
+void NetftDriver::on_pages(const Result<BoxPages>& pages) {
+  if (!attached()) return;
+  if (!pages) return raise(pages.error());
+  if (Status same = agree(*pages); !same) return raise(same.error());
+  pages_ = *pages;
+  static_cast<void>(ask_for_one());
+}
+
+/// Takes what the configuration leaves open from the box's pages, and refuses what differs.
+Status NetftDriver::agree(const BoxPages& pages) {
+  const char* hint = "Correct the rig file, or choose the calibration on the box's pages";
+  const SettingsPage& page = pages.settings;
+  const auto force = newtons_per(page.force_unit);
+  if (!force) return pass(force.error(), "scfgfu");
+  const auto torque = newton_metres_per(page.torque_unit);
+  if (!torque) return pass(torque.error(), "scfgtu");
+  if (!page.rdt_enabled)
+    return fail(Errc::device, "the box's RDT interface is switched off", {}, {}, {},
+                "Switch it on on the box's page Communications");
+  const auto differ = [&](const char* key, double configured, double told) {
+    return fail(Errc::device, "the box has another scale than the rig file", key,
+                std::to_string(configured), std::to_string(told), hint);
+  };
+  const double n = *force / page.counts_per_force, nm = *torque / page.counts_per_torque;
+  const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
+  if (settings_.force_scale_given && !same(settings_.newton_per_count, n))
+    return differ("/counts_per_newton", 1 / settings_.newton_per_count, 1 / n);
+  if (settings_.torque_scale_given && !same(settings_.newton_metre_per_count, nm))
+    return differ("/counts_per_newton_metre", 1 / settings_.newton_metre_per_count, 1 / nm);
+  if (page.rdt_rate_hz > 0 && std::abs(page.rdt_rate_hz - settings_.rate_hz) > 0.5)
+    return fail(Errc::device, "the box sends at another rate than the rig file says", "/rate_hz",
+                std::to_string(settings_.rate_hz), std::to_string(page.rdt_rate_hz), hint);
+  if (!settings_.calibration_serial.empty() &&
+      settings_.calibration_serial != pages.calibration.serial)
+    return fail(Errc::device, "the box holds another calibration than the rig file names",
+                "/calibration_serial", settings_.calibration_serial, pages.calibration.serial,
+                hint);
+  settings_.newton_per_count = n;
+  settings_.newton_metre_per_count = nm;
+  return {};
+}
+
+/// RDT records carry no serial number and no calibration: only the pages tell who the box is.
+DeviceIdentity NetftDriver::identity() const {
+  DeviceIdentity identity;
+  identity.scale = {{"counts_per_n", 1 / settings_.newton_per_count},
+                    {"counts_per_nm", 1 / settings_.newton_metre_per_count},
+                    {"sign_z", settings_.sign_z}};
+  if (pages_)
+    identity.reported = {{"product", pages_->settings.product},
+                         {"calibration_serial", pages_->calibration.serial},
+                         {"rdt_rate_hz", std::to_string(pages_->settings.rdt_rate_hz)}};
+  return identity;
+}
+
 Status NetftDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
   if (streaming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
   sequence_.reset();
+  watch_.restart();
+  late_in_a_row_ = 0;
   streaming_ = true;
   stale_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
   if (!request(RequestCommand::start_realtime, 0))
@@ -71,6 +143,7 @@ void NetftDriver::make_safe() noexcept {
 // A stop is harmless to a box that sends nothing, and needed by one that a dead host left sending.
 void NetftDriver::end_stream() {
   streaming_ = false;
+  reader_.let_go();
   opening_.cancel();
   stale_.stop();
   send_last(encode(Request{RequestCommand::stop, 0}));
@@ -95,25 +168,38 @@ void NetftDriver::on_bad_datagram(const Error& error) {
 
 void NetftDriver::on_record(const Record& record, TimePoint arrival) {
   if (state() == DriverState::closed) {
+    if (reader_.reading()) return;  // of a stream that a dead host left; who it is comes first
     opening_.cancel();
-    // RDT records carry no serial number and no calibration: nothing is reported.
-    host().identified({.reported = {},
-                       .scale = {{"counts_per_n", 1 / settings_.newton_per_count},
-                                 {"counts_per_nm", 1 / settings_.newton_metre_per_count},
-                                 {"sign_z", settings_.sign_z}}});
+    host().identified(identity());
     enter(LifecycleEvent::opened);
     return;
   }
   if (!streaming_) return;
-  stale_.expect_within(settings_.stale_after);
   const SequenceStep step = sequence_.observe(record.rdt_sequence);
-  if (step.event == SequenceEvent::duplicate || step.event == SequenceEvent::out_of_order) {
-    if (++late_records_ == 1)
-      host().log(LogLevel::warning, "a record came twice or out of order and was dropped");
-    return;
-  }
+  if (step.event == SequenceEvent::duplicate || step.event == SequenceEvent::out_of_order)
+    return on_late_record(record);
+  late_in_a_row_ = 0;
+  stale_.expect_within(settings_.stale_after);
+  if (auto wrong = watch_.look(record, step.lost, arrival)) return raise(*wrong);
   if (state() == DriverState::open) enter(LifecycleEvent::armed);
   if (state() == DriverState::armed) host().publish(to_sample(record, step.lost, arrival));
+}
+
+/// A few come late over UDP. A whole run of them, each the next, is a box that counts anew: it has
+/// been off, and has lost its bias.
+void NetftDriver::on_late_record(const Record& record) {
+  if (++late_records_ == 1)
+    host().log(LogLevel::warning, "a record came twice or out of order and was dropped");
+  const bool next = late_in_a_row_ > 0 && record.rdt_sequence == last_late_ + 1;
+  late_in_a_row_ = next ? late_in_a_row_ + 1 : 1;
+  last_late_ = record.rdt_sequence;
+  if (late_in_a_row_ < late_run_of_a_restart) return;
+  raise({Errc::device,
+         "the box counts its records anew: it has been restarted",
+         {},
+         {},
+         "record " + std::to_string(record.rdt_sequence),
+         "Look at its power and for another client; its bias is lost"});
 }
 
 Sample NetftDriver::to_sample(const Record& record, std::uint32_t lost, TimePoint arrival) {
@@ -140,6 +226,15 @@ bool NetftDriver::within_rating(const WrenchSample& wrench) {
 }
 
 void NetftDriver::on_opening_timeout() {
+  if (reader_.reading()) {
+    raise({Errc::timeout,
+           "the settings page of the Net F/T box does not come",
+           "/http",
+           {},
+           "silence",
+           "Check the address of the box's HTTP port in the rig file"});
+    return;
+  }
   if (opening_tries_ < max_opening_tries) {
     ++opening_tries_;
     if (request(RequestCommand::start_realtime, 1)) opening_.start(settings_.reply_timeout);

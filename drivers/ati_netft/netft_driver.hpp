@@ -3,7 +3,9 @@
 
 #include "drivers/api/driver_base.hpp"
 #include "drivers/api/timer.hpp"
+#include "drivers/ati_netft/page_reader.hpp"
 #include "drivers/ati_netft/settings.hpp"
+#include "drivers/ati_netft/stream_watch.hpp"
 #include "protocols/rdt/rdt.hpp"
 
 namespace weft::drivers {
@@ -14,7 +16,8 @@ class NetftDriver final : public DriverBase {
  public:
   NetftDriver(const NetftSettings& settings, DriverHost& driver_host);
 
-  /// Open when the answer to a one-sample request has come.
+  /// Open when the answer to a one-sample request has come; where the host gives an HTTP port, the
+  /// box's pages are read first and must agree with the configuration.
   Status open() noexcept override;
   /// Armed when the first record of the stream has come.
   Status arm() noexcept override;
@@ -28,6 +31,11 @@ class NetftDriver final : public DriverBase {
   void received(ByteView datagram, TimePoint arrival) override;
   void make_safe() noexcept override;
 
+  Status ask_for_one();
+  void on_pages(const Result<BoxPages>& pages);
+  Status agree(const BoxPages& pages);
+  [[nodiscard]] DeviceIdentity identity() const;
+  void on_late_record(const protocols::rdt::Record& record);
   void on_record(const protocols::rdt::Record& record, TimePoint arrival);
   void on_opening_timeout();
   void on_stale();
@@ -43,7 +51,12 @@ class NetftDriver final : public DriverBase {
   bool overrange_ = false;  ///< said once per episode
   std::uint64_t bad_datagrams_ = 0;
   std::uint64_t late_records_ = 0;
+  std::uint32_t late_in_a_row_ = 0;
+  std::uint32_t last_late_ = 0;
   int opening_tries_ = 0;
+  std::optional<BoxPages> pages_;
+  StreamWatch watch_;
+  PageReader reader_;
 
   Timer opening_;
   Watchdog stale_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <string_view>
 
 #include "protocols/base/result.hpp"
@@ -16,6 +17,13 @@ struct NetftSettings {
   std::array<double, 3> rated_force_n{40, 40, 120};  ///< Mini40 SI-40-2 (reference B.6)
   Duration reply_timeout{};                          ///< of each of a few opening requests
   Duration stale_after{};
+  /// The configuration names counts per newton (metre): a page that differs is refused. Otherwise
+  /// the page's are taken.
+  bool force_scale_given = false;
+  bool torque_scale_given = false;
+  std::string calibration_serial;  ///< compared with the page's; empty: any
+  double rate_hz = 100;
+  Duration stuck_after{};  ///< values that stay the same for so long are a fault; zero: never
 };
 
 /// JSON Schema of the configuration.

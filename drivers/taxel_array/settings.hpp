@@ -18,6 +18,8 @@ struct TaxelSettings {
   TaxelForm form = TaxelForm::weft;
   Duration reply_timeout{};  ///< for the first frame
   Duration stale_after{};
+  double rate_hz = 37;
+  Duration watch{};  ///< windows in which taxels, rate and clock are judged; zero: they are not
 };
 
 /// JSON Schema of the configuration.

@@ -1,6 +1,7 @@
 #include "drivers/taxel_array/taxel_driver.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include "protocols/taxel/cpm_finger.hpp"
@@ -12,11 +13,17 @@ namespace taxel = protocols::taxel;
 namespace {
 /// Damage is logged when it begins, and then so often at most.
 constexpr Duration damage_report_period = std::chrono::seconds(1);
+constexpr std::array<std::uint8_t, 1> hello{0};
+/// A frame that is older than the last one by less than this came late; by more, it is the first of
+/// a sensor that has started anew.
+constexpr std::uint32_t latest_us = 2'000'000;
+constexpr int late_run_of_a_restart = 3;
 }  // namespace
 
 TaxelDriver::TaxelDriver(const TaxelSettings& settings, DriverHost& driver_host)
     : DriverBase(driver_host),
       settings_(settings),
+      watch_(settings.rate_hz, settings.watch, settings.form == TaxelForm::weft),
       silence_(driver_host.loop(), [this] { on_silence(); }) {}
 
 Status TaxelDriver::open() noexcept {
@@ -27,6 +34,11 @@ Status TaxelDriver::open() noexcept {
   frame_ = {};
   frame_.taxel_count = settings_.taxels;
   silence_.expect_within(settings_.reply_timeout);
+  watch_.restart();
+  late_ = 0;
+  // A gateway sends unasked; an emulated one learns from this where to.
+  if (settings_.form == TaxelForm::cpm_udp && !send(hello))
+    return fail(Errc::io, "the link refused the first datagram");
   return {};
 }
 
@@ -99,19 +111,40 @@ void TaxelDriver::on_frame(TimePoint arrival) {
            "Correct the rig file"});
     return;
   }
-  const std::uint32_t lost = count_lost();
-  if (advance() && state() == DriverState::armed) publish(lost, arrival);
+  const std::optional<std::uint32_t> lost = count_lost();
+  if (!lost || !advance() || state() != DriverState::armed) return;
+  if (auto wrong = watch_.look(frame_, *lost, arrival)) return raise(*wrong);
+  publish(*lost, arrival);
 }
 
-std::uint32_t TaxelDriver::count_lost() {
+/// Nothing for a frame that came twice or late: it is dropped.
+std::optional<std::uint32_t> TaxelDriver::count_lost() {
   const SequenceStep step = sequence_.observe(frame_.sequence);
-  // A stream cannot deliver out of order: the sensor has started anew.
-  if (step.event == SequenceEvent::out_of_order || step.event == SequenceEvent::duplicate) {
+  const bool older =
+      step.event == SequenceEvent::out_of_order || step.event == SequenceEvent::duplicate;
+  if (older && settings_.form == TaxelForm::weft && came_late()) {
+    if (++late_ == 1) host().log(LogLevel::warning, "a frame came twice or late and was dropped");
+    return std::nullopt;
+  }
+  late_in_a_row_ = 0;
+  last_device_us_ = frame_.device_us;
+  if (older) {
+    watch_.restart();
     host().log(LogLevel::warning, "the sensor's frame numbers jumped back: it has restarted");
     sequence_.reset();
     sequence_.observe(frame_.sequence);
   }
   return step.lost;
+}
+
+/// An older frame came late, unless its clock is far behind or a run of such frames shows that the
+/// sensor counts anew.
+bool TaxelDriver::came_late() {
+  const bool next =
+      late_in_a_row_ > 0 && frame_.sequence == static_cast<std::uint16_t>(last_late_ + 1);
+  late_in_a_row_ = next ? late_in_a_row_ + 1 : 1;
+  last_late_ = frame_.sequence;
+  return last_device_us_ - frame_.device_us < latest_us && late_in_a_row_ < late_run_of_a_restart;
 }
 
 /// Moves along the lifecycle on a good frame. False while nothing is to be published.

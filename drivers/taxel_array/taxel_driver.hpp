@@ -3,6 +3,7 @@
 
 #include "drivers/api/driver_base.hpp"
 #include "drivers/api/timer.hpp"
+#include "drivers/taxel_array/frame_watch.hpp"
 #include "drivers/taxel_array/settings.hpp"
 #include "protocols/taxel/taxel.hpp"
 
@@ -31,7 +32,8 @@ class TaxelDriver final : public DriverBase {
   void take_stream(ByteView bytes, TimePoint arrival);
   void take_datagram(ByteView datagram, TimePoint arrival);
   void on_frame(TimePoint arrival);
-  std::uint32_t count_lost();
+  std::optional<std::uint32_t> count_lost();
+  bool came_late();
   bool advance();
   void publish(std::uint32_t lost, TimePoint arrival);
   void report_damage(TimePoint arrival);
@@ -42,6 +44,11 @@ class TaxelDriver final : public DriverBase {
   protocols::taxel::Splitter splitter_;
   protocols::taxel::SequenceTracker sequence_;
   protocols::taxel::Frame frame_;
+  FrameWatch watch_;
+  std::uint32_t last_device_us_ = 0;
+  std::uint64_t late_ = 0;  ///< frames that came twice or late
+  std::uint16_t last_late_ = 0;
+  int late_in_a_row_ = 0;  ///< each the next of the one before
   bool arming_ = false;
 
   std::uint64_t damaged_ = 0;  ///< frames or datagrams that could not be used

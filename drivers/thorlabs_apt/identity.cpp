@@ -53,6 +53,10 @@ Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
     return fail(Errc::device, "the controller is set up for another stage", {},
                 "stage id " + std::to_string(settings.model->stage_id),
                 std::to_string(info.stage_id), hint);
+  if (settings.serial != 0 && settings.serial != info.serial)
+    return fail(Errc::device, "the unit has another serial number", "/serial",
+                std::to_string(settings.serial), std::to_string(info.serial),
+                "Two stages may have changed places");
   if (info.channels != 0 && settings.channel > info.channels)
     return fail(Errc::device, "the controller does not have this channel", "/channel",
                 "1 to " + std::to_string(info.channels), std::to_string(settings.channel));

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <optional>
 
 #include "protocols/base/time.hpp"
 
@@ -12,6 +13,7 @@ namespace weft::drivers {
 struct StageReading {
   std::int32_t position_counts = 0;
   std::uint32_t status_bits = 0;
+  std::int32_t encoder_counts = 0;  ///< steppers only
 };
 
 enum class MotionKind : std::uint8_t { none, home, move, servo };
@@ -25,6 +27,10 @@ struct Motion {
   // Progress: where the stage was when it last moved, and when.
   std::int32_t progress_counts = 0;
   TimePoint progress_at{};
+  bool moved = false;  ///< the position was seen to change
+
+  // At rest by its status: at its target without a report, or reported and away from it.
+  std::optional<TimePoint> silent_since, away_since;
 
   [[nodiscard]] bool awaited() const {
     return kind == MotionKind::move || kind == MotionKind::home;
@@ -36,6 +42,7 @@ struct Motion {
     if (position_counts == progress_counts) return;
     progress_counts = position_counts;
     progress_at = at;
+    moved = true;
   }
 };
 

@@ -14,6 +14,8 @@ using protocols::apt::Family;
 using protocols::apt::StageModel;
 using protocols::apt::StageScale;
 
+constexpr double encoder_tolerance = 0.1;  // mm or degrees
+
 double si_per_unit(const StageModel& model) {
   return model.axis == Axis::linear ? m_per_mm : rad_per_deg;
 }
@@ -108,6 +110,11 @@ const char stage_config_schema[] = R"({
     "travel_deg": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "rotary stages: [low, high] from home"},
     "in_position_counts": {"type": "integer", "minimum": 0, "maximum": 10000, "default": 4, "description": "a finished move may be this far from its target"},
     "require_homed": {"type": "boolean", "default": true, "description": "refuse motion before homing"},
+    "serial": {"type": "integer", "minimum": 0, "maximum": 99999999, "default": 0, "description": "of the unit; another is refused; 0: any"},
+    "identify": {"type": "boolean", "default": false, "description": "let the front panel flash on opening"},
+    "encoder": {"type": "boolean", "default": false, "description": "a stepper whose status tells an encoder's count: lost steps are a fault"},
+    "check_jumps": {"type": "boolean", "default": true, "description": "drop positions that no motion explains, three in a row are a fault"},
+    "home_must_move": {"type": "boolean", "default": true, "description": "a homing during which the position never changed is a fault"},
     "home_timeout_s": {"type": "number", "minimum": 0.1, "maximum": 3600, "description": "follows the stage: 1.5 x (travel + offset) / homing speed + 10"},
     "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 1},
     "poll_hz": {"type": "number", "minimum": 0, "maximum": 1000, "default": 0, "description": "status readings without being asked; 0: only on PollCommand"}
@@ -126,6 +133,13 @@ Result<StageSettings> read_stage_settings(std::string_view config_json) {
   settings.in_position_counts =
       static_cast<std::int32_t>(config.integer("in_position_counts", 4, {0, 10000}));
   settings.require_homed = config.flag("require_homed", true);
+  settings.serial = static_cast<std::int32_t>(config.integer("serial", 0, {0, 99'999'999}));
+  settings.identify = config.flag("identify", false);
+  settings.encoder = config.flag("encoder", false);
+  settings.encoder_tolerance_counts =
+      static_cast<std::int32_t>(encoder_tolerance * settings.model->scale.counts_per_unit);
+  settings.check_jumps = config.flag("check_jumps", true);
+  settings.home_must_move = config.flag("home_must_move", true);
   read_limits(config, settings);
   read_timing(config, settings);
   if (Status status = config.finish(); !status) return pass(status.error());

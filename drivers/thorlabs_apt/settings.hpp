@@ -28,6 +28,13 @@ struct StageSettings {
   /// A finished move may be this far from its target.
   std::int32_t in_position_counts = 4;
   bool require_homed = true;
+  std::int32_t serial = 0;  ///< another unit is refused; 0: any
+  bool identify = false;    ///< the front panel flashes on opening
+  /// Steppers: the status tells where an encoder sees the carriage.
+  bool encoder = false;
+  std::int32_t encoder_tolerance_counts = 0;
+  bool check_jumps = true;     ///< readings that no motion explains are dropped
+  bool home_must_move = true;  ///< a homing during which the position never changed is a fault
   Duration home_timeout{};
   Duration reply_timeout{};
   Duration poll_period{};  ///< zero: only on PollCommand

@@ -12,6 +12,8 @@ namespace {
 using namespace protocols::apt;
 
 constexpr Duration watch_period = std::chrono::milliseconds(250);
+/// A homing may be short, and must be seen to move.
+constexpr Duration home_watch_period = std::chrono::milliseconds(50);
 /// A stage on its way whose position stays the same for so long is stuck.
 constexpr Duration stall_limit = std::chrono::seconds(3);
 /// At least once a second (APT16 p. 98).
@@ -47,11 +49,16 @@ Status StageDriver::open() noexcept {
   splitter_.clear();
   last_ = {};
   motion_ = {};
+  have_last_ = false;
+  implausible_ = 0;
+  found_limits_.reset();
   stops_under_way_ = unacknowledged_ = 0;
   // LTS units do not list 0x0018 (reference A.6); a unit left streaming by a dead host is silenced.
   if (is_servo_family()) put_short(MessageId::hw_no_flash_programming, 0, 0);
   put_short(MessageId::hw_stop_updatemsgs, 0, 0);
   put_short(MessageId::hw_req_info, 0, 0);
+  put_short(MessageId::req_limswitchparams, settings_.channel, 0);
+  if (settings_.identify) put_short(MessageId::mod_identify, settings_.channel, 0);
   opening_.start(settings_.reply_timeout);
   if (!flush()) return link_failed();
   return {};
@@ -80,9 +87,16 @@ void StageDriver::put_arming() {
   append_message(out_, MessageId::set_homeparams, home, route_);
   LimitSwitchParams limits{channel, model.forward_limit, model.reverse_limit, 0, 0, 1};
   if (model.axis == Axis::rotary) limits.soft_mode |= 0x80;
+  if (found_limits_) {  // soft limits that somebody set stay
+    limits.forward_soft_counts = found_limits_->forward_soft_counts;
+    limits.reverse_soft_counts = found_limits_->reverse_soft_counts;
+    limits.soft_mode = found_limits_->soft_mode;
+  }
   append_message(out_, MessageId::set_limswitchparams, limits, route_);
   // Backlash correction would drive past each target of the force loop and come back.
   append_message(out_, MessageId::set_genmoveparams, ChannelCounts{channel, 0}, route_);
+  put_short(MessageId::req_velparams, settings_.channel, 0);
+  put_short(MessageId::req_limswitchparams, settings_.channel, 0);
 }
 
 Result<std::uint32_t> StageDriver::command(const Command& command) noexcept {
@@ -170,9 +184,14 @@ Result<std::int32_t> StageDriver::speed_counts(double speed) const {
 }
 
 std::uint32_t StageDriver::begin(MotionKind kind, std::int32_t target_counts, Duration limit) {
-  motion_ = {kind, ++last_id_, target_counts, false, last_.position_counts, now()};
+  motion_ = {};
+  motion_.kind = kind;
+  motion_.id = ++last_id_;
+  motion_.target_counts = target_counts;
+  motion_.progress_counts = last_.position_counts;
+  motion_.progress_at = now();
   motion_limit_.start(limit);
-  watch_.start(watch_period);
+  watch_.start(kind == MotionKind::home ? home_watch_period : watch_period);
   return motion_.id;
 }
 
@@ -271,8 +290,9 @@ void StageDriver::on_watch() {
            "Look for an obstacle, and at the limit switches"});
     return;
   }
-  if (now() - last_at_ >= watch_period) put_status_request();
-  if (out_.empty() || flush()) watch_.start(watch_period);
+  const Duration period = motion_.kind == MotionKind::home ? home_watch_period : watch_period;
+  if (now() - last_at_ >= period) put_status_request();
+  if (out_.empty() || flush()) watch_.start(period);
 }
 
 void StageDriver::on_poll() {

@@ -49,8 +49,13 @@ class StageDriver final : public DriverBase {
   void on_rich_response(const protocols::apt::Message& message);
   std::optional<StageReading> read_status(const protocols::apt::Message& message) const;
   bool accept(const StageReading& reading, TimePoint arrival);
+  bool plausible(const StageReading& reading, TimePoint arrival);
+  bool healthy(const StageReading& reading);
+  void on_limit_switches(const protocols::apt::Message& message);
+  void on_velocity(const protocols::apt::Message& message);
   bool finish_arming(const StageReading& reading);
-  void confirm(bool device_says_at_rest);
+  void confirm(bool device_says_at_rest, TimePoint arrival);
+  void judge_rest(bool arrived, TimePoint arrival);
   void confirm_home();
   void publish(TimePoint arrival);
   void acknowledge();
@@ -85,6 +90,9 @@ class StageDriver final : public DriverBase {
 
   StageReading last_;
   TimePoint last_at_{};
+  bool have_last_ = false;  ///< and the next reading must be near it
+  int implausible_ = 0;     ///< readings in a row
+  std::optional<protocols::apt::LimitSwitchParams> found_limits_;  ///< before arming
   Motion motion_;
   std::uint32_t last_id_ = 0;
   std::uint32_t confirmed_id_ = 0;

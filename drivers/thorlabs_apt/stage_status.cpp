@@ -1,6 +1,8 @@
 // What comes in from the stage, and what follows from it.
 
+#include <cstdlib>
 #include <string>
+#include <type_traits>
 
 #include "drivers/thorlabs_apt/identity.hpp"
 #include "drivers/thorlabs_apt/stage_driver.hpp"
@@ -12,6 +14,14 @@ using namespace protocols::apt;
 
 /// A servo controller goes silent after about 50 status messages without an answer (APT16 p. 98).
 constexpr std::uint32_t acknowledge_every = 10;
+/// A stage that is at rest at its target for so long has arrived, though its report got lost; one
+/// that has reported and rests elsewhere has not.
+constexpr Duration lost_report_limit = std::chrono::seconds(1);
+constexpr Duration away_limit = std::chrono::milliseconds(500);
+/// Between two readings a stage moves no further than half as fast again as it can, and this [mm or
+/// degrees].
+constexpr double jump_margin = 0.1;
+constexpr int most_implausible = 3;
 
 std::string fault_names(std::uint32_t bits) {
   struct Name {
@@ -40,7 +50,9 @@ template <class Body>
 std::optional<StageReading> reading_of(const Message& message, std::uint16_t channel) {
   const Result<Body> body = decode_body<Body>(message.data);
   if (!body || body->channel != channel) return std::nullopt;
-  return StageReading{body->position_counts, body->status_bits};
+  StageReading reading{body->position_counts, body->status_bits, 0};
+  if constexpr (std::is_same_v<Body, StatusUpdate>) reading.encoder_counts = body->encoder_counts;
+  return reading;
 }
 
 }  // namespace
@@ -64,6 +76,10 @@ void StageDriver::handle(const Message& message, TimePoint arrival) {
       return on_homed();
     case MessageId::hw_get_info:
       return on_info(message);
+    case MessageId::get_limswitchparams:
+      return on_limit_switches(message);
+    case MessageId::get_velparams:
+      return on_velocity(message);
     case MessageId::hw_richresponse:
       return on_rich_response(message);
     case MessageId::hw_response:
@@ -86,6 +102,49 @@ void StageDriver::on_info(const Message& message) {
   enter(LifecycleEvent::opened);
 }
 
+/// As found when the stage is opened: soft limits inside the rig file's travel would stop it there.
+/// As read back when it is armed: the switches must be those that were set.
+void StageDriver::on_limit_switches(const Message& message) {
+  const auto found = decode_body<LimitSwitchParams>(message.data);
+  if (!found || state() == DriverState::closed) return;
+  if (arming_) {
+    const StageModel& model = *settings_.model;
+    if (found->forward_hardware == model.forward_limit &&
+        found->reverse_hardware == model.reverse_limit)
+      return;
+    return raise(
+        {Errc::device,
+         "the controller did not take the stage's limit switches",
+         {},
+         std::to_string(model.forward_limit) + ", " + std::to_string(model.reverse_limit),
+         std::to_string(found->forward_hardware) + ", " + std::to_string(found->reverse_hardware),
+         "Check the stage in the rig file"});
+  }
+  found_limits_ = *found;
+  const bool active = (found->soft_mode & 0x7F) > 1;
+  if (!active || (found->reverse_soft_counts <= settings_.travel_low_counts &&
+                  found->forward_soft_counts >= settings_.travel_high_counts))
+    return;
+  raise({Errc::device, "the controller's soft limits are inside the rig file's travel",
+         "/travel_" + std::string(settings_.model->axis == Axis::linear ? "mm" : "deg"),
+         std::to_string(to_si(settings_.travel_low_counts)) + " to " +
+             std::to_string(to_si(settings_.travel_high_counts)),
+         std::to_string(to_si(found->reverse_soft_counts)) + " to " +
+             std::to_string(to_si(found->forward_soft_counts)),
+         "Correct the rig file, or widen the limits with the maker's program"});
+}
+
+void StageDriver::on_velocity(const Message& message) {
+  const auto told = decode_body<VelocityParams>(message.data);
+  if (!told || !arming_ || told->maximum_velocity_counts == velocity_counts_) return;
+  raise({Errc::device,
+         "the controller did not take the rig file's speed",
+         {},
+         std::to_string(velocity_counts_) + " counts",
+         std::to_string(told->maximum_velocity_counts) + " counts",
+         "Lower the speed in the rig file to what the controller allows"});
+}
+
 void StageDriver::on_rich_response(const Message& message) {
   const Result<RichResponse> response = decode_body<RichResponse>(message.data);
   raise({Errc::device,
@@ -106,7 +165,8 @@ void StageDriver::on_status(const Message& message, TimePoint arrival) {
   const bool of_our_family = is_servo_family() == (message.id == MessageId::get_dcstatusupdate);
   const std::optional<StageReading> reading = read_status(message);
   if (!of_our_family || !reading || !accept(*reading, arrival)) return;
-  confirm((reading->status_bits & status::any_motion) == 0);
+  confirm((reading->status_bits & status::any_motion) == 0, arrival);
+  if (!attached()) return;
   publish(arrival);
   acknowledge();
 }
@@ -116,7 +176,8 @@ void StageDriver::on_completed(const Message& message, TimePoint arrival) {
   const std::optional<StageReading> reading = read_status(message);
   if (reading) {
     if (!accept(*reading, arrival)) return;
-    confirm(true);
+    confirm(true, arrival);
+    if (!attached()) return;
     publish(arrival);
     acknowledge();
   }
@@ -154,12 +215,47 @@ void StageDriver::on_homed() {
   flush();
 }
 
-/// Takes a reading in. False when it ended in a fault or before the driver is armed.
+/// Takes a reading in. False when it ended in a fault, is not believed, or comes before the driver
+/// is armed.
 bool StageDriver::accept(const StageReading& reading, TimePoint arrival) {
   if (state() == DriverState::closed) return false;
+  reply_.satisfy();
+  if (!plausible(reading, arrival)) return false;
   last_ = reading;
   last_at_ = arrival;
-  reply_.satisfy();
+  have_last_ = motion_.kind != MotionKind::home;  // homing moves the origin
+  if (!healthy(reading)) return false;
+  if (arming_ && !finish_arming(reading)) return false;
+  const bool at_rest = (reading.status_bits & status::any_motion) == 0;
+  if (motion_.kind == MotionKind::none && at_rest) stops_under_way_ = 0;
+  motion_.note_progress(reading.position_counts, arrival);
+  return true;
+}
+
+/// The protocol has no check value: a damaged message may pass for a reading.
+bool StageDriver::plausible(const StageReading& reading, TimePoint arrival) {
+  if (!settings_.check_jumps || !have_last_ || motion_.kind == MotionKind::home) return true;
+  const StageModel& model = *settings_.model;
+  const double units = 1.5 * model.max_speed * to_seconds(arrival - last_at_) + jump_margin;
+  const auto step = static_cast<double>(
+      std::llabs(std::int64_t{reading.position_counts} - last_.position_counts));
+  if (step <= units * model.scale.counts_per_unit) {
+    implausible_ = 0;
+    return true;
+  }
+  if (++implausible_ == 1)
+    host().log(LogLevel::warning, "a position that no motion explains was dropped");
+  if (implausible_ >= most_implausible)
+    raise({Errc::device,
+           "the position jumps",
+           {},
+           std::to_string(last_.position_counts) + " counts or near",
+           std::to_string(reading.position_counts) + " counts",
+           "Look at the cable, and whether somebody set the controller's counter"});
+  return false;
+}
+
+bool StageDriver::healthy(const StageReading& reading) {
   if ((reading.status_bits & status::any_fault) != 0) {
     raise({Errc::device,
            "the controller reports a fault: " + fault_names(reading.status_bits),
@@ -169,11 +265,28 @@ bool StageDriver::accept(const StageReading& reading, TimePoint arrival) {
            {}});
     return false;
   }
-  if (arming_ && !finish_arming(reading)) return false;
-  const bool at_rest = (reading.status_bits & status::any_motion) == 0;
-  if (motion_.kind == MotionKind::none && at_rest) stops_under_way_ = 0;
-  motion_.note_progress(reading.position_counts, arrival);
-  return true;
+  const bool armed = state() == DriverState::armed;
+  if (armed && (reading.status_bits & status::channel_enabled) == 0) {
+    raise({Errc::device,
+           "the channel has fallen disabled",
+           {},
+           {},
+           "status " + std::to_string(reading.status_bits),
+           "Look at the controller's front panel and its power supply"});
+    return false;
+  }
+  const std::int64_t apart =
+      std::llabs(std::int64_t{reading.position_counts} - reading.encoder_counts);
+  if (!settings_.encoder || !armed || motion_.kind == MotionKind::home ||
+      apart <= settings_.encoder_tolerance_counts)
+    return true;
+  raise({Errc::device,
+         "steps were lost: the encoder does not follow",
+         {},
+         std::to_string(reading.position_counts) + " counts",
+         std::to_string(reading.encoder_counts) + " counts",
+         "Look for an obstacle; home the stage again"});
+  return false;
 }
 
 bool StageDriver::finish_arming(const StageReading& reading) {
@@ -194,19 +307,57 @@ bool StageDriver::finish_arming(const StageReading& reading) {
 }
 
 /// Done needs evidence: the device's own report, and a position that agrees.
-void StageDriver::confirm(bool device_says_at_rest) {
+void StageDriver::confirm(bool device_says_at_rest, TimePoint arrival) {
   const bool arrived = motion_.at_target(last_.position_counts, settings_.in_position_counts);
   if (motion_.kind == MotionKind::servo && device_says_at_rest && arrived) motion_ = {};
-  if (!motion_.reported || !device_says_at_rest) return;
+  if (!device_says_at_rest) {
+    motion_.silent_since.reset();
+    motion_.away_since.reset();
+    return;
+  }
+  if (motion_.kind == MotionKind::move) judge_rest(arrived, arrival);
+  if (!attached() || !motion_.reported) return;
   if (motion_.kind == MotionKind::home) return confirm_home();
   if (!arrived) return;
   confirmed_id_ = motion_.id;
   end_motion();
 }
 
+/// A move whose stage is at rest. The message of its end may have got lost; the status that says so
+/// again and again has not.
+void StageDriver::judge_rest(bool arrived, TimePoint arrival) {
+  std::optional<TimePoint>& since = arrived ? motion_.silent_since : motion_.away_since;
+  (arrived ? motion_.away_since : motion_.silent_since).reset();
+  if (arrived == motion_.reported) {
+    since.reset();
+    return;
+  }
+  if (!since) since = arrival;
+  if (arrived && arrival - *since > lost_report_limit) {
+    host().log(LogLevel::warning, "the end of a move was not reported, but it is there");
+    motion_.reported = true;
+  }
+  if (arrived || arrival - *since <= away_limit) return;
+  raise({Errc::device,
+         "the stage ended away from its target",
+         {},
+         std::to_string(motion_.target_counts) + " counts",
+         std::to_string(last_.position_counts) + " counts",
+         "Look at the backlash correction and at the stage"});
+}
+
 void StageDriver::confirm_home() {
   if ((last_.status_bits & status::homed) == 0) {
     raise({Errc::device, "homing ended without the homed status", {}, {}, {}, {}});
+    return;
+  }
+  if (settings_.home_must_move && !motion_.moved) {
+    raise({Errc::device,
+           "homing was reported done, but the encoder never moved",
+           {},
+           {},
+           std::to_string(last_.position_counts) + " counts throughout",
+           "Look at the motor's cable and at the home switch"});
     return;
   }
   confirmed_id_ = motion_.id;

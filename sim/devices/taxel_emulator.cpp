@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/taxel/cpm_finger.hpp"
+
 namespace weft::sim {
 
 namespace {
@@ -48,19 +50,80 @@ void TaxelEmulator::wake(TimePoint now, ByteSink& out) {
 }
 
 void TaxelEmulator::send_frame(TimePoint at, ByteSink& out) {
+  const std::uint64_t number = next_frame_++;
+  if (suffers(FaultKind::silent, at) != nullptr) return;
+  if (number % 2 == 1 && suffers(FaultKind::rate_halved, at) != nullptr) return;
+  suffer_numbers(at);
   const PadFrame& scan = world_->frame(at);
   const Light light = light_at(-world_->plant().contact().indentation_m);
   protocols::taxel::Frame frame;
   frame.sequence = sequence_++;
-  frame.device_us = static_cast<std::uint32_t>((at - power_on_).count() / 1000);
+  frame.device_us = device_us(at);
   frame.taxel_count = static_cast<std::uint8_t>(pad_count);
   std::copy(scan.counts.begin(), scan.counts.end(), frame.counts.begin());
   frame.proximity_counts = light.proximity_counts;
   frame.ambient_counts = light.ambient_counts;
+  suffer(frame, at);
   buffer_.clear();
+  if (params_.wire == TaxelWire::cpm_udp) {
+    protocols::taxel::cpm::Counts counts{};
+    std::copy_n(frame.counts.begin(), counts.size(), counts.begin());
+    return out(protocols::taxel::cpm::encode_datagram(counts));
+  }
   protocols::taxel::append(buffer_, frame);
-  ++next_frame_;
+  if (struck_by(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;
   send(buffer_, out);
+}
+
+std::uint32_t TaxelEmulator::device_us(TimePoint at) const {
+  Duration passed = at - power_on_;
+  if (const Fault* slow = suffers(FaultKind::half_speed_clock, at))
+    passed -= (at - std::max(slow->from, power_on_)) / 2;
+  return static_cast<std::uint32_t>(passed.count() / 1000);
+}
+
+void TaxelEmulator::suffer_numbers(TimePoint at) {
+  const auto once = [](const Fault* fault, std::optional<TimePoint>& done) {
+    if (fault == nullptr || done == fault->from) return false;
+    done = fault->from;
+    return true;
+  };
+  if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
+    sequence_ = static_cast<std::uint16_t>(sequence_ + static_cast<int>(ahead->amount));
+  if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))
+    sequence_ = static_cast<std::uint16_t>(sequence_ - static_cast<int>(back->amount));
+  if (!once(suffers(FaultKind::restart, at), restarted_)) return;
+  sequence_ = 0;
+  power_on_ = at;
+}
+
+void TaxelEmulator::suffer(protocols::taxel::Frame& frame, TimePoint at) {
+  suffer_pads(frame, at);
+  if (suffers(FaultKind::frozen_frame, at) == nullptr)
+    frozen_.reset();
+  else if (!frozen_)
+    frozen_ = frame;
+  if (frozen_) frame.counts = frozen_->counts;
+  if (const Fault* wrong = suffers(FaultKind::wrong_count, at))
+    frame.taxel_count = static_cast<std::uint8_t>(
+        std::clamp(wrong->amount, 1.0, double{protocols::taxel::max_taxels}));
+}
+
+void TaxelEmulator::suffer_pads(protocols::taxel::Frame& frame, TimePoint at) {
+  constexpr double noise_counts = 3000;
+  const auto pad = [&](const Fault* fault) -> std::uint16_t& {
+    return frame
+        .counts[static_cast<std::size_t>(std::clamp(fault->amount, 0.0, double{pad_count - 1}))];
+  };
+  if (const Fault* dead = suffers(FaultKind::dead_pad, at)) {
+    if (!dead_counts_) dead_counts_ = pad(dead);
+    pad(dead) = *dead_counts_;
+  } else {
+    dead_counts_.reset();
+  }
+  if (const Fault* full = suffers(FaultKind::saturated_pad, at)) pad(full) = 0xFFFF;
+  if (const Fault* noisy = struck_by(FaultKind::noisy_pad, at))
+    pad(noisy) = quantise(pad(noisy) + noise_counts * fault_dice().gaussian());
 }
 
 void TaxelEmulator::send(ByteView bytes, ByteSink& out) {

@@ -11,7 +11,13 @@
 
 namespace weft::sim {
 
+enum class TaxelWire : std::uint8_t {
+  weft,     ///< frames over a serial line
+  cpm_udp,  ///< the datagrams of a CPM-Finger's gateway: 16 counts and nothing else
+};
+
 struct TaxelEmulatorParams {
+  TaxelWire wire = TaxelWire::weft;
   /// Frames are cut into pieces of 1 to this many bytes, at random; 0 sends them whole.
   std::size_t largest_chunk_bytes = 0;
   std::uint64_t chunk_seed = 0;
@@ -30,6 +36,10 @@ class TaxelEmulator final : public Emulator {
  private:
   void send_frame(TimePoint at, ByteSink& out);
   void send(ByteView bytes, ByteSink& out);
+  void suffer(protocols::taxel::Frame& frame, TimePoint at);
+  void suffer_pads(protocols::taxel::Frame& frame, TimePoint at);
+  void suffer_numbers(TimePoint at);
+  [[nodiscard]] std::uint32_t device_us(TimePoint at) const;
 
   TaxelEmulatorParams params_;
   BenchWorld* world_;
@@ -38,6 +48,11 @@ class TaxelEmulator final : public Emulator {
   std::uint16_t sequence_ = 0;
   Random chunks_;
   Bytes buffer_;
+
+  // What faults have done.
+  std::optional<TimePoint> jumped_, restarted_;  ///< onset of the fault that was carried out
+  std::optional<std::uint16_t> dead_counts_;
+  std::optional<protocols::taxel::Frame> frozen_;
 };
 
 }  // namespace weft::sim

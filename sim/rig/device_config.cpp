@@ -124,11 +124,14 @@ Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& wher
 
 Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string& where) {
   TaxelEmulatorParams params;
-  std::string kind;
+  std::string kind, form = "weft";
   double chunk = 0;
   FieldReader reader(emulator, where);
-  reader.text("kind", kind).number("largest_chunk_bytes", chunk, 0, 4096);
+  reader.text("kind", kind).text("form", form).number("largest_chunk_bytes", chunk, 0, 4096);
   if (Status s = reader.finish(); !s) return pass(s.error());
+  if (form != "weft" && form != "cpm_udp")
+    return fail(Errc::parse, "no such form", where + "/form", "weft or cpm_udp", form);
+  params.wire = form == "weft" ? TaxelWire::weft : TaxelWire::cpm_udp;
   params.largest_chunk_bytes = static_cast<std::size_t>(chunk);
   return params;
 }

@@ -49,7 +49,8 @@ std::uint8_t exposure_of(const EmulatedDevice& device) {
     return befalls::stage | befalls::stream;
   if (std::holds_alternative<RdtEmulatorParams>(device.params))
     return befalls::force | befalls::datagram;
-  return befalls::taxels | befalls::stream;
+  const auto& taxels = std::get<TaxelEmulatorParams>(device.params);
+  return befalls::taxels | (taxels.wire == TaxelWire::weft ? befalls::stream : befalls::datagram);
 }
 
 Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& where,

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -13,8 +14,8 @@ using apt::MessageId;
 TEST_CASE("opening a servo stage sends what thorpy was seen to send, and waits for the model") {
   StageBench bench = StageBench::prm();
   REQUIRE(bench.driver->open());
-  CHECK(bench.link().take_written() ==
-        hex("18 00 00 00 50 01") + hex("12 00 00 00 50 01") + hex("05 00 00 00 50 01"));
+  CHECK(bench.link().take_written() == hex("18 00 00 00 50 01") + hex("12 00 00 00 50 01") +
+                                           hex("05 00 00 00 50 01") + hex("24 04 01 00 50 01"));
   CHECK(bench.driver->state() == DriverState::closed);
   bench.receive_info("KDC101", 6);
   CHECK(bench.driver->state() == DriverState::open);
@@ -49,13 +50,15 @@ TEST_CASE("what the controller says of itself is published, firmware included, b
 TEST_CASE("opening an LTS150 leaves out the message that it does not list") {
   StageBench bench = StageBench::lts();
   REQUIRE(bench.driver->open());
-  CHECK(bench.link().take_written() == hex("12 00 00 00 50 01") + hex("05 00 00 00 50 01"));
+  CHECK(bench.link().take_written() ==
+        hex("12 00 00 00 50 01") + hex("05 00 00 00 50 01") + hex("24 04 01 00 50 01"));
 }
 
 TEST_CASE("a bay controller is spoken to under its own address") {
   StageBench bench = StageBench::lts(R"(, "destination": 34)");
   REQUIRE(bench.driver->open());
-  CHECK(bench.link().take_written() == hex("12 00 00 00 22 01") + hex("05 00 00 00 22 01"));
+  CHECK(bench.link().take_written() ==
+        hex("12 00 00 00 22 01") + hex("05 00 00 00 22 01") + hex("24 04 01 00 22 01"));
   bench.receive_info("LTS150");  // from 0x50: not our unit
   CHECK(bench.driver->state() == DriverState::closed);
 }
@@ -71,7 +74,8 @@ TEST_CASE("arming an LTS150 sends the documented bytes and ends with the first s
             hex("13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A") +
             hex("40 04 0E 00 D0 01 01 00 02 00 01 00 00 00 9F 02 00 20 03 00") +
             hex("23 04 10 00 D0 01 01 00 02 00 02 00 00 00 00 00 00 00 00 00 01 00") +
-            hex("3A 04 06 00 D0 01 01 00 00 00 00 00") + hex("80 04 01 00 50 01"));
+            hex("3A 04 06 00 D0 01 01 00 00 00 00 00") + hex("14 04 01 00 50 01") +
+            hex("24 04 01 00 50 01") + hex("80 04 01 00 50 01"));
   CHECK(bench.driver->state() == DriverState::open);
   CHECK(bench.driver->arm().error().code == Errc::wrong_state);  // under way
   bench.receive(hex("81 04 0E 00 81 50 01 00 00 80 3E 00 00 00 00 00 10 05 00 80"));
@@ -327,4 +331,49 @@ TEST_CASE("noise on the line neither confirms a motion nor makes samples, and is
   bench.receive_completed(20480000);
   CHECK(bench.last_sample().move_id == 1);
   CHECK(bench.host.faults.empty());
+}
+
+TEST_CASE("soft limits inside the rig file's travel are refused, and wider ones stay") {
+  for (const bool inside : {true, false}) {
+    StageBench bench = StageBench::lts(R"(, "travel_mm": [0, 100])");
+    REQUIRE(bench.driver->open());
+    bench.receive_info("LTS150");
+    const std::int32_t high = (inside ? 99 : 101) * 409600;
+    bench.receive(MessageId::get_limswitchparams, apt::LimitSwitchParams{1, 2, 2, high, 0, 3});
+    CHECK(bench.host.faults.size() == (inside ? 1U : 0U));
+    if (inside) {
+      CHECK(to_string(bench.host.faults[0]).find("/travel_mm") != std::string::npos);
+      continue;
+    }
+    bench.link().take_written();
+    REQUIRE(bench.driver->arm());
+    Bytes kept;
+    apt::append_message(kept, MessageId::set_limswitchparams,
+                        apt::LimitSwitchParams{1, 2, 2, high, 0, 3}, {});
+    const Bytes written = bench.link().take_written();
+    CHECK(std::search(written.begin(), written.end(), kept.begin(), kept.end()) != written.end());
+  }
+}
+
+TEST_CASE("a controller that keeps another speed or other switches is refused when arming") {
+  for (const bool speed : {true, false}) {
+    StageBench bench = StageBench::lts();
+    REQUIRE(bench.driver->open());
+    bench.receive_info("LTS150");
+    REQUIRE(bench.driver->arm());
+    if (speed)
+      bench.receive(MessageId::get_velparams, apt::VelocityParams{1, 0, 90120, 1000});
+    else
+      bench.receive(MessageId::get_limswitchparams, apt::LimitSwitchParams{1, 3, 2, 0, 0, 1});
+    CHECK(bench.fault_code() == Errc::device);
+    CHECK(bench.host.faults[0].message.find(speed ? "speed" : "limit switches") !=
+          std::string::npos);
+  }
+}
+
+TEST_CASE("the front panel flashes when the configuration asks for it") {
+  StageBench bench = StageBench::lts(R"(, "identify": true)");
+  REQUIRE(bench.driver->open());
+  const Bytes written = bench.link().take_written();
+  CHECK(Bytes(written.end() - 6, written.end()) == hex("23 02 01 00 50 01"));
 }

@@ -1,0 +1,125 @@
+#include "drivers/taxel_array/frame_watch.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+namespace weft::drivers {
+
+namespace taxel = protocols::taxel;
+
+namespace {
+
+constexpr std::uint32_t least_frames = 20;
+/// Every AD7147 has noise of about a count (reference C.2): a taxel that never changes is dead.
+constexpr double noisy_counts = 200;  // mean change from frame to frame that no cloth makes
+constexpr double noisy_ratio = 10;    // of the median taxel's
+/// Believed when two windows in a row are off: a machine that was busy catches up.
+constexpr double tolerance = 0.25;
+constexpr int windows_to_believe = 2;
+
+bool about(double seen, double expected) {
+  return seen > expected * (1 - tolerance) && seen < expected * (1 + tolerance);
+}
+
+Error fault(std::string message, std::string expected, std::string got, std::string hint) {
+  return {Errc::device,        std::move(message), {},
+          std::move(expected), std::move(got),     std::move(hint)};
+}
+
+}  // namespace
+
+void FrameWatch::begin(const taxel::Frame& frame, TimePoint arrival) {
+  from_ = arrival;
+  first_us_ = frame.device_us;
+  last_ = frame.counts;
+  changes_ = {};
+  frames_ = 0;
+  expected_frames_ = 0;
+}
+
+std::optional<Error> FrameWatch::look(const taxel::Frame& frame, std::uint32_t lost,
+                                      TimePoint arrival) {
+  if (window_ <= Duration::zero()) return std::nullopt;
+  if (!from_) {
+    wrong_rates_ = wrong_clocks_ = 0;
+    begin(frame, arrival);
+    return std::nullopt;
+  }
+  ++frames_;
+  expected_frames_ += 1.0 + lost;
+  for (std::size_t i = 0; i < frame.taxel_count; ++i) {
+    const int change = std::abs(int{frame.counts[i]} - int{last_[i]});
+    changes_[i].steps += change != 0 ? 1 : 0;
+    changes_[i].path += change;
+    changes_[i].largest = std::max(changes_[i].largest, static_cast<double>(change));
+  }
+  last_ = frame.counts;
+  if (frames_ < least_frames || arrival - *from_ < window_) return std::nullopt;
+  auto wrong = judge(frame, to_seconds(arrival - *from_));
+  begin(frame, arrival);
+  return wrong;
+}
+
+std::optional<Error> FrameWatch::judge(const taxel::Frame& frame, double seconds) {
+  if (auto wrong = judge_still(frame)) return wrong;
+  if (auto wrong = judge_noise(frame)) return wrong;
+  if (auto wrong = judge_rate(seconds)) return wrong;
+  return judge_clock(frame, seconds);
+}
+
+std::optional<Error> FrameWatch::judge_still(const taxel::Frame& frame) const {
+  std::size_t still = 0, which = 0;
+  for (std::size_t i = 0; i < frame.taxel_count; ++i) {
+    if (changes_[i].steps != 0) continue;
+    ++still;
+    which = i;
+  }
+  if (still == 0) return std::nullopt;
+  const char* hint = "Look at the sensor's cable; watch_s 0 is for a sensor without noise";
+  if (still == frame.taxel_count)
+    return fault("the frames are frozen: no taxel changes", "the noise that taxels have",
+                 std::to_string(frames_) + " equal frames", hint);
+  const std::uint16_t at = frame.counts[which];
+  return fault("taxel " + std::to_string(which) +
+                   (at == 0xFFFF ? " is saturated" : " is dead: it does not change"),
+               "the noise that taxels have", "always " + std::to_string(at) + " counts", hint);
+}
+
+std::optional<Error> FrameWatch::judge_noise(const taxel::Frame& frame) const {
+  std::array<double, taxel::max_taxels> paths{};
+  for (std::size_t i = 0; i < frame.taxel_count; ++i)
+    paths[i] = (changes_[i].path - changes_[i].largest) / frames_;
+  auto sorted = paths;
+  const auto middle = sorted.begin() + frame.taxel_count / 2;
+  std::nth_element(sorted.begin(), middle, sorted.begin() + frame.taxel_count);
+  const double limit = std::max(noisy_counts, noisy_ratio * *middle);
+  for (std::size_t i = 0; i < frame.taxel_count; ++i)
+    if (paths[i] > limit)
+      return fault("taxel " + std::to_string(i) + " is noisy",
+                   "changes of about " + std::to_string(*middle) + " counts, as its neighbours",
+                   std::to_string(paths[i]) + " counts from frame to frame",
+                   "Look at its pad and at the shield");
+  return std::nullopt;
+}
+
+std::optional<Error> FrameWatch::judge_rate(double seconds) {
+  const double seen_hz = expected_frames_ / seconds;
+  wrong_rates_ = about(seen_hz, rate_hz_) ? 0 : wrong_rates_ + 1;
+  if (wrong_rates_ < windows_to_believe) return std::nullopt;
+  return fault("the array sends at another rate than configured",
+               std::to_string(rate_hz_) + " frames/s", std::to_string(seen_hz) + " frames/s",
+               "Correct rate_hz in the rig file, or look at the sensor's settings");
+}
+
+std::optional<Error> FrameWatch::judge_clock(const taxel::Frame& frame, double seconds) {
+  if (!has_clock_) return std::nullopt;
+  const double device_s = static_cast<std::uint32_t>(frame.device_us - first_us_) * 1e-6;
+  wrong_clocks_ = about(device_s, seconds) ? 0 : wrong_clocks_ + 1;
+  if (wrong_clocks_ < windows_to_believe) return std::nullopt;
+  return fault("the sensor's clock runs wrong", std::to_string(seconds) + " s",
+               std::to_string(device_s) + " s by the sensor's clock",
+               "Look at the microcontroller's clock source");
+}
+
+}  // namespace weft::drivers
