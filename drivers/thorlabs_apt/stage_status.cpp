@@ -164,7 +164,9 @@ std::optional<StageReading> StageDriver::read_status(const Message& message) con
 void StageDriver::on_status(const Message& message, TimePoint arrival) {
   const bool of_our_family = is_servo_family() == (message.id == MessageId::get_dcstatusupdate);
   const std::optional<StageReading> reading = read_status(message);
-  if (!of_our_family || !reading || !accept(*reading, arrival)) return;
+  if (!of_our_family || !reading) return;
+  reply_.satisfy();  // reports of ends do not: they come unasked
+  if (!accept(*reading, arrival)) return;
   confirm((reading->status_bits & status::any_motion) == 0, arrival);
   if (!attached()) return;
   publish(arrival);
@@ -219,7 +221,6 @@ void StageDriver::on_homed() {
 /// is armed.
 bool StageDriver::accept(const StageReading& reading, TimePoint arrival) {
   if (state() == DriverState::closed) return false;
-  reply_.satisfy();
   if (!plausible(reading, arrival)) return false;
   last_ = reading;
   last_at_ = arrival;

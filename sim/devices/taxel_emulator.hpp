@@ -17,10 +17,10 @@ enum class TaxelWire : std::uint8_t {
 };
 
 struct TaxelEmulatorParams {
-  TaxelWire wire = TaxelWire::weft;
   /// Frames are cut into pieces of 1 to this many bytes, at random; 0 sends them whole.
   std::size_t largest_chunk_bytes = 0;
   std::uint64_t chunk_seed = 0;
+  TaxelWire wire = TaxelWire::weft;
 };
 
 class TaxelEmulator final : public Emulator {

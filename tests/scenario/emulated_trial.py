@@ -8,12 +8,13 @@ and patches; the test says how far apart they are, and fails beyond what schedul
 import csv
 import json
 import pathlib
+import socket
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
 from cli_support import Checks
-from emulated_support import ServedRig, rig_file
+from emulated_support import ServedRig, free_port, rig_file
 
 SEED, FABRIC = 7, "denim"
 # What scheduling explains: commands and samples are up to a cycle (10 ms) later than in virtual time, 20 um of cloth at
@@ -94,6 +95,8 @@ def in_memory(d, rig):
     rig["bench"] = "simulated"
     for device in rig["devices"]:
         device["link"] = {"kind": "memory"}
+        if "http" in device:
+            device["http"] = {"kind": "memory"}
     path = d / f"memory-{rig['simulation']['console']['port']}.json"
     path.write_text(json.dumps(rig))
     return path
@@ -102,6 +105,9 @@ def in_memory(d, rig):
 def trial(t, d, root, weft_rig, exploration, over_tcp):
     name = recipe(root, d, exploration)
     path, rig = rig_file(root, d, over_tcp)
+    if over_tcp:  # units and calibration from the box's pages
+        rig["devices"][5]["http"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
+        path.write_text(json.dumps(rig))
     real, folder = emulated(t, d, weft_rig, name, path, rig, f"{exploration}-real")
     ran, virtual = run(t, d, name, in_memory(d, rig), f"{exploration}-virtual")
     t.expect(ran.returncode == 0, f"{exploration} in virtual time: {ran.stderr}")

@@ -267,6 +267,111 @@ TEST_CASE("any chunking of a conversation has the same effect") {
   }
 }
 
+TEST_CASE("a unit with one channel answers at every address that hosts use, from there") {
+  Unit unit;
+  for (const char* address : {"50", "21", "11"}) {
+    unit.send(std::string("05 00 00 00 ") + address + " 01");
+    const Bytes reply = unit.take();
+    REQUIRE(reply.size() == 90);
+    CHECK(Bytes(reply.begin(), reply.begin() + 6) == hex(std::string("06 00 54 00 81 ") + address));
+  }
+  unit.send("60 00 00 00 11 01 60 00 01 00 11 01");
+  CHECK(unit.take() == hex("61 00 00 01 01 11 61 00 01 02 01 11"));
+}
+
+TEST_CASE("a card answers at its bay, its rack at 0x11 with the rack's own info") {
+  AptStageParams params = Unit::params("NRT150", RetargetPolicy::replan);
+  params.model = "BSC203";
+  params.bay = 1;
+  BenchWorld world(world_params(), 1);
+  AptStageEmulator card(params, world, {});
+  Bytes out;
+  ByteSink sink = [&](ByteView bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); };
+  const auto ask = [&](const std::string& text) {
+    out.clear();
+    card.receive(hex(text), {}, sink);
+    return out;
+  };
+  const auto info = [&](const std::string& text) {
+    return decode_body<HardwareInfo>(decode(ask(text))->data).value();
+  };
+  CHECK(info("05 00 00 00 11 01").hardware_type == 45);
+  CHECK(info("05 00 00 00 11 01").channels == 3);
+  CHECK(info("05 00 00 00 22 01").hardware_type == 44);
+  CHECK(info("05 00 00 00 22 01").channels == 1);
+  CHECK(ask("05 00 00 00 50 01").empty());
+  CHECK(ask("05 00 00 00 21 01").empty());
+  CHECK(ask("60 00 01 00 11 01") == hex("61 00 01 01 01 11"));
+  CHECK(ask("60 00 00 00 11 01") == hex("61 00 00 02 01 11"));
+  CHECK(ask("11 04 01 00 22 01") == hex("12 04 06 00 81 22 01 00 00 00 00 00"));
+}
+
+TEST_CASE("every parameter that is set is given back, and the database's defaults before") {
+  Unit unit;
+  unit.send("3B 04 01 00 50 01");  // backlash 0.05 mm
+  CHECK(unit.take() == hex("3C 04 06 00 81 50 01 00 00 50 00 00"));
+  unit.send("41 04 01 00 50 01");  // homing 2 mm/s, offset 0.5 mm
+  CHECK(unit.take() == hex("42 04 0E 00 81 50 01 00 02 00 01 00 00 00 9F 02 00 20 03 00"));
+  for (const auto& [set, size] : {std::pair{0x0413, 14},
+                                  {0x0416, 22},
+                                  {0x0423, 16},
+                                  {0x0426, 6},
+                                  {0x043A, 6},
+                                  {0x0440, 14},
+                                  {0x0445, 6},
+                                  {0x0450, 6},
+                                  {0x04A0, 20},
+                                  {0x04B3, 4},
+                                  {0x04F4, 4},
+                                  {0x0523, 12},
+                                  {0x0526, 34}}) {
+    Message message{
+        static_cast<MessageId>(set), 0, 0, 0x50, 0x01, Bytes(static_cast<std::size_t>(size), 7)};
+    unit.send(encode(message));
+    CHECK(unit.take().empty());
+    unit.send(encode(Message{static_cast<MessageId>(set + 1), 1, 0, 0x50, 0x01, {}}));
+    const auto reply = decode(unit.take());
+    REQUIRE(reply);
+    CHECK(reply->id == static_cast<MessageId>(set + 2));
+    CHECK(reply->data == message.data);
+  }
+  CHECK(unit.emulator.ignored() == 0);
+}
+
+TEST_CASE("a stage at home runs off its switch and homes again, so that homing always moves") {
+  Unit unit;
+  unit.ready();
+  unit.send("43 04 01 00 50 01");
+  unit.run(0.2);
+  CHECK(unit.status().position_counts > 0);
+  unit.run(2);
+  CHECK(unit.take() == hex("44 04 01 00 01 50"));
+  CHECK(unit.status().position_counts == 0);
+}
+
+TEST_CASE("soft limits hold and show in the status when their mode says so") {
+  Unit unit;
+  unit.ready();
+  unit.send("23 04 10 00 D0 01 01 00 02 00 02 00 00 80 3E 00 00 00 00 00 03 00");  // 10 mm
+  unit.send("53 04 06 00 D0 01 01 00 00 C0 D4 01");
+  unit.run(10);
+  CHECK(unit.status().position_counts == 4096000);
+  CHECK(unit.status().status_bits == 0x80000504);
+}
+
+TEST_CASE("a servo without acknowledgements keeps the ends of moves to itself, an LTS does not") {
+  for (const bool servo : {true, false}) {
+    Unit unit(servo ? "PRM1-Z8" : "LTS150");
+    unit.ready();
+    unit.send("11 00 00 00 50 01");
+    unit.run(6);
+    CHECK(unit.take().size() == (servo ? 50U : 60U) * 20);
+    unit.send("53 04 06 00 D0 01 01 00 E8 03 00 00");
+    unit.run(0.09);
+    CHECK(unit.take().empty() == servo);
+  }
+}
+
 TEST_CASE("noise on the line and messages for others do no harm") {
   Unit unit;
   Random random(3);

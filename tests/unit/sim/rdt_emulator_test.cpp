@@ -164,3 +164,19 @@ TEST_CASE("what is no request is ignored and counted") {
   box.send("12 34 00 41 00 00 00 00");
   CHECK(box.box.ignored() == 7);
 }
+
+TEST_CASE("a force above the threshold latches until a request resets it; the values stay valid") {
+  RdtEmulatorParams params;
+  params.threshold_n = 2;  // the plate weighs 2.9 N
+  Box box(params);
+  box.send(start);
+  box.run(0.1);
+  CHECK(box.take().back().status == 0x80010000);
+  CHECK(rdt::values_valid(0x80010000));
+  box.send("12 34 00 42 00 00 00 00");  // biased: below it, but latched
+  box.run(0.1);
+  CHECK(box.take().back().status == 0x80010000);
+  box.send("12 34 00 41 00 00 00 00");
+  box.run(0.1);
+  CHECK(box.take().back().status == 0);
+}
