@@ -51,7 +51,12 @@ PluginDriver::PluginDriver(LoadedPlugin plugin, const std::string& device, Drive
       host_(&host),
       watch_(&watch),
       device_name_(device),
-      table_(host_table(*this)) {}
+      table_(host_table(*this)) {
+  open_port(link_, &host.link());
+  open_port(http_, host.http());
+  table_.link = &link_->table;
+  table_.http = http_ ? &http_->table : nullptr;
+}
 
 Result<std::unique_ptr<Driver>> PluginDriver::create(const LoadedPlugin& plugin,
                                                      const std::string& device,
@@ -135,8 +140,63 @@ void PluginDriver::break_off() {
 void PluginDriver::let_go() {
   for (const auto& [own, id] : timers_) host_->loop().cancel(id);
   timers_.clear();
-  if (std::exchange(received_, nullptr) != nullptr) host_->link().on_receive({});
-  if (std::exchange(closed_, nullptr) != nullptr) host_->link().on_closed({});
+  for (Port* port : {link_.get(), http_.get()}) {
+    if (port == nullptr) continue;
+    if (std::exchange(port->received, nullptr) != nullptr) port->link->on_receive({});
+    if (std::exchange(port->closed, nullptr) != nullptr) port->link->on_closed({});
+  }
+}
+
+// A link as the plugin calls it.
+struct LinkTable {
+  using Port = PluginDriver::Port;
+  static Port& of(void* self) { return *static_cast<Port*>(self); }
+
+  static std::int32_t write(void* self, const std::uint8_t* bytes, std::size_t size) noexcept {
+    Port& port = of(self);
+    const PluginWatch::Turn own(*port.driver->watch_, nullptr);
+    const Status written = port.link->write({bytes, size});
+    if (written) return 0;
+    port.error = written.error();
+    port.error_c = plugin::c_error(port.error);
+    return port.error_c.code;
+  }
+  static const weft_error_v1* last_error(void* self) noexcept { return &of(self).error_c; }
+  static void on_receive(void* self, weft_received_v1 received, void* context) noexcept {
+    Port& port = of(self);
+    port.received = port.driver->broken_off_ ? nullptr : received;
+    port.received_context = context;
+    if (port.received == nullptr) return port.link->on_receive({});
+    port.link->on_receive([&port](ByteView bytes, TimePoint arrival) {
+      port.driver->enter("received", [&] {
+        port.received(port.received_context, bytes.data(), bytes.size(), plugin::ns_of(arrival));
+      });
+    });
+  }
+  static void on_closed(void* self, weft_closed_v1 closed, void* context) noexcept {
+    Port& port = of(self);
+    port.closed = port.driver->broken_off_ ? nullptr : closed;
+    port.closed_context = context;
+    if (port.closed == nullptr) return port.link->on_closed({});
+    port.link->on_closed([&port](const Error& why) {
+      const weft_error_v1 c = plugin::c_error(why);
+      port.driver->enter("closed", [&] { port.closed(port.closed_context, &c); });
+    });
+  }
+};
+
+void PluginDriver::open_port(std::unique_ptr<Port>& port, Link* link) {
+  if (link == nullptr) return;
+  port = std::make_unique<Port>();
+  port->driver = this;
+  port->link = link;
+  port->table = {.struct_size = sizeof(weft_link_v1),
+                 .unused = 0,
+                 .self = port.get(),
+                 .write = &LinkTable::write,
+                 .last_error = &LinkTable::last_error,
+                 .on_receive = &LinkTable::on_receive,
+                 .on_closed = &LinkTable::on_closed};
 }
 
 // What the plugin calls. The watch does not count the time that is spent here.
@@ -165,39 +225,6 @@ struct HostTable {
     PluginDriver& driver = of(self);
     const auto timer = driver.timers_.extract(id);
     if (!timer.empty()) driver.host_->loop().cancel(timer.mapped());
-  }
-
-  static std::int32_t write(void* self, const std::uint8_t* bytes, std::size_t size) noexcept {
-    PluginDriver& driver = of(self);
-    const auto turn = own_turn(driver);
-    const Status written = driver.host_->link().write({bytes, size});
-    if (written) return 0;
-    driver.write_error_ = written.error();
-    driver.write_error_c_ = plugin::c_error(driver.write_error_);
-    return driver.write_error_c_.code;
-  }
-  static const weft_error_v1* last_error(void* self) noexcept { return &of(self).write_error_c_; }
-  static void on_receive(void* self, weft_received_v1 received, void* context) noexcept {
-    PluginDriver& driver = of(self);
-    driver.received_ = driver.broken_off_ ? nullptr : received;
-    driver.received_context_ = context;
-    if (driver.received_ == nullptr) return driver.host_->link().on_receive({});
-    driver.host_->link().on_receive([&driver](ByteView bytes, TimePoint arrival) {
-      driver.enter("received", [&] {
-        driver.received_(driver.received_context_, bytes.data(), bytes.size(),
-                         plugin::ns_of(arrival));
-      });
-    });
-  }
-  static void on_closed(void* self, weft_closed_v1 closed, void* context) noexcept {
-    PluginDriver& driver = of(self);
-    driver.closed_ = driver.broken_off_ ? nullptr : closed;
-    driver.closed_context_ = context;
-    if (driver.closed_ == nullptr) return driver.host_->link().on_closed({});
-    driver.host_->link().on_closed([&driver](const Error& why) {
-      const weft_error_v1 c = plugin::c_error(why);
-      driver.enter("closed", [&] { driver.closed_(driver.closed_context_, &c); });
-    });
   }
 
   static void publish(void* self, const weft_sample_v1* sample) noexcept {
@@ -241,13 +268,11 @@ weft_host_v1 host_table(PluginDriver& driver) {
   return {.struct_size = sizeof(weft_host_v1),
           .abi_version = WEFT_DRIVER_ABI_VERSION,
           .self = &driver,
+          .link = nullptr,
+          .http = nullptr,
           .now_ns = &HostTable::now_ns,
           .timer_at = &HostTable::timer_at,
           .timer_cancel = &HostTable::timer_cancel,
-          .write = &HostTable::write,
-          .last_error = &HostTable::last_error,
-          .on_receive = &HostTable::on_receive,
-          .on_closed = &HostTable::on_closed,
           .publish = &HostTable::publish,
           .identified = &HostTable::identified,
           .state_changed = &HostTable::state_changed,

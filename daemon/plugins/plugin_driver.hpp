@@ -43,6 +43,21 @@ class PluginDriver final : public Driver {
   PluginDriver(LoadedPlugin plugin, const std::string& device, DriverHost& host,
                PluginWatch& watch);
   friend struct HostTable;
+  friend struct LinkTable;
+
+  /// One link of the device, and what the plugin wants called when something comes.
+  struct Port {
+    PluginDriver* driver;
+    Link* link;
+    weft_link_v1 table;
+    weft_received_v1 received = nullptr;
+    void* received_context = nullptr;
+    weft_closed_v1 closed = nullptr;
+    void* closed_context = nullptr;
+    Error error = {};  ///< of the last write that failed
+    weft_error_v1 error_c = {};
+  };
+  void open_port(std::unique_ptr<Port>& port, Link* link);
 
   /// Runs one call into the plugin; the outermost one settles what went wrong in it.
   template <class Call>
@@ -67,17 +82,13 @@ class PluginDriver final : public Driver {
 
   std::map<std::uint64_t, TimerId> timers_;
   std::uint64_t last_timer_ = 0;
-  weft_received_v1 received_ = nullptr;
-  void* received_context_ = nullptr;
-  weft_closed_v1 closed_ = nullptr;
-  void* closed_context_ = nullptr;
+  std::unique_ptr<Port> link_;
+  std::unique_ptr<Port> http_;  ///< nullptr: the device has none
 
   int depth_ = 0;                 ///< calls into the plugin that are under way
   std::optional<Error> refused_;  ///< what the call under way gave as its reason
   std::optional<Error> broken_;   ///< why no call comes to the plugin any more
   bool broken_off_ = false;
-  Error write_error_;
-  weft_error_v1 write_error_c_{};
 };
 
 }  // namespace weft::daemon

@@ -1,6 +1,7 @@
 #include "drivers/api/plugin.hpp"
 
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -61,29 +62,28 @@ class HostLoop final : public Loop {
 
 class HostLink final : public Link {
  public:
-  explicit HostLink(const weft_host_v1& host) : host_(&host) {}
-  ~HostLink() override { silence(); }
+  HostLink(const weft_host_v1& host, const weft_link_v1& link) : host_(&host), link_(&link) {}
+  ~HostLink() override {
+    link_->on_receive(link_->self, nullptr, nullptr);
+    link_->on_closed(link_->self, nullptr, nullptr);
+  }
   HostLink(const HostLink&) = delete;
   HostLink& operator=(const HostLink&) = delete;
 
   Status write(ByteView bytes) override {
-    if (host_->write(host_->self, bytes.data(), bytes.size()) == 0) return {};
-    return pass(error_of(*host_->last_error(host_->self)));
+    if (link_->write(link_->self, bytes.data(), bytes.size()) == 0) return {};
+    return pass(error_of(*link_->last_error(link_->self)));
   }
   void on_receive(Receiver receiver) override {
     receiver_ = std::move(receiver);
-    host_->on_receive(host_->self, receiver_ ? &received : nullptr, this);
+    link_->on_receive(link_->self, receiver_ ? &received : nullptr, this);
   }
   void on_closed(Closed closed) override {
     closed_ = std::move(closed);
-    host_->on_closed(host_->self, closed_ ? &gone : nullptr, this);
+    link_->on_closed(link_->self, closed_ ? &gone : nullptr, this);
   }
 
  private:
-  void silence() {
-    host_->on_receive(host_->self, nullptr, nullptr);
-    host_->on_closed(host_->self, nullptr, nullptr);
-  }
   // The callback may replace itself: a copy runs.
   static void received(void* context, const std::uint8_t* bytes, std::size_t size,
                        std::int64_t arrival_ns) {
@@ -102,16 +102,20 @@ class HostLink final : public Link {
   }
 
   const weft_host_v1* host_;
+  const weft_link_v1* link_;
   Receiver receiver_;
   Closed closed_;
 };
 
 class Host final : public DriverHost {
  public:
-  explicit Host(const weft_host_v1& host) : host_(&host), loop_(host), link_(host) {}
+  explicit Host(const weft_host_v1& host) : host_(&host), loop_(host), link_(host, *host.link) {
+    if (host.http != nullptr) http_.emplace(host, *host.http);
+  }
 
   Loop& loop() override { return loop_; }
   Link& link() override { return link_; }
+  Link* http() override { return http_ ? &*http_ : nullptr; }
   void publish(const Sample& sample) override {
     with_c_sample(sample, [this](const weft_sample_v1& c) { host_->publish(host_->self, &c); });
   }
@@ -141,6 +145,7 @@ class Host final : public DriverHost {
   const weft_host_v1* host_;
   HostLoop loop_;
   HostLink link_;
+  std::optional<HostLink> http_;
 };
 
 }  // namespace

@@ -144,19 +144,11 @@ typedef void (*weft_received_v1)(void* context, const uint8_t* bytes, size_t siz
                                  int64_t arrival_ns);
 typedef void (*weft_closed_v1)(void* context, const weft_error_v1* why);
 
-/* What a driver gets from the program that runs it: its own loop, link and listener. Outlives the
- * driver. `self` goes back into every call. */
-typedef struct weft_host_v1 {
+/* One port of a device: moves bytes and stamps their arrival. `self` goes back into every call. */
+typedef struct weft_link_v1 {
   uint32_t struct_size;
-  uint32_t abi_version;
+  uint32_t unused;
   void* self;
-
-  int64_t (*now_ns)(void* self);
-  /* Calls `run(context)` once at `when_ns`, never from inside this call. */
-  uint64_t (*timer_at)(void* self, int64_t when_ns, weft_timer_v1 run, void* context);
-  /* An id that already ran or never existed is ignored. */
-  void (*timer_cancel)(void* self, uint64_t id);
-
   /* 0, or the code of a failure that last_error then tells. */
   int32_t (*write)(void* self, const uint8_t* bytes, size_t size);
   const weft_error_v1* (*last_error)(void* self);
@@ -165,6 +157,22 @@ typedef struct weft_host_v1 {
   void (*on_receive)(void* self, weft_received_v1 received, void* context);
   /* Called at most once, when the far end goes away. */
   void (*on_closed)(void* self, weft_closed_v1 closed, void* context);
+} weft_link_v1;
+
+/* What a driver gets from the program that runs it: its own loop, links and listener. Outlives the
+ * driver. `self` goes back into every call. */
+typedef struct weft_host_v1 {
+  uint32_t struct_size;
+  uint32_t abi_version;
+  void* self;
+  const weft_link_v1* link;
+  const weft_link_v1* http; /* the device's HTTP port; NULL where the rig file gives none */
+
+  int64_t (*now_ns)(void* self);
+  /* Calls `run(context)` once at `when_ns`, never from inside this call. */
+  uint64_t (*timer_at)(void* self, int64_t when_ns, weft_timer_v1 run, void* context);
+  /* An id that already ran or never existed is ignored. */
+  void (*timer_cancel)(void* self, uint64_t id);
 
   void (*publish)(void* self, const weft_sample_v1* sample);
   /* Once per conversation, before WEFT_OPEN is told. */
@@ -218,7 +226,8 @@ WEFT_DRIVER_ASSERT(sizeof(weft_taxel_sample_v1) == 24, "weft_taxel_sample_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_sample_v1) == 32, "weft_sample_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_command_v1) == 40, "weft_command_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_identity_v1) == 32, "weft_identity_v1");
-WEFT_DRIVER_ASSERT(sizeof(weft_host_v1) == 128, "weft_host_v1");
+WEFT_DRIVER_ASSERT(sizeof(weft_link_v1) == 48, "weft_link_v1");
+WEFT_DRIVER_ASSERT(sizeof(weft_host_v1) == 112, "weft_host_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_driver_entry_v1) == 96, "weft_driver_entry_v1");
 
 #if defined(__GNUC__)

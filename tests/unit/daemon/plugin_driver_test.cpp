@@ -117,6 +117,73 @@ TEST_CASE("a stage behind the C table writes the bytes and keeps the timers of t
   CHECK_FALSE(loaded.host.link_.listened_to());
 }
 
+namespace {
+
+/// Asks on its HTTP port what it is told on its link, and the other way round.
+class Crossing final : public Driver {
+ public:
+  explicit Crossing(DriverHost& host) : host_(&host) {}
+  [[nodiscard]] DriverState state() const noexcept override { return DriverState::closed; }
+  Status open() override {
+    if (host_->http() == nullptr) return fail(Errc::unsupported, "there is no HTTP port");
+    host_->link().on_receive(
+        [this](ByteView bytes, TimePoint) { static_cast<void>(host_->http()->write(bytes)); });
+    host_->http()->on_receive(
+        [this](ByteView bytes, TimePoint) { static_cast<void>(host_->link().write(bytes)); });
+    return {};
+  }
+  Status arm() override { return {}; }
+  Result<std::uint32_t> command(const Command&) override { return 0; }
+  void stop() override {}
+  void close() override {}
+
+ private:
+  DriverHost* host_;
+};
+
+constinit const DriverEntry crossing{
+    "crossing", "Passes bytes on", "{}",
+    [](std::string_view, DriverHost& host) -> Result<std::unique_ptr<Driver>> {
+      return std::make_unique<Crossing>(host);
+    }};
+
+/// A host whose device has an HTTP port.
+class HostWithHttp final : public DriverHost {
+ public:
+  Loop& loop() override { return inner.loop(); }
+  Link& link() override { return inner.link(); }
+  Link* http() override { return &http_; }
+  void publish(const Sample& sample) override { inner.publish(sample); }
+  void identified(const DeviceIdentity& identity) override { inner.identified(identity); }
+  void state_changed(DriverState state) override { inner.state_changed(state); }
+  void fault(const Error& error) override { inner.fault(error); }
+  void log(LogLevel level, std::string_view text) override { inner.log(level, text); }
+
+  FakeHost inner;
+  FakeLink http_;
+};
+
+}  // namespace
+
+TEST_CASE("a plugin has the device's HTTP port where there is one, and its bytes stay apart") {
+  HostWithHttp host;
+  PluginWatch watch(patient, [](const PluginCall&) {});
+  auto driver = std::move(
+      PluginDriver::create({nullptr, &table<crossing>(), "test.so"}, "ft", "{}", host, watch)
+          .value());
+  REQUIRE(driver->open());
+  host.http_.deliver(Bytes{1, 2}, TimePoint{});
+  host.inner.link_.deliver(Bytes{3}, TimePoint{});
+  CHECK(host.inner.link_.take_written() == Bytes{1, 2});
+  CHECK(host.http_.take_written() == Bytes{3});
+  driver.reset();
+  CHECK_FALSE(host.http_.listened_to());
+  CHECK_FALSE(host.inner.link_.listened_to());
+
+  Loaded without(table<crossing>(), "{}");
+  CHECK(without.driver->open().error().message == "there is no HTTP port");
+}
+
 TEST_CASE("what a driver refuses comes through the C table with all its parts") {
   FakeHost direct;
   const Error wanted = drivers::taxel_array_entry.create(R"({"taxells": 2})", direct).error();
@@ -150,9 +217,9 @@ struct Rogue {
   static void destroy(weft_device*) { look("destroy"); }
   static std::int32_t open(weft_device*) {
     look("open");
-    host->on_receive(
-        host->self, [](void*, const std::uint8_t*, std::size_t, std::int64_t) { look("received"); },
-        nullptr);
+    host->link->on_receive(
+        host->link->self,
+        [](void*, const std::uint8_t*, std::size_t, std::int64_t) { look("received"); }, nullptr);
     host->timer_at(
         host->self, 1000, [](void*) { look("timer"); }, nullptr);
     host->state_changed(host->self, WEFT_OPEN);
