@@ -188,6 +188,19 @@ def servo(url):
     client.close()
 
 
+def stalled(served, client):
+    """A motor that stands still by order: moving in its status, without an end; cleared, it arrives."""
+    start, _ = status(client, STEPPER_STATUS)
+    assert served.order(order="fault", device="stage.x", fault="motor_stall")["ok"]
+    client.send_data(0x0453, "Hl", 1, 3 * LTS_PER_MM)
+    time.sleep(0.5)
+    position, bits = status(client, STEPPER_STATUS)
+    assert position == start and bits & 0xF0, (position, start, hex(bits))
+    assert served.order(order="clear", device="stage.x", fault="motor_stall")["ok"]
+    client.await_message(COMPLETED)
+    assert status(client, STEPPER_STATUS)[0] == 3 * LTS_PER_MM
+
+
 def main():
     program, root = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
     with tempfile.TemporaryDirectory() as name:
@@ -198,13 +211,17 @@ def main():
             device["also"] = [{"kind": "tcp", "host": "127.0.0.1", "port": port}]
         rig["devices"][0]["emulator"]["start_mm"] = 1
         path.write_text(json.dumps(rig))
-        with ServedRig(program, path, rig):
+        with ServedRig(program, path, rig) as served:
             stepper(rig["devices"][0]["link"]["path"])
             print("stepper on a pseudo-terminal: identified, homed, moved, updated")
             stepper(f"socket://127.0.0.1:{tcp[0]}")
             print("the same stepper over TCP")
             stepper(f"socket://127.0.0.1:{tcp[0]}", BAY0)
             print("the same, addressed as bay 0")
+            client = Client(f"socket://127.0.0.1:{tcp[0]}")
+            stalled(served, client)
+            client.close()
+            print("a motor that stalls by order, and goes on when that is cleared")
             servo(rig["devices"][3]["link"]["path"])
             print("DC servo on a pseudo-terminal: silent without keep-alive, awake with it")
             client = Client(f"socket://127.0.0.1:{tcp[1]}")

@@ -182,6 +182,17 @@ def faults(served, client):
     assert not refused["ok"] and "cannot befall" in refused["error"], refused
 
 
+def cpm_gateway(place):
+    """The finger's datagrams: 16 words, to whoever asked last."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as finger:
+        finger.connect(place)
+        finger.settimeout(2)
+        finger.send(b"\0")
+        frames = [struct.unpack(">16H", finger.recv(4096)) for _ in range(40)]
+    changing = sum(len({frame[i] for frame in frames}) > 1 for i in range(16))
+    assert changing == 16, f"{changing} of 16 taxels have noise"
+
+
 def main():
     program, root = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
     with tempfile.TemporaryDirectory() as name:
@@ -190,6 +201,9 @@ def main():
         box = rig["devices"][5]
         box["http"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
         box["emulator"]["calibration_serial"] = "FT12288"
+        finger = rig["devices"][6]
+        finger["link"] = {"kind": "udp", "host": "127.0.0.1", "port": free_port(socket.SOCK_DGRAM)}
+        finger["config"]["form"] = finger["emulator"]["form"] = "cpm_udp"
         path.write_text(json.dumps(rig))
         place = (box["link"]["host"], box["link"]["port"])
         url = f"http://127.0.0.1:{box['http']['port']}"
@@ -206,6 +220,8 @@ def main():
             other_programs(url, place)
             faults(served, client)
             print("faults come and go by order")
+            cpm_gateway((finger["link"]["host"], finger["link"]["port"]))
+            print("the CPM-Finger's gateway sends its datagrams")
             client.close()
 
 
