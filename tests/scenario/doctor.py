@@ -59,6 +59,16 @@ def emulated(t, d, root, weft_rig):
         t.expect(plain.stdout.startswith("EMULATED bench") and "no problems" in plain.stdout, plain.stdout)
         t.expect(served.order(order="truth") == truth, "nothing moves while the doctor looks")
 
+        # A line whose bytes are noise, as with a wrong baud rate or parity, and a sensor at half its rate.
+        for device, fault in {"taxels": "bit_flip", "ft": "rate_halved"}.items():
+            t.expect(served.order(order="fault", device=device, fault=fault)["ok"], f"order {fault}")
+        noisy = doctor(t, d, path, 1)
+        told = problems(noisy, "taxels")
+        t.expect("no frame came" in told and "Check the port" in told, f"a noisy line: {noisy['findings']}")
+        t.expect("Hz seen, 100.0 Hz configured" in problems(noisy, "ft"), f"half the rate: {noisy['findings']}")
+        for device in ("taxels", "ft"):
+            served.order(order="clear", device=device)
+
         def faults(devices, rig):
             links = {name: device["link"] for name, device in devices.items()}
             links["stage.x"]["path"] = str(d / "ports/nobody")           # nothing there
