@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -47,6 +48,11 @@ class Recorder {
   Recorder& operator=(Recorder&&) noexcept;
   ~Recorder();  ///< closes without finish(): what was not committed is lost, as with a kill
 
+  /// From here on a thread of its own writes and commits, twice as often as the budget asks for;
+  /// the calls hand over and return, so that no disk holds up a control loop. Errors come with a
+  /// later call. finish() waits for all.
+  void write_behind();
+
   Status device(const DeviceInfo& device);
 
   /// Opens a trial and commits, so that the attempt is on record before anything moves.
@@ -69,6 +75,9 @@ class Recorder {
   Status commit();
   /// Commits, marks the campaign finished and folds the write-ahead log into the one file.
   Status finish();
+
+  /// Where the file lies; nothing when the system does not tell.
+  [[nodiscard]] std::optional<std::uint64_t> free_bytes() const;
 
  private:
   struct Impl;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocols/base/crc.hpp"
+
 namespace weft::daemon {
 namespace {
 
@@ -19,6 +21,16 @@ std::optional<StageAxis> axis_of_role(std::string_view role) {
   for (const StageAxis axis : recipes::all_axes)
     if (recipes::to_string(axis) == role) return axis;
   return std::nullopt;
+}
+
+std::uint32_t digest_of_counts(const TaxelSample& sample) {
+  std::uint32_t digest = 0;
+  for (const std::uint16_t count : sample.counts) {
+    const std::array bytes{static_cast<std::uint8_t>(count & 0xFF),
+                           static_cast<std::uint8_t>(count >> 8)};
+    digest = crc32(bytes, digest);
+  }
+  return digest;
 }
 
 }  // namespace
@@ -63,8 +75,13 @@ void Bench::connect(Device& device) {
     });
   } else if (role == "wrench") {
     wrench_ = &device;
-    device.on_sample([this](const Sample& sample) {
-      snapshot_.wrench = std::get<WrenchSample>(sample.value);
+    device.on_sample([this](Sample sample) {
+      auto& wrench = std::get<WrenchSample>(sample.value);
+      for (std::size_t i = 0; i < 3; ++i) {
+        wrench.force_n[i] -= zero_.force_n[i];
+        wrench.torque_nm[i] -= zero_.torque_nm[i];
+      }
+      snapshot_.wrench = wrench;
       snapshot_.wrench_at = sample.host;
       if (sensor_sink_) sensor_sink_(sample);
     });
@@ -72,6 +89,7 @@ void Bench::connect(Device& device) {
     taxels_ = &device;
     device.on_sample([this](const Sample& sample) {
       snapshot_.taxels_at = sample.host;
+      snapshot_.taxel_digest = digest_of_counts(std::get<TaxelSample>(sample.value));
       if (sensor_sink_) sensor_sink_(sample);
     });
   }

@@ -23,6 +23,7 @@ struct Snapshot {
   WrenchSample wrench;
   std::optional<TimePoint> wrench_at;
   std::optional<TimePoint> taxels_at;
+  std::uint32_t taxel_digest = 0;  ///< CRC-32 of the counts
   [[nodiscard]] recipes::Joints joints() const;
 };
 
@@ -40,6 +41,8 @@ class Bench {
   /// `done` is called once, with the first fault or the device that did not get ready in time.
   void bring_up(std::function<void(Status)> done);
   [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
+  /// What the sensor reads at its zero; taken off every sample from now on, recorded ones included.
+  void take_zero(const WrenchSample& zero) { zero_ = zero; }
   /// The first fault of any device.
   [[nodiscard]] const Error* fault() const;
   Device& stage(StageAxis axis) { return *stages_[recipes::index(axis)]; }
@@ -67,6 +70,7 @@ class Bench {
   Device* wrench_ = nullptr;
   Device* taxels_ = nullptr;
   Snapshot snapshot_;
+  WrenchSample zero_;  ///< forces and torques at rest
   Device::SampleSink sensor_sink_;
 
   // bringing up: what is awaited, until when, and what follows

@@ -2,6 +2,7 @@
 
 #include "daemon/loop/real_loop.hpp"
 #include "daemon/loop/real_time.hpp"
+#include "daemon/run/monitor.hpp"
 #include "daemon/run/rig_console.hpp"
 #include "daemon/run/simulated_bench.hpp"
 
@@ -30,8 +31,11 @@ class SimulatedSession final : public BenchSession {
 /// Devices behind ports, in real time.
 class PortSession final : public BenchSession {
  public:
+  explicit PortSession(std::unique_ptr<Monitor> monitor) : monitor_(std::move(monitor)) {}
   static Result<std::unique_ptr<BenchSession>> open(const SessionRequest& request) {
-    auto session = std::make_unique<PortSession>();
+    auto monitor = Monitor::start(emergency_stops(request.rig));
+    if (!monitor) return pass(monitor.error());
+    auto session = std::make_unique<PortSession>(std::move(*monitor));
     if (request.rig.mode == BenchMode::emulated) {
       auto console = open_tcp(session->loop_, request.rig.console);
       if (!console) return pass(Error(console.error()).in("weft-rig"));
@@ -50,7 +54,14 @@ class PortSession final : public BenchSession {
   }
   Bench& bench() override { return *bench_; }
   Loop& loop() override { return loop_; }
-  void run_until(const std::function<bool()>& done) override { loop_.run_until(done); }
+  void run_until(const std::function<bool()>& done) override {
+    monitor_->watch(true);
+    beat();
+    loop_.run_until(done);
+    loop_.cancel(heart_);
+    monitor_->watch(false);
+  }
+  [[nodiscard]] bool real_time() const override { return true; }
   void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
     if (console_) return console_->mount(fabric, patch_seed, std::move(done));
     person_(loop_, fabric, std::move(done));
@@ -58,8 +69,16 @@ class PortSession final : public BenchSession {
   [[nodiscard]] std::string advice() const override { return real_time_.advice(); }
 
  private:
+  static constexpr Duration heart_period = std::chrono::milliseconds(100);
+  void beat() {
+    monitor_->beat();
+    heart_ = loop_.after(heart_period, [this] { beat(); });
+  }
+
+  std::unique_ptr<Monitor> monitor_;  ///< began before the priority and the ports
   RealTimeScope real_time_;
   RealLoop loop_;
+  TimerId heart_ = 0;
   PersonMounts person_;
   std::unique_ptr<RigConsole> console_;
   std::unique_ptr<Bench> bench_;

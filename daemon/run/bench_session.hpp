@@ -31,6 +31,8 @@ class BenchSession {
   virtual void run_until(const std::function<bool()>& done) = 0;
   virtual void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) = 0;
   [[nodiscard]] virtual SessionLoad load() const { return {}; }
+  /// Whether its time is the world's: then nothing may hold the loop up.
+  [[nodiscard]] virtual bool real_time() const { return false; }
   /// The emulated bench, where it is this process's; its trials can be played again.
   virtual sim::Rig* plant() { return nullptr; }
   /// What would let it keep time better; empty when there is nothing.

@@ -180,6 +180,11 @@ Status record_plugin(Recorder& recorder, const DeviceEntry& entry, DriverCatalog
   return recorder.journal(TimePoint{}, "plugin", line.dump());
 }
 
+/// What the loop's zero was in the world's time, so that a file can be laid beside other records.
+Status record_clock(Recorder& recorder, const Loop& loop) {
+  return recorder.journal(loop.now(), "clock", json{{"utc_ns", utc_now().count()}}.dump());
+}
+
 Status record_devices(Recorder& recorder, const Bench& bench, DriverCatalog& drivers) {
   for (const auto& device : bench.devices()) {
     const DeviceEntry& entry = device->entry();
@@ -270,6 +275,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (Status up = run.bring_up(); !up) return pass(up.error());
   Result<Recorder> recorder = Recorder::create(campaign_file, header_of(*checked, *rig));
   if (!recorder) return pass(recorder.error());
+  if ((*session)->real_time()) recorder->write_behind();
+  if (Status ok = record_clock(*recorder, (*session)->loop()); !ok) return pass(ok.error());
   if (Status ok = record_devices(*recorder, (*session)->bench(), *rig->drivers); !ok)
     return pass(ok.error());
   CampaignSummary summary = run.execute(*recorder);

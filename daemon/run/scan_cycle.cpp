@@ -15,9 +15,10 @@ constexpr std::uint64_t slow_divisor = recipes::RigLimits::cycles_per_stage_row;
 // timer, which may be the regular end of a phase, right after.
 constexpr Duration deadline_grace = 100ms;
 // Readings this close to zero, this many in a row, show that the bias was taken; ten counts of
-// a Mini40 SI-40-2 (protocols.md B.6).
+// a Mini40 SI-40-2 (protocols.md B.6). Their mean is the zero: the sensor's own is one reading with
+// its noise, 20 mN off now and then.
 constexpr double bias_tolerance_n = 0.2;
-constexpr unsigned bias_readings = 10;
+constexpr unsigned bias_readings = 50;
 
 }  // namespace
 
@@ -25,21 +26,48 @@ void Supervisor::cycle() {
   const TimePoint now = loop_->now();
   const Duration since_last = now - std::exchange(last_cycle_, now);
   ++cycles_;
-  if (const Error* error = bench_->fault()) dispatch(recipes::Fault{*error});
-  if (recording_->error()) dispatch(recipes::Fault{*recording_->error()});
-  if (const auto trip = look_at_guards()) dispatch(recipes::GuardTripped{*trip});
-  look_at_motion();
-  look_at_descent();
-  look_at_bias();
-  regulate(since_last);
+  if (guarded(since_last)) {
+    look_at_motion();
+    look_at_descent();
+    look_at_bias();
+    regulate(since_last);
+  }
   if (cycles_ % slow_divisor == 0) recording_->stages(bench_->snapshot(), now);
   poll();
   recording_->commit_if_due();
-  if (!result_) cycle_timer_ = loop_->at(now + period_, [this] { cycle(); });
+  // From when it was due, not from when it came: lateness does not slow the rate. What was missed
+  // is not made up for.
+  cycle_due_ = std::max(cycle_due_ + period_, now);
+  if (!result_) cycle_timer_ = loop_->at(cycle_due_, [this] { cycle(); });
 }
 
-std::optional<recipes::GuardTrip> Supervisor::look_at_guards() const {
+// Whether this cycle may command. After a fault or a trip the engine's own answer (stop, retreat)
+// is all that goes out in it; a retreat that is under way already goes on to its end.
+bool Supervisor::guarded(Duration since_last) {
+  const bool retreating = state_.step == recipes::Step::retracting;
+  const std::size_t events = trips_;
+  if (const Error* error = bench_->fault()) trip(recipes::Fault{*error});
+  if (recording_->error()) trip(recipes::Fault{*recording_->error()});
+  if (const auto guard = look_at_guards(since_last)) {
+    const bool at_leisure = guard->action == recipes::GuardAction::finish_trial;
+    if (at_leisure)
+      dispatch(recipes::GuardTripped{*guard});
+    else
+      trip(recipes::GuardTripped{*guard});
+  }
+  if (trips_ == events) return true;
+  if (retreating) look_at_motion();
+  return false;
+}
+
+void Supervisor::trip(recipes::Event event) {
+  ++trips_;
+  dispatch(std::move(event));
+}
+
+std::optional<recipes::GuardTrip> Supervisor::look_at_guards(Duration since_last) {
   const Snapshot& seen = bench_->snapshot();
+  const TimePoint now = loop_->now();
   recipes::GuardReadings readings;
   readings.force_n = seen.wrench.force_n;
   readings.torque_nm = seen.wrench.torque_nm;
@@ -49,7 +77,24 @@ std::optional<recipes::GuardTrip> Supervisor::look_at_guards() const {
   readings.position = seen.joints();
   readings.stage_at = seen.stage_at;
   if (deadline_) readings.deadline = *deadline_ + deadline_grace;
-  return recipes::evaluate(guard_limits_, readings, loop_->now());
+  readings.cycle_lateness = since_last - period_;
+  readings.free_bytes = recording_->free_bytes();
+  readings.history = watch_.step(watched(seen), now);
+  return recipes::evaluate(guard_limits_, readings, now);
+}
+
+recipes::WatchInput Supervisor::watched(const Snapshot& seen) const {
+  recipes::WatchInput input;
+  input.force_n = seen.wrench.force_n;
+  input.torque_nm = seen.wrench.torque_nm;
+  input.wrench_at = seen.wrench_at;
+  input.taxel_digest = seen.taxel_digest;
+  input.taxels_at = seen.taxels_at;
+  input.position = seen.joints();
+  input.stage_at = seen.stage_at;
+  // Whoever changes the cloth touches the plate, and a bias moves the zero.
+  input.zero_moves = state_.step < recipes::Step::approaching;
+  return input;
 }
 
 void Supervisor::look_at_motion() {
@@ -61,23 +106,27 @@ void Supervisor::look_at_motion() {
       });
   if (!all_there) return;
   const recipes::Ticket ticket = motion_->ticket;
+  for (const Awaited& awaited : motion_->moves) watch_.released(awaited.axis);
   motion_.reset();
   dispatch(recipes::MotionDone{ticket});
 }
 
+// The way down is a velocity that ends by itself, sent again in each cycle: a host that dies on the
+// way must not leave a stage that goes on into the plate (docs/adr/0002).
 void Supervisor::look_at_descent() {
   if (!descent_) return;
   const Snapshot& seen = bench_->snapshot();
   const StageSample& z = seen.stage[recipes::index(StageAxis::z)];
-  const recipes::Ticket ticket = descent_->order.ticket;
-  if (seen.wrench.force_n[2] >= descent_->order.stop_force_n) {
-    descent_.reset();
-    stand_still(StageAxis::z);
+  const recipes::Ticket ticket = descent_->ticket;
+  const bool touched = seen.wrench.force_n[2] >= descent_->stop_force_n;
+  if (!touched && z.position < descent_->target_z_m)
+    return drive(StageAxis::z, descent_->speed_mps);
+  descent_.reset();
+  stand_still(StageAxis::z);
+  if (touched)
     dispatch(recipes::ContactFound{ticket, z.position});
-  } else if (z.move_id == descent_->move_id) {
-    descent_.reset();
+  else
     dispatch(recipes::MotionDone{ticket});
-  }
 }
 
 void Supervisor::look_at_bias() {
@@ -89,8 +138,17 @@ void Supervisor::look_at_bias() {
   biasing_->last_reading = seen.wrench_at;
   const bool quiet = std::all_of(seen.wrench.force_n.begin(), seen.wrench.force_n.end(),
                                  [](double f) { return std::abs(f) <= bias_tolerance_n; });
-  biasing_->quiet_readings = quiet ? biasing_->quiet_readings + 1 : 0;
-  if (biasing_->quiet_readings < bias_readings) return;
+  if (!quiet) {
+    biasing_->quiet_readings = 0;
+    biasing_->sum = {};
+    return;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    biasing_->sum.force_n[i] += seen.wrench.force_n[i] / bias_readings;
+    biasing_->sum.torque_nm[i] += seen.wrench.torque_nm[i] / bias_readings;
+  }
+  if (++biasing_->quiet_readings < bias_readings) return;
+  bench_->take_zero(biasing_->sum);
   const recipes::Ticket ticket = biasing_->ticket;
   biasing_.reset();
   dispatch(recipes::Biased{ticket});
@@ -108,7 +166,7 @@ void Supervisor::regulate(Duration since_last) {
   input.dt_s = dt_s;
   input.learn_stiffness = state_.step != recipes::Step::sliding;
   const recipes::ForceCommand wanted = recipes::step(force_config_, regulation_->loop, input);
-  command(StageAxis::z, ServoCommand{wanted.velocity_mps, servo_horizon()});
+  drive(StageAxis::z, wanted.velocity_mps);
   if (!regulation_ || regulation_->settled) return;
   if (!regulation_->settle.step(force_n - regulation_->order.force_n, dt_s)) return;
   regulation_->settled = true;

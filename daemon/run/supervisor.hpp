@@ -11,6 +11,7 @@
 #include "daemon/run/bench.hpp"
 #include "daemon/run/trial_recording.hpp"
 #include "recipes/control/force_loop.hpp"
+#include "recipes/control/guard_watch.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -59,16 +60,19 @@ class Supervisor {
 
   // scan_cycle.cpp
   void cycle();
-  std::optional<recipes::GuardTrip> look_at_guards() const;
+  bool guarded(Duration since_last);
+  void trip(recipes::Event event);
+  std::optional<recipes::GuardTrip> look_at_guards(Duration since_last);
+  [[nodiscard]] recipes::WatchInput watched(const Snapshot& seen) const;
   void look_at_motion();
   void look_at_descent();
   void look_at_bias();
   void regulate(Duration since_last);
   void poll();
 
-  // A servo command outlives this many cycles, then the stage stops by itself.
-  static constexpr int servo_horizon_cycles = 10;
-  [[nodiscard]] Duration servo_horizon() const { return servo_horizon_cycles * period_; }
+  // A servo command ends by itself after this time, whatever the rate of the cycle.
+  static constexpr Duration servo_horizon = std::chrono::milliseconds(100);
+  void drive(StageAxis axis, double velocity);
   std::uint32_t command(StageAxis axis, const Command& command);
   void stand_still(StageAxis axis);
 
@@ -81,14 +85,11 @@ class Supervisor {
     recipes::Ticket ticket;
     std::vector<Awaited> moves;
   };
-  struct Descent {
-    recipes::Descend order;
-    std::uint32_t move_id;
-  };
   struct Biasing {
     recipes::Ticket ticket;
     TimePoint since;
     unsigned quiet_readings;
+    WrenchSample sum;  ///< of the quiet readings
     std::optional<TimePoint> last_reading;
   };
   struct Regulation {
@@ -109,15 +110,18 @@ class Supervisor {
   std::optional<recipes::CampaignDone> result_;
 
   recipes::GuardLimits guard_limits_;
+  recipes::GuardWatch watch_;
+  std::size_t trips_ = 0;
   recipes::ForceLoopConfig force_config_;
   Duration period_{};
   TimePoint last_cycle_;
+  TimePoint cycle_due_;
   std::uint64_t cycles_ = 0;
   TimerId cycle_timer_ = 0;
   TimerId engine_timer_ = 0;
   std::optional<TimePoint> deadline_;  ///< of the step that the engine is in
   std::optional<Motion> motion_;
-  std::optional<Descent> descent_;
+  std::optional<recipes::Descend> descent_;
   std::optional<Biasing> biasing_;
   std::optional<Regulation> regulation_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  ///< for a mount that ends late

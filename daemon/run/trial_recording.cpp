@@ -9,6 +9,7 @@ namespace weft::daemon {
 namespace {
 
 constexpr unsigned timing_stride = 16;
+constexpr std::chrono::seconds space_period{1};
 
 TrialOutcome recorded(recipes::Outcome outcome) {
   switch (outcome) {
@@ -110,6 +111,14 @@ void TrialRecording::end(recipes::Outcome outcome, TimePoint now) {
 
 void TrialRecording::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
   write([&] { return recorder_->journal(now, kind, payload_json); });
+}
+
+std::optional<std::uint64_t> TrialRecording::free_bytes() {
+  const auto now = steady_wall_now();
+  if (free_bytes_ && now - space_seen_ < space_period) return free_bytes_;
+  space_seen_ = now;
+  free_bytes_ = recorder_->free_bytes();
+  return free_bytes_;
 }
 
 void TrialRecording::commit_if_due() {

@@ -36,6 +36,9 @@ class TrialRecording {
   /// Lets the recorder commit when its budget of wall time is used up.
   void commit_if_due();
 
+  /// Free bytes where the campaign is recorded, looked at once in a second of wall time.
+  [[nodiscard]] std::optional<std::uint64_t> free_bytes();
+
   [[nodiscard]] Phase phase() const { return phase_; }
   [[nodiscard]] const std::optional<Error>& error() const { return error_; }
   /// Phase M of the trial that ended last, and of all complete trials together.
@@ -58,6 +61,8 @@ class TrialRecording {
   ForceTally trial_force_;
   ForceTally campaign_force_;
   std::optional<Error> error_;
+  std::optional<std::uint64_t> free_bytes_;
+  std::chrono::nanoseconds space_seen_{};
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};
   std::vector<TimePoint> sampled_;

@@ -16,6 +16,8 @@ constexpr double forgetting = 0.7;
 constexpr double prior_quanta = 20;
 /// Share of the stage's deceleration that braking before the set point relies on.
 constexpr double braking_share = 0.5;
+/// Half a quantum either way is as near as the stage can stand.
+constexpr double dead_quanta = 0.5;
 
 bool usable(const ForceLoopInput& input) {
   return std::isfinite(input.setpoint_n) && std::isfinite(input.force_n) &&
@@ -62,6 +64,24 @@ double outside_dead_band(double error, double dead) {
   return std::copysign(std::max(0.0, std::abs(error) - dead), error);
 }
 
+/// Takes the reading into the average, or starts it anew. True when it is one of many alike, near
+/// the set point.
+bool average(const ForceLoopConfig& config, ForceLoopState& state, const ForceLoopInput& input) {
+  const double away = input.force_n - state.average_n;
+  const bool near = std::abs(away) <= config.quiet_n &&
+                    std::abs(input.setpoint_n - input.force_n) <= config.quiet_band_n;
+  state.average_n += near ? away * std::min(1.0, input.dt_s / config.average_s) : away;
+  return near;
+}
+
+/// Fastest speed from which a stage that hears of it late still stops within `way_m`:
+/// v latency + v^2 / (2 a) = way.
+double braking_speed(const ForceLoopConfig& config, double way_m) {
+  const double a = braking_share * config.max_acceleration_mps2;
+  const double lost = a * config.latency_s;
+  return std::sqrt(lost * lost + 2 * a * way_m) - lost;
+}
+
 }  // namespace
 
 ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
@@ -71,12 +91,14 @@ ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
   if (input.learn_stiffness) learn(config, state, input);
   state.stiffness_npm = stiffness(config, state, input.force_n);
 
-  const double error_n = outside_dead_band(input.setpoint_n - input.force_n,
-                                           config.position_quantum_m * state.stiffness_npm);
+  const bool quiet = average(config, state, input);
+  const double measured_n = quiet ? state.average_n : input.force_n;
+  const double error_n = outside_dead_band(
+      input.setpoint_n - measured_n, dead_quanta * config.position_quantum_m * state.stiffness_npm);
   const double cycle_s = std::max(config.cycle_s, input.dt_s);
-  const double mps_per_n = config.loop_gain / (state.stiffness_npm * cycle_s);
-  const double braking_mps = std::sqrt(2 * braking_share * config.max_acceleration_mps2 *
-                                       std::abs(error_n) / state.stiffness_npm);
+  const double gain_per_s = quiet ? config.quiet_gain_per_s : config.loop_gain / cycle_s;
+  const double mps_per_n = gain_per_s / state.stiffness_npm;
+  const double braking_mps = braking_speed(config, std::abs(error_n) / state.stiffness_npm);
   const double proportional_mps = std::clamp(mps_per_n * error_n, -braking_mps, braking_mps);
   const double integral_n = state.integral_n + error_n * input.dt_s / config.integral_time_s;
   const double wanted_mps = proportional_mps + mps_per_n * integral_n;

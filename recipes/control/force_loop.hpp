@@ -15,10 +15,17 @@
 namespace weft::recipes {
 
 struct ForceLoopConfig {
-  double loop_gain = 0.3;                ///< g, per cycle
-  double cycle_s = 0.01;                 ///< T; a longer dt_s takes its place
-  double integral_time_s = 1.0;          ///< of the part that follows the relaxation of the cloth
-  double max_speed_mps = 0.5e-3;         ///< clamp of the command
+  double loop_gain = 0.3;        ///< g, per cycle
+  double cycle_s = 0.01;         ///< T; a longer dt_s takes its place
+  double integral_time_s = 1.0;  ///< of the part that follows the relaxation of the cloth
+  double max_speed_mps = 1e-3;   ///< clamp of the command
+  double latency_s = 0.03;       ///< from a reading's instant to the stage's answer, at most
+  /// Near the set point the reading is averaged over this time: noise of a count or two would else
+  /// move the stage, which makes a quantum of force each time.
+  double average_s = 0.05;
+  double quiet_n = 0.06;        ///< a reading further from the average than this is no noise
+  double quiet_band_n = 0.1;    ///< nor is one this far from the set point
+  double quiet_gain_per_s = 8;  ///< of the averaged loop, under 1 / (average_s + latency_s)
   double max_acceleration_mps2 = 20e-3;  ///< of the stage: no faster than it can stop in time
   double position_quantum_m = 1e-6;      ///< of the stage; errors under one quantum are left alone
   double stiffness_initial_npm = 2e4;  ///< the mount's: cloth and mount in series are never stiffer
@@ -38,6 +45,7 @@ struct ForceLoopState {
   double anchor_force_n = 0;  ///< where the move that is being measured began
   double anchor_z_m = 0;
   double anchor_age_s = 0;
+  double average_n = 0;  ///< of the readings near each other
 };
 
 struct ForceLoopInput {

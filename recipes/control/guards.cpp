@@ -8,11 +8,56 @@ namespace {
 
 using Trip = std::optional<GuardTrip>;
 
-GuardTrip trip(Guard guard, GuardAction action, std::string message, std::string where,
-               std::string expected, std::string got, std::string hint = {}) {
-  return {guard, action,
+constexpr std::array<GuardRule, guard_count> rules{{
+    {Guard::force_cap, "force_cap", GuardAction::fail_trial,
+     "the magnitude of the force is over limits.force_cap_N, or not a number"},
+    {Guard::torque_cap, "torque_cap", GuardAction::fail_trial,
+     "the magnitude of the torque is over limits.torque_cap_Nm, or not a number"},
+    {Guard::invalid_wrench, "invalid_wrench", GuardAction::end_campaign,
+     "the sensor's status word says that its values are wrong, or they are beyond its rating"},
+    {Guard::frozen_wrench, "frozen_wrench", GuardAction::end_campaign,
+     "all six components are bit for bit the same for limits.frozen_wrench_s"},
+    {Guard::wrench_jump, "wrench_jump", GuardAction::hold,
+     "a reading is 0.4 of the force cap away from the last one believed; the third in a row "
+     "fails the trial"},
+    {Guard::travel, "travel", GuardAction::end_campaign,
+     "a stage reports a position outside limits.travel_mm or limits.tilt_deg"},
+    {Guard::stage_speed, "stage_speed", GuardAction::end_campaign,
+     "a stage's reports are further apart than its top speed explains"},
+    {Guard::following_error, "following_error", GuardAction::end_campaign,
+     "a stage is not where its commands have put it"},
+    {Guard::stale_wrench, "stale_wrench", GuardAction::end_campaign,
+     "no wrench for ten of its periods and 0.1 s"},
+    {Guard::stale_stage, "stale_stage", GuardAction::end_campaign,
+     "no position of a stage for ten of its periods and 0.5 s"},
+    {Guard::stale_taxels, "stale_taxels", GuardAction::end_campaign,
+     "no frame for ten of its periods and 0.5 s"},
+    {Guard::frozen_taxels, "frozen_taxels", GuardAction::end_campaign,
+     "all counts are the same for limits.frozen_taxels_s"},
+    {Guard::late_cycle, "late_cycle", GuardAction::fail_trial,
+     "the scan cycle itself comes 0.25 s late or more"},
+    {Guard::deadline, "deadline", GuardAction::fail_trial,
+     "a step of the engine has not ended by its timer, nor the timer come"},
+    {Guard::disk, "disk", GuardAction::finish_trial,
+     "the file system of the recording has less than 64 MiB left"},
+}};
+
+GuardTrip trip(Guard guard, std::string message, std::string where, std::string expected,
+               std::string got, std::string hint = {}) {
+  return {guard, rules[static_cast<std::size_t>(guard)].action,
           Error{Errc::safety, std::move(message), std::move(where), std::move(expected),
                 std::move(got), std::move(hint)}};
+}
+
+/// Readings in a row that are far off before the cause is believed to be the bench, not the wire.
+constexpr unsigned jumps_that_fail = 3;
+
+std::string stage(Axis axis) {
+  return "stage " + std::string(to_string(axis));
+}
+
+std::string seconds(Duration duration) {
+  return std::to_string(to_seconds(duration)) + " s";
 }
 
 double magnitude(const std::array<double, 3>& v) {
@@ -26,17 +71,16 @@ bool over(double value, double cap) {
 
 Trip check_wrench(const GuardLimits& limits, const GuardReadings& readings) {
   if (const double force = magnitude(readings.force_n); over(force, limits.force_cap_n))
-    return trip(Guard::force_cap, GuardAction::fail_trial, "the force is over the cap", "wrench",
+    return trip(Guard::force_cap, "the force is over the cap", "wrench",
                 "<= " + std::to_string(limits.force_cap_n) + " N", std::to_string(force) + " N",
                 "Look at the cloth and at the probe's mount");
   if (const double torque = magnitude(readings.torque_nm); over(torque, limits.torque_cap_nm))
-    return trip(Guard::torque_cap, GuardAction::fail_trial, "the torque is over the cap", "wrench",
+    return trip(Guard::torque_cap, "the torque is over the cap", "wrench",
                 "<= " + std::to_string(limits.torque_cap_nm) + " N m",
                 std::to_string(torque) + " N m", "Look whether the probe is caught in the cloth");
   if (!readings.wrench_valid)
-    return trip(Guard::stale_wrench, GuardAction::end_campaign,
-                "the force/torque sensor marks its readings as wrong", "wrench",
-                "a good status word", "an error bit",
+    return trip(Guard::invalid_wrench, "the force/torque sensor marks its readings as wrong",
+                "wrench", "a good status word", "an error bit",
                 "Read the sensor's status; it may be saturated");
   return {};
 }
@@ -48,7 +92,7 @@ Trip check_travel(const GuardLimits& limits, const GuardReadings& readings) {
     if (position >= range.min - limits.travel_slack && position <= range.max + limits.travel_slack)
       continue;
     const std::string unit = is_linear(axis) ? " m" : " rad";
-    return trip(Guard::travel, GuardAction::end_campaign, "a stage is outside its travel",
+    return trip(Guard::travel, "a stage is outside its travel",
                 "stage " + std::string(to_string(axis)),
                 std::to_string(range.min) + " to " + std::to_string(range.max) + unit,
                 std::to_string(position) + unit, "Home the stage again");
@@ -63,7 +107,7 @@ Trip check_age(Guard guard, std::string_view device, const std::optional<TimePoi
   const std::string got =
       at ? std::to_string(to_seconds(now - *at)) + " s old" : std::string("no reading yet");
   const std::string where = (guard == Guard::stale_stage ? "stage " : "") + std::string(device);
-  return trip(guard, GuardAction::end_campaign, "readings have stopped", where,
+  return trip(guard, "readings have stopped", where,
               "a reading at most " + std::to_string(to_seconds(max_age)) + " s old", got,
               "Check the device's cable and power");
 }
@@ -81,29 +125,81 @@ Trip check_ages(const GuardLimits& limits, const GuardReadings& readings, TimePo
 
 Trip check_deadline(const GuardReadings& readings, TimePoint now) {
   if (!readings.deadline || now <= *readings.deadline) return {};
-  return trip(Guard::deadline, GuardAction::fail_trial, "a step has passed its deadline", "engine",
+  return trip(Guard::deadline, "a step has passed its deadline", "engine",
               "an end by " + std::to_string(to_seconds(*readings.deadline)) + " s",
               std::to_string(to_seconds(now)) + " s");
 }
 
+Trip check_frozen(Guard guard, const char* device, Duration frozen, Duration longest) {
+  if (longest <= Duration::zero() || frozen < longest) return {};
+  return trip(guard, "readings do not change any more", device, "noise within " + seconds(longest),
+              "the same values for " + seconds(frozen), "Switch the device off and on");
+}
+
+Trip check_jump(const GuardLimits& limits, const GuardReadings& readings) {
+  const GuardHistory& seen = readings.history;
+  if (seen.wrench_jumps > 0) {
+    GuardTrip t = trip(Guard::wrench_jump, "the force jumped", "wrench",
+                       "within " + std::to_string(limits.wrench_jump_n) + " N of the last reading",
+                       std::to_string(seen.wrench_jump_n) + " N away",
+                       "Look at the sensor's cable and at what touches the plate");
+    if (seen.wrench_jumps >= jumps_that_fail) t.action = GuardAction::fail_trial;
+    return t;
+  }
+  return {};
+}
+
+Trip check_stages(const GuardReadings& readings) {
+  const GuardHistory& seen = readings.history;
+  if (seen.too_fast)
+    return trip(Guard::stage_speed, "a stage moves faster than it may", stage(*seen.too_fast),
+                "its top speed", "positions further apart",
+                "Look at the controller's parameters and its encoder");
+  if (!seen.not_following) return {};
+  const std::string unit = is_linear(*seen.not_following) ? " m" : " rad";
+  return trip(Guard::following_error, "a stage does not follow its commands",
+              stage(*seen.not_following), "where its command has put it",
+              std::to_string(seen.following_error) + unit + " away",
+              "Look for an obstacle, lost steps and the controller's speed");
+}
+
+Trip check_host(const GuardLimits& limits, const GuardReadings& readings) {
+  if (limits.cycle_max_lateness > Duration::zero() &&
+      readings.cycle_lateness > limits.cycle_max_lateness)
+    return trip(Guard::late_cycle, "the control cycle came too late", "host",
+                "at most " + seconds(limits.cycle_max_lateness), seconds(readings.cycle_lateness),
+                "Give the program a real-time priority");
+  return {};
+}
+
+Trip check_disk(const GuardLimits& limits, const GuardReadings& readings) {
+  if (!readings.free_bytes || *readings.free_bytes >= limits.least_free_bytes) return {};
+  return trip(Guard::disk, "the disk is nearly full", "recording",
+              "at least " + std::to_string(limits.least_free_bytes) + " bytes free",
+              std::to_string(*readings.free_bytes) + " bytes", "Make room and run what is left");
+}
+
 }  // namespace
 
+const std::array<GuardRule, guard_count>& guard_table() {
+  return rules;
+}
+
 std::string_view to_string(Guard guard) {
-  switch (guard) {
-    case Guard::force_cap:
-      return "force_cap";
-    case Guard::torque_cap:
-      return "torque_cap";
-    case Guard::travel:
-      return "travel";
-    case Guard::stale_wrench:
-      return "stale_wrench";
-    case Guard::stale_taxels:
-      return "stale_taxels";
-    case Guard::stale_stage:
-      return "stale_stage";
-    case Guard::deadline:
-      return "deadline";
+  const auto i = static_cast<std::size_t>(guard);
+  return i < rules.size() ? rules[i].name : "unknown";
+}
+
+std::string_view to_string(GuardAction action) {
+  switch (action) {
+    case GuardAction::hold:
+      return "hold";
+    case GuardAction::fail_trial:
+      return "retract";
+    case GuardAction::end_campaign:
+      return "retract and end";
+    case GuardAction::finish_trial:
+      return "stop after the trial";
   }
   return "unknown";
 }
@@ -111,9 +207,19 @@ std::string_view to_string(Guard guard) {
 std::optional<GuardTrip> evaluate(const GuardLimits& limits, const GuardReadings& readings,
                                   TimePoint now) {
   if (Trip t = check_wrench(limits, readings)) return t;
+  if (Trip t = check_frozen(Guard::frozen_wrench, "wrench", readings.history.wrench_frozen,
+                            limits.wrench_longest_frozen))
+    return t;
   if (Trip t = check_travel(limits, readings)) return t;
+  if (Trip t = check_stages(readings)) return t;
   if (Trip t = check_ages(limits, readings, now)) return t;
-  return check_deadline(readings, now);
+  if (Trip t = check_frozen(Guard::frozen_taxels, "taxels", readings.history.taxels_frozen,
+                            limits.taxels_longest_frozen))
+    return t;
+  if (Trip t = check_host(limits, readings)) return t;
+  if (Trip t = check_deadline(readings, now)) return t;
+  if (Trip t = check_disk(limits, readings)) return t;
+  return check_jump(limits, readings);
 }
 
 }  // namespace weft::recipes

@@ -3,6 +3,7 @@
 // returned.
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
@@ -12,22 +13,44 @@
 
 namespace weft::recipes {
 
-enum class Guard {
+enum class Guard : std::uint8_t {
   force_cap,
   torque_cap,
+  invalid_wrench,
+  frozen_wrench,
+  wrench_jump,
   travel,
+  stage_speed,
+  following_error,
   stale_wrench,
-  stale_taxels,
   stale_stage,
-  deadline
+  stale_taxels,
+  frozen_taxels,
+  late_cycle,
+  deadline,
+  disk
 };
-std::string_view to_string(Guard guard);
 
-/// How much ends when a guard trips.
-enum class GuardAction {
-  fail_trial,    ///< the cloth or the trial misbehaves: retract, then as the recipe says
-  end_campaign,  ///< the rig cannot be trusted: retract and end
+/// What a guard that trips does. Whatever it is, no other command of that cycle goes out.
+enum class GuardAction : std::uint8_t {
+  hold,          ///< nothing is commanded in this cycle: what moves under the force loop stands
+                 ///< still once its servo command has run out
+  fail_trial,    ///< the cloth or the trial misbehaves: stop, retract, then as the recipe says
+  end_campaign,  ///< the rig cannot be trusted: stop, retract and end
+  finish_trial,  ///< nothing is in danger: the trial under way is finished, then the campaign ends
 };
+std::string_view to_string(GuardAction action);
+
+/// One line of the table: every guard that a cycle evaluates, most dangerous first.
+struct GuardRule {
+  Guard guard;
+  std::string_view name;
+  GuardAction action;
+  std::string_view trips_when;
+};
+inline constexpr std::size_t guard_count = 15;
+const std::array<GuardRule, guard_count>& guard_table();
+std::string_view to_string(Guard guard);
 
 struct GuardLimits {
   double force_cap_n = 0;    ///< on the magnitude of the force
@@ -37,6 +60,22 @@ struct GuardLimits {
   Duration wrench_max_age{};
   Duration taxels_max_age{};
   Duration stage_max_age{};
+  Duration wrench_longest_frozen{};  ///< zero: not looked at
+  Duration taxels_longest_frozen{};
+  double wrench_jump_n = 0;       ///< between two readings; for the message
+  Duration cycle_max_lateness{};  ///< zero: not looked at
+  std::uint64_t least_free_bytes = 0;
+};
+
+/// What the readings of the last cycles say together; made by GuardWatch.
+struct GuardHistory {
+  Duration wrench_frozen{};           ///< all six components unchanged for so long
+  Duration taxels_frozen{};           ///< all counts unchanged for so long
+  unsigned wrench_jumps = 0;          ///< readings in a row far from the last one believed
+  double wrench_jump_n = 0;           ///< how far
+  std::optional<Axis> too_fast;       ///< a stage that covered more than its speed allows
+  std::optional<Axis> not_following;  ///< a stage that is not where its command has put it
+  double following_error = 0;         ///< of that stage [m] or [rad]
 };
 
 /// The newest readings. A reading that never came counts as stale.
@@ -48,7 +87,10 @@ struct GuardReadings {
   std::optional<TimePoint> taxels_at;
   Joints position;
   std::array<std::optional<TimePoint>, axis_count> stage_at{};
-  std::optional<TimePoint> deadline;  ///< of the state the engine is in
+  std::optional<TimePoint> deadline;        ///< of the state the engine is in
+  Duration cycle_lateness{};                ///< of this cycle
+  std::optional<std::uint64_t> free_bytes;  ///< where the campaign is recorded, when known
+  GuardHistory history;
 };
 
 struct GuardTrip {
@@ -57,7 +99,8 @@ struct GuardTrip {
   Error error;
 };
 
-/// What is wrong, most dangerous first, or nothing.
+/// What is wrong, most dangerous first, or nothing. A jump of one reading comes last: it only
+/// holds, and must not hide what ends a trial.
 std::optional<GuardTrip> evaluate(const GuardLimits& limits, const GuardReadings& readings,
                                   TimePoint now);
 

@@ -112,6 +112,11 @@ class Machine {
   }
 
   void on(const GuardTripped& event) {
+    if (event.trip.action == GuardAction::hold) return;  // the cycle itself commands nothing
+    if (event.trip.action == GuardAction::finish_trial) {
+      note(event.trip.error);
+      return on(StopRequested{});
+    }
     if (event.trip.action == GuardAction::end_campaign) {
       note(event.trip.error);
       state_.campaign_outcome = Outcome::failed;

@@ -78,6 +78,10 @@ class RigReader {
         r.quantity(quantities::force("force_cap", "force_cap_N", "force_cap_n"), {0.1, 1000, {}}));
     set(limits_.torque_cap_nm,
         r.quantity({"torque_cap", {{"torque_cap_Nm", 1}, {"torque_cap_nm", 1}}}, {0.01, 100, {}}));
+    set(limits_.frozen_wrench_s,
+        r.quantity({"frozen_wrench", {{"frozen_wrench_s", 1}}}, {0, 3600, {}}, Need::optional));
+    set(limits_.frozen_taxels_s,
+        r.quantity({"frozen_taxels", {{"frozen_taxels_s", 1}}}, {0, 3600, {}}, Need::optional));
     read_travel(r);
     read_tilt(r);
     r.finish();

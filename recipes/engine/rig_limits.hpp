@@ -20,6 +20,8 @@ struct RigLimits {
   double max_tilt_speed_radps = 0.1;  ///< rotary stages
   double force_cap_n = 10;
   double torque_cap_nm = 2;
+  double frozen_wrench_s = 0.25;  ///< readings that stay the same for so long are not; 0: never
+  double frozen_taxels_s = 1;
   double probe_weight_n = 0.2 * 9.80665;  ///< on the cloth when nothing pushes the probe
   double rest_travel_m = 0.5e-3;   ///< z goes on this far after the cloth bears the probe's weight
   Vec2 footprint_m{16e-3, 16e-3};  ///< the probe's face, centred on the contact point

@@ -89,3 +89,8 @@ if(SYSTEM_PYTHON3)
                          ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
   endforeach()
 endif()
+
+# The same bench loses its host: killed, and hung until the monitor ends it.
+add_test(NAME scenario_emulated_kill
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_emulated_kill PROPERTIES TIMEOUT 900 COST 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -92,6 +92,8 @@ TEST_CASE("in phase S the cloth bears the probe's weight, in phase P the set poi
   std::size_t k = 0;
   for (std::size_t i = 0; i < record.wrench.samples(); ++i) {
     while (k + 1 < record.t_ns.size() && record.t_ns[k + 1] <= record.wrench.t_ns[i]) ++k;
+    // Between two phases only the wrench may have been recorded already.
+    if (k + 1 < trial.phase.size() && trial.phase[k + 1] != trial.phase[k]) continue;
     if (trial.phase[k] == Phase::rest) weight += record.wrench.force_n(i, 2), ++resting;
     if (trial.phase[k] == Phase::press) press += record.wrench.force_n(i, 2), ++pressing;
   }

@@ -91,3 +91,85 @@ TEST_CASE("a sensor unplugged in mid-slide fails the campaign and the probe is r
   CHECK(bench.outcomes == std::vector{recipes::Outcome::failed});
   CHECK(bench.sim.rig->truth(bench.sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
 }
+
+namespace {
+
+// MGMSG_MOT_MOVE_ABSOLUTE with a position, APT16 p. 50
+const Bytes move_absolute{0x53, 0x04, 0x06, 0x00, 0xD0, 0x01};
+const Bytes set_velocity{0x13, 0x04, 0x0E, 0x00, 0xD0, 0x01};
+
+/// The limits of a plan that is already checked, for guards that a good bench would never trip.
+struct Guarded {
+  explicit Guarded(const std::string& recipe) : bench(recipe) {}
+
+  void start() {
+    supervisor.emplace(bench.checked.plan, bench.sim.host_time, *bench.sim.bench, *bench.recording,
+                       bench.hooks());
+    supervisor->start();
+  }
+  void run_to(recipes::Step step) {
+    bench.sim.loop.run_until(
+        [&] { return supervisor->result() || supervisor->state().step == step; });
+    REQUIRE(supervisor->state().step == step);
+  }
+  void finish() {
+    bench.sim.loop.run_until([&] { return supervisor->result().has_value(); });
+  }
+
+  TrialBench bench;
+  std::optional<Supervisor> supervisor;
+};
+
+}  // namespace
+
+TEST_CASE("in the cycle in which a guard trips nothing but the stop and the retreat goes out") {
+  Guarded g(test::short_recipe("denim"));
+  g.bench.checked.plan.limits.force_cap_n = 4;  // on the way to 5 N
+  g.start();
+  g.run_to(recipes::Step::pressing);
+  Bytes& z = g.bench.written["z"];
+  while (g.supervisor->state().step == recipes::Step::pressing) {
+    z.clear();
+    REQUIRE(g.bench.sim.loop.run_one());
+  }
+  CHECK(g.supervisor->state().step == recipes::Step::retracting);
+  CHECK(count(z, stop_profiled) == 1);
+  CHECK(count(z, move_absolute) == 1);  // the retreat; the force loop has sent nothing
+  CHECK(count(z, set_velocity) == 1);
+  z.clear();
+  g.finish();
+  CHECK(count(z, move_absolute) == 0);
+  REQUIRE(g.bench.trial_error);
+  CHECK(g.bench.trial_error->message == "the force is over the cap");
+  CHECK(g.bench.sim.rig->truth(g.bench.sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
+}
+
+TEST_CASE("a force sensor that repeats itself ends the campaign before the force does") {
+  Guarded g(test::short_recipe("denim"));
+  g.bench.checked.plan.limits.frozen_wrench_s = 1e-3;  // two readings that are the same
+  g.start();
+  g.finish();
+  CHECK(g.supervisor->result()->outcome == recipes::Outcome::failed);
+  REQUIRE(g.supervisor->result()->error);
+  CHECK(g.supervisor->result()->error->message == "readings do not change any more");
+}
+
+TEST_CASE("no stage of a good campaign is found slow, fast or off its command") {
+  Guarded g(test::short_recipe("fleece"));
+  g.start();
+  g.finish();
+  CHECK(g.supervisor->result()->outcome == recipes::Outcome::complete);
+}
+
+TEST_CASE("a stage that goes a tenth of its speed is found while it slides") {
+  Guarded g(test::short_recipe("denim"));
+  g.start();
+  g.run_to(recipes::Step::sliding);
+  // Behind the supervisor's back: the same way, a tenth of the speed.
+  auto& y = g.bench.sim.bench->stage(StageAxis::y).driver();
+  REQUIRE(y.command(MoveCommand{0.149, 0.2e-3}));
+  g.finish();
+  REQUIRE(g.supervisor->result()->error);
+  CHECK(g.supervisor->result()->error->message == "a stage does not follow its commands");
+  CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
+}

@@ -293,6 +293,19 @@ TEST_CASE("A guard ends as much as its action says") {
   CHECK(all.trials.size() == 1);
 }
 
+TEST_CASE("A guard that holds changes nothing, one for the disk lets the trial end first") {
+  Bench b = bench();
+  b.advance_to(Step::sliding);
+  CHECK(b.send(tripped(GuardAction::hold)).empty());
+  CHECK(b.state.step == Step::sliding);
+  for (int i = 0; i < 3; ++i) CHECK(b.send(tripped(GuardAction::finish_trial)).empty());
+  b.finish();
+  REQUIRE(b.trials.size() == 1);
+  CHECK(b.trials[0].outcome == Outcome::complete);
+  CHECK(b.end->outcome == Outcome::stopped);
+  CHECK(b.end->error.has_value());
+}
+
 TEST_CASE("A guard that keeps tripping does not keep the probe from retreating") {
   Bench b = bench();
   b.advance_to(Step::holding);

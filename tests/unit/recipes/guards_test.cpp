@@ -19,6 +19,11 @@ GuardLimits limits() {
   out.wrench_max_age = 50ms;
   out.taxels_max_age = 100ms;
   out.stage_max_age = 250ms;
+  out.wrench_longest_frozen = 250ms;
+  out.taxels_longest_frozen = 1s;
+  out.wrench_jump_n = 2.5;
+  out.cycle_max_lateness = 250ms;
+  out.least_free_bytes = 1000;
   return out;
 }
 
@@ -80,6 +85,7 @@ TEST_CASE("Readings that are not numbers trip the guard they belong to") {
 TEST_CASE("A sensor that marks its values as wrong ends the campaign") {
   GuardReadings r = good();
   r.wrench_valid = false;
+  CHECK(tripped(r).guard == Guard::invalid_wrench);
   CHECK(tripped(r).action == GuardAction::end_campaign);
 }
 
@@ -124,4 +130,69 @@ TEST_CASE("The most dangerous of several findings is the one that is told") {
   r.taxels_at.reset();
   r.force_n = {0, 0, 50};
   CHECK(tripped(r).guard == Guard::force_cap);
+}
+
+TEST_CASE("What the history tells trips the guard it belongs to") {
+  GuardReadings r = good();
+  r.history.wrench_frozen = 249ms;
+  r.history.taxels_frozen = 999ms;
+  CHECK_FALSE(evaluate(limits(), r, now));
+  r.history.taxels_frozen = 1s;
+  CHECK(tripped(r).guard == Guard::frozen_taxels);
+  r.history.wrench_frozen = 250ms;
+  CHECK(tripped(r).guard == Guard::frozen_wrench);
+  r = good();
+  r.history.too_fast = Axis::x;
+  CHECK(tripped(r).guard == Guard::stage_speed);
+  CHECK(tripped(r).error.where == "stage x");
+  r = good();
+  r.history.not_following = Axis::z;
+  r.history.following_error = 0.002;
+  CHECK(tripped(r).guard == Guard::following_error);
+  CHECK_THAT(tripped(r).error.got, Catch::Contains("0.002000 m away"));
+}
+
+TEST_CASE("One jump holds, three in a row fail the trial") {
+  GuardReadings r = good();
+  r.history.wrench_jump_n = 3;
+  r.history.wrench_jumps = 2;
+  CHECK(tripped(r).guard == Guard::wrench_jump);
+  CHECK(tripped(r).action == GuardAction::hold);
+  r.history.wrench_jumps = 3;
+  CHECK(tripped(r).action == GuardAction::fail_trial);
+}
+
+TEST_CASE("A jump that only holds does not hide what ends the trial") {
+  GuardReadings r = good();
+  r.history.wrench_jumps = 1;
+  r.deadline = now - 1s;
+  CHECK(tripped(r).guard == Guard::deadline);
+}
+
+TEST_CASE("A cycle that comes a quarter of a second late fails the trial") {
+  GuardReadings r = good();
+  r.cycle_lateness = 250ms;
+  CHECK_FALSE(evaluate(limits(), r, now));
+  r.cycle_lateness = 251ms;
+  CHECK(tripped(r).guard == Guard::late_cycle);
+  CHECK(tripped(r).action == GuardAction::fail_trial);
+}
+
+TEST_CASE("A disk that fills up lets the trial end; an unknown one is no finding") {
+  GuardReadings r = good();
+  r.free_bytes = 1000;
+  CHECK_FALSE(evaluate(limits(), r, now));
+  r.free_bytes = 999;
+  CHECK(tripped(r).guard == Guard::disk);
+  CHECK(tripped(r).action == GuardAction::finish_trial);
+}
+
+TEST_CASE("The table of guards names each guard once, in the order of the enumeration") {
+  std::size_t i = 0;
+  for (const GuardRule& rule : guard_table()) {
+    CHECK(static_cast<std::size_t>(rule.guard) == i++);
+    CHECK(to_string(rule.guard) == rule.name);
+    CHECK_FALSE(rule.trips_when.empty());
+    CHECK(to_string(rule.action) != "unknown");
+  }
 }

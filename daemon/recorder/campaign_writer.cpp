@@ -1,0 +1,182 @@
+#include "daemon/recorder/campaign_writer.hpp"
+
+#include "daemon/dataset/sha256.hpp"
+#include "daemon/recorder/schema.hpp"
+#include "protocols/base/crc.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr const char* insert_chunk_sql =
+    "INSERT INTO chunk (trial, stream, number, first_sequence, rows, lost_before, t0_ns, crc32, "
+    "data) "
+    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
+
+std::int64_t ns_of(TimePoint t) {
+  return t.time_since_epoch().count();
+}
+
+/// Write-ahead log: readers are never blocked and a killed process leaves whole transactions.
+/// NORMAL: an operating system that goes down may take the latest commits with it, never the file.
+Status configure(sqlite::Database& database) {
+  const std::string identity = "PRAGMA application_id=" + std::to_string(campaign_application_id) +
+                               "; PRAGMA user_version=" + std::to_string(campaign_schema_version);
+  for (const std::string& sql :
+       {std::string("PRAGMA page_size=16384; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
+                    "PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=2000"),
+        identity, std::string(campaign_schema_sql)})
+    if (auto done = database.execute(sql.c_str()); !done) return done;
+  return {};
+}
+
+Status write_header(sqlite::Database& database, const CampaignHeader& header) {
+  auto insert = database.prepare(
+      "INSERT INTO campaign (id, bench_kind, name, source, recipe_json, recipe_sha256, rig_json, "
+      "rig_sha256, seed, software_version, taxels, taxel_rate_hz, wrench_rate_hz, stage_rate_hz, "
+      "trials_planned, created_utc_ns) VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  if (!insert) return pass(std::move(insert).error());
+  const DatasetInfo& info = header.info;
+  const auto digest = [](const std::string& given, const std::string& text) {
+    return given.empty() && !text.empty() ? sha256_hex(text) : given;
+  };
+  const std::string recipe_sha256 = digest(info.recipe_sha256, info.recipe_json);
+  const std::string rig_sha256 = digest(info.rig_sha256, info.rig_json);
+  const std::string seed = std::to_string(info.seed);  // as text: SQLite has no unsigned 64 bit
+  insert->bind(1, to_string(info.kind)).bind(2, info.name).bind(3, info.source);
+  insert->bind(4, info.recipe_json).bind(5, recipe_sha256);
+  insert->bind(6, info.rig_json).bind(7, rig_sha256).bind(8, seed).bind(9, info.software_version);
+  insert->bind(10, static_cast<std::int64_t>(header.taxels)).bind(11, info.taxel_rate_hz);
+  insert->bind(12, info.wrench_rate_hz).bind(13, info.stage_rate_hz);
+  insert->bind(14, std::int64_t{header.trials_planned}).bind(15, header.created_utc_ns);
+  return insert->run();
+}
+
+Status write_axes(sqlite::Database& database, const std::vector<Axis>& axes) {
+  auto insert = database.prepare("INSERT INTO axis (position, name, rotary) VALUES (?, ?, ?)");
+  if (!insert) return pass(std::move(insert).error());
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    insert->bind(1, static_cast<std::int64_t>(i)).bind(2, axes[i].name);
+    insert->bind(3, std::int64_t{axes[i].rotary ? 1 : 0});
+    if (auto done = insert->run(); !done) return done;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesystem::path& path,
+                                                               const CampaignHeader& header) {
+  auto database = sqlite::Database::open(path, sqlite::Mode::create);
+  if (!database) return pass(std::move(database).error());
+  Status done = configure(*database);
+  if (done) done = database->execute("BEGIN");
+  if (done) done = write_header(*database, header);
+  if (done) done = write_axes(*database, header.info.axes);
+  if (done) done = database->execute("COMMIT");
+  std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
+  if (done) done = writer->prepare();
+  if (!done) return pass(std::move(done).error());
+  return writer;
+}
+
+Status CampaignWriter::prepare() {
+  const auto into = [this](sqlite::Statement& statement, const char* sql) -> Status {
+    auto prepared = database_.prepare(sql);
+    if (!prepared) return pass(std::move(prepared).error());
+    statement = std::move(*prepared);
+    return {};
+  };
+  Status done = into(insert_trial_,
+                     "INSERT INTO trial (plan_index, attempt, label, trial_group, exploration, "
+                     "repetition, patch_seed, began_ns) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  if (done)
+    done = into(update_trial_,
+                "UPDATE trial SET outcome = ?2, ended_ns = ?3, force_rms_error_n = ?4, "
+                "force_in_band_fraction = ?5 WHERE id = ?1");
+  if (done) done = into(insert_chunk_, insert_chunk_sql);
+  if (done)
+    done = into(insert_journal_, "INSERT INTO journal (t_ns, kind, payload_json) VALUES (?, ?, ?)");
+  if (done)
+    done =
+        into(insert_device_, "INSERT INTO device (name, driver, identity_json) VALUES (?, ?, ?)");
+  return done;
+}
+
+Status CampaignWriter::guard(Status status) {
+  if (!status && !failure_) failure_ = status.error();
+  return status;
+}
+
+Status CampaignWriter::begin() {
+  if (failure_) return tl::unexpected<Error>(*failure_);
+  if (in_transaction_) return {};
+  if (Status done = guard(database_.execute("BEGIN")); !done) return done;
+  in_transaction_ = true;
+  return {};
+}
+
+Status CampaignWriter::run(sqlite::Statement& statement) {
+  return guard(statement.run());
+}
+
+Status CampaignWriter::device(const DeviceInfo& device) {
+  if (Status open = begin(); !open) return open;
+  insert_device_.bind(1, device.name).bind(2, device.driver).bind(3, device.identity_json);
+  return run(insert_device_);
+}
+
+Status CampaignWriter::begin_trial(const TrialSpec& spec, TimePoint now) {
+  if (Status open = begin(); !open) return open;
+  const std::string patch_seed = std::to_string(spec.patch_seed);
+  sqlite::Statement& insert = insert_trial_;
+  insert.bind(1, std::int64_t{spec.index}).bind(2, std::int64_t{spec.attempt});
+  insert.bind(3, spec.label).bind(4, spec.group).bind(5, spec.exploration);
+  insert.bind(6, std::int64_t{spec.repetition}).bind(7, patch_seed).bind(8, ns_of(now));
+  if (Status done = run(insert); !done) return done;
+  trial_ = database_.last_row_id();
+  return commit();
+}
+
+Status CampaignWriter::chunk(const ChunkRecord& chunk) {
+  if (Status open = begin(); !open) return open;
+  insert_chunk_.bind(1, trial_).bind(2, chunk.stream);
+  insert_chunk_.bind(3, chunk.number).bind(4, std::int64_t{chunk.first_sequence});
+  insert_chunk_.bind(5, std::int64_t{chunk.rows}).bind(6, std::int64_t{chunk.lost_before});
+  insert_chunk_.bind(7, chunk.t0_ns).bind(8, std::int64_t{crc32(chunk.bytes)});
+  insert_chunk_.bind(9, chunk.bytes);
+  return run(insert_chunk_);
+}
+
+Status CampaignWriter::end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now) {
+  if (Status open = begin(); !open) return open;
+  update_trial_.bind(1, trial_).bind(2, to_string(outcome)).bind(3, ns_of(now));
+  update_trial_.bind(4, quality.force_rms_error_n).bind(5, quality.force_in_band_fraction);
+  if (Status done = run(update_trial_); !done) return done;
+  return commit();
+}
+
+Status CampaignWriter::journal(TimePoint now, std::string_view kind,
+                               std::string_view payload_json) {
+  if (Status open = begin(); !open) return open;
+  insert_journal_.bind(1, ns_of(now)).bind(2, kind).bind(3, payload_json);
+  return run(insert_journal_);
+}
+
+Status CampaignWriter::commit() {
+  if (failure_) return tl::unexpected<Error>(*failure_);
+  if (!in_transaction_) return {};
+  if (Status done = guard(database_.execute("COMMIT")); !done) return done;
+  in_transaction_ = false;
+  return {};
+}
+
+Status CampaignWriter::finish() {
+  Status done = begin();
+  if (done) done = guard(database_.execute("UPDATE campaign SET finished = 1"));
+  if (done) done = commit();
+  // Without its log the file is one piece that can be copied and read from a read-only place.
+  if (done) done = guard(database_.execute("PRAGMA journal_mode=DELETE"));
+  return done;
+}
+
+}  // namespace weft::daemon

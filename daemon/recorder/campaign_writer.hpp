@@ -1,0 +1,59 @@
+#pragma once
+// The SQL side of a recorder: one open campaign file, written row by row in one transaction at a
+// time. Used by one thread at a time.
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/recorder/recorder.hpp"
+#include "daemon/recorder/sqlite.hpp"
+#include "protocols/base/bytes.hpp"
+
+namespace weft::daemon {
+
+/// Rows of one stream, ready to be stored.
+struct ChunkRecord {
+  std::int64_t stream = 0;
+  std::int64_t number = 0;  ///< within the trial
+  std::uint32_t first_sequence = 0;
+  std::uint32_t rows = 0;
+  std::uint32_t lost_before = 0;
+  std::int64_t t0_ns = 0;
+  ByteView bytes;
+};
+
+/// After a failed write every further call returns that first error.
+class CampaignWriter {
+ public:
+  /// Makes the file; `path` must not exist.
+  static Result<std::unique_ptr<CampaignWriter>> create(const std::filesystem::path& path,
+                                                        const CampaignHeader& header);
+
+  Status device(const DeviceInfo& device);
+  Status begin_trial(const TrialSpec& spec, TimePoint now);  ///< and commits
+  Status chunk(const ChunkRecord& chunk);
+  Status end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now);
+  Status journal(TimePoint now, std::string_view kind, std::string_view payload_json);
+  Status commit();
+  /// Commits, marks the campaign finished and folds the write-ahead log into the one file.
+  Status finish();
+
+ private:
+  explicit CampaignWriter(sqlite::Database database) : database_(std::move(database)) {}
+  Status prepare();
+  Status begin();
+  Status run(sqlite::Statement& statement);
+  /// Keeps the first failure of the file.
+  Status guard(Status status);
+
+  sqlite::Database database_;
+  sqlite::Statement insert_trial_, update_trial_, insert_chunk_, insert_journal_, insert_device_;
+  std::int64_t trial_ = 0;  ///< row of the trial that began last
+  bool in_transaction_ = false;
+  std::optional<Error> failure_;
+};
+
+}  // namespace weft::daemon

@@ -1,0 +1,148 @@
+#include "recipes/control/guard_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::recipes {
+namespace {
+
+/// Share of the top speed that a report may be over it for ever.
+constexpr double speed_tolerance = 1.1;
+/// Reports may come so much late after others that came in time: a stall of the host or the line
+/// looks like speed [s]. Longer ones are the host's own guard's.
+constexpr double speed_reserve_s = 0.25;
+/// The same for a move that has been commanded: it begins and is reported later [s].
+constexpr double following_reserve_s = 0.3;
+/// Distance that is never an error: play, in-position windows, a step of the force loop.
+constexpr double following_slack_m = 0.2e-3;
+constexpr double following_slack_rad = 2e-3;
+/// Velocities commanded longer ago than this do not count any more [s].
+constexpr double driven_memory_s = 0.5;
+/// What the stage may be behind its velocities: latency and ramp [s], and rounding.
+constexpr double driven_reserve_s = 0.3;
+constexpr double driven_slack_m = 20e-6;
+
+std::array<double, 6> joined(const WatchInput& input) {
+  return {input.force_n[0],   input.force_n[1],   input.force_n[2],
+          input.torque_nm[0], input.torque_nm[1], input.torque_nm[2]};
+}
+
+double distance(const std::array<double, 6>& a, const std::array<double, 6>& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+}  // namespace
+
+void GuardWatch::moved(Axis axis, double from, double target, double speed, TimePoint now) {
+  Plan plan;
+  plan.moving = true;
+  plan.from = from;
+  plan.target = target;
+  plan.speed = speed;
+  plan.since = now;
+  plans_[index(axis)] = plan;
+}
+
+void GuardWatch::driven(Axis axis, double velocity, Duration horizon, TimePoint now) {
+  Plan& plan = plans_[index(axis)];
+  if (plan.driven) {
+    integrate(plan, now);
+  } else {
+    plan = {};
+    plan.driven = true;
+    plan.since = now;
+  }
+  plan.speed = velocity;
+  plan.peak_speed = std::max(plan.peak_speed, std::abs(velocity));
+  plan.until = now + horizon;
+}
+
+// What was commanded since the last call, and how much of the past is left of it.
+void GuardWatch::integrate(Plan& plan, TimePoint now) {
+  const double elapsed_s = to_seconds(now - plan.since);
+  const double driven_s = std::clamp(to_seconds(plan.until - plan.since), 0.0, elapsed_s);
+  const double kept = std::exp(-elapsed_s / driven_memory_s);
+  plan.lead = (plan.lead + plan.speed * driven_s) * kept;
+  plan.peak_speed = std::max(plan.peak_speed * kept, driven_s > 0 ? std::abs(plan.speed) : 0);
+  plan.since = now;
+}
+
+GuardHistory GuardWatch::step(const WatchInput& input, TimePoint now) {
+  look_at_wrench(input);
+  look_at_taxels(input);
+  seen_.too_fast.reset();
+  seen_.not_following.reset();
+  for (const Axis axis : all_axes) {
+    const double position = input.position[axis];
+    if (const auto at = input.stage_at[index(axis)]) look_at_speed(axis, position, *at);
+    const double away = lag(axis, position, now);
+    if (away <= lag_allowed(axis)) continue;
+    seen_.not_following = axis;
+    seen_.following_error = away;
+  }
+  return seen_;
+}
+
+void GuardWatch::look_at_wrench(const WatchInput& input) {
+  if (!input.wrench_at || (wrench_ && wrench_->at == *input.wrench_at)) return;
+  const Reading now{joined(input), *input.wrench_at};
+  if (!wrench_ || wrench_->value != now.value) wrench_changed_ = now.at;
+  seen_.wrench_frozen = now.at - wrench_changed_;
+  const bool comparable = believed_ && !input.zero_moves && limits_.wrench_jump_n > 0 &&
+                          now.at - wrench_->at <= limits_.wrench_gap;
+  seen_.wrench_jump_n = comparable ? distance(now.value, believed_->value) : 0;
+  const bool far = comparable && seen_.wrench_jump_n > limits_.wrench_jump_n;
+  seen_.wrench_jumps = far ? seen_.wrench_jumps + 1 : 0;
+  wrench_ = now;
+  if (!far) believed_ = now;
+}
+
+void GuardWatch::look_at_taxels(const WatchInput& input) {
+  if (!input.taxels_at || *input.taxels_at == taxels_at_) return;
+  if (taxels_ != input.taxel_digest) taxels_changed_ = *input.taxels_at;
+  taxels_ = input.taxel_digest;
+  taxels_at_ = *input.taxels_at;
+  seen_.taxels_frozen = taxels_at_ - taxels_changed_;
+}
+
+// A bucket with a leak: reports that come late fill it for a moment, a stage that runs away for
+// good.
+void GuardWatch::look_at_speed(Axis axis, double position, TimePoint at) {
+  const std::size_t i = index(axis);
+  const double top = limits_.max_speed[i];
+  std::optional<Reading>& last = stage_[i];
+  if (last && last->at == at) return;
+  if (last && top > 0) {
+    const double covered = std::abs(position - last->value[0]);
+    const double explained = speed_tolerance * top * to_seconds(at - last->at);
+    excess_[i] = std::max(0.0, excess_[i] + covered - explained);
+    if (excess_[i] > top * speed_reserve_s) seen_.too_fast = axis;
+  }
+  last = Reading{{position}, at};
+}
+
+double GuardWatch::lag(Axis axis, double position, TimePoint now) {
+  Plan& plan = plans_[index(axis)];
+  if (plan.driven) {
+    integrate(plan, now);
+    if (plan.seen_at) plan.lead -= position - *plan.seen_at;
+    plan.seen_at = position;
+    return std::abs(plan.lead);
+  }
+  if (!plan.moving) return 0;
+  const double way =
+      std::min(plan.speed * to_seconds(now - plan.since), std::abs(plan.target - plan.from));
+  const double covered = (position - plan.from) * (plan.target < plan.from ? -1 : 1);
+  return std::max(0.0, way - covered);
+}
+
+double GuardWatch::lag_allowed(Axis axis) const {
+  const Plan& plan = plans_[index(axis)];
+  if (plan.driven) return driven_slack_m + driven_reserve_s * plan.peak_speed;
+  // Brakes from what it did before, turns and speeds up: two ramps.
+  const double ramps_s = 2 * plan.speed / limits_.max_acceleration[index(axis)];
+  return (is_linear(axis) ? following_slack_m : following_slack_rad) +
+         plan.speed * (following_reserve_s + ramps_s);
+}
+
+}  // namespace weft::recipes

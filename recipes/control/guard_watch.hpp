@@ -1,0 +1,81 @@
+#pragma once
+// What single readings cannot show: values that stopped changing, that jump, stages that move
+// faster than they can or not where they were sent. Pure; one step per scan cycle.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "recipes/control/guards.hpp"
+
+namespace weft::recipes {
+
+struct WatchLimits {
+  double wrench_jump_n = 0;  ///< between readings that follow each other; 0: not looked at
+  Duration wrench_gap{};     ///< readings further apart may differ by anything
+  std::array<double, axis_count> max_speed{};         ///< [m/s] or [rad/s]; 0: not looked at
+  std::array<double, axis_count> max_acceleration{};  ///< [m/s2] or [rad/s2], > 0
+};
+
+/// One cycle's view of the bench.
+struct WatchInput {
+  std::array<double, 3> force_n{};
+  std::array<double, 3> torque_nm{};
+  std::optional<TimePoint> wrench_at;
+  std::uint32_t taxel_digest = 0;  ///< of the counts of the newest frame
+  std::optional<TimePoint> taxels_at;
+  Joints position;
+  std::array<std::optional<TimePoint>, axis_count> stage_at{};
+  bool zero_moves = false;  ///< the sensor is taking its zero: its readings may jump
+};
+
+class GuardWatch {
+ public:
+  explicit GuardWatch(const WatchLimits& limits) : limits_(limits) {}
+
+  /// `axis` has been sent from `from` to `target` with `speed` at `now`.
+  void moved(Axis axis, double from, double target, double speed, TimePoint now);
+  /// `axis` has been given `velocity` at `now`, which ends by itself after `horizon`.
+  void driven(Axis axis, double velocity, Duration horizon, TimePoint now);
+  /// Nothing is asked of `axis` any more.
+  void released(Axis axis) { plans_[index(axis)] = {}; }
+
+  GuardHistory step(const WatchInput& input, TimePoint now);
+
+ private:
+  struct Plan {
+    bool moving = false;  ///< a move to a target
+    double from = 0, target = 0, speed = 0;
+    TimePoint since{};
+    bool driven = false;    ///< velocities, cycle by cycle; `speed` is the last one
+    TimePoint until{};      ///< when it ends by itself
+    double lead = 0;        ///< way commanded less way covered, slowly forgotten
+    double peak_speed = 0;  ///< forgotten alike
+    std::optional<double> seen_at;
+  };
+  struct Reading {
+    std::array<double, 6> value{};
+    TimePoint at{};
+  };
+
+  void look_at_wrench(const WatchInput& input);
+  void look_at_taxels(const WatchInput& input);
+  void look_at_speed(Axis axis, double position, TimePoint at);
+  static void integrate(Plan& plan, TimePoint now);
+  [[nodiscard]] double lag(Axis axis, double position, TimePoint now);
+  [[nodiscard]] double lag_allowed(Axis axis) const;
+
+  WatchLimits limits_;
+  GuardHistory seen_;
+  std::optional<Reading> wrench_;  ///< the newest
+  std::optional<Reading> believed_;
+  TimePoint wrench_changed_{};
+  std::optional<std::uint32_t> taxels_;
+  TimePoint taxels_at_{};
+  TimePoint taxels_changed_{};
+  std::array<std::optional<Reading>, axis_count> stage_;  ///< value[0] is its position
+  std::array<double, axis_count> excess_{};               ///< way that its speed does not explain
+  std::array<Plan, axis_count> plans_{};
+};
+
+}  // namespace weft::recipes

@@ -1,0 +1,177 @@
+#!/usr/bin/env python3
+"""The host of the emulated bench is killed (SIGKILL) or hangs (SIGSTOP) at seeded moments. Each time: the true force
+stays under the cap, the stages stop (the monitor's stop, not the end of the slide), a hung host is ended by its
+monitor, the file opens and lacks at most 100 ms, and the next host homes and goes on. A last run must be complete.
+
+    emulated_kill.py WEFT WEFT_RIG SOURCE_ROOT [KILLS [SEED]]     2 kills by default, in phase M; more: at any moment
+"""
+import json
+import pathlib
+import random
+import signal
+import socket
+import sqlite3
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+from cli_support import Checks
+from emulated_support import ServedRig, rig_file
+
+FORCE_CAP_N = 10.0
+STOPPED_WITHIN_S = 1.0      # of the kill; without the monitor a slide goes on for up to 25 s
+HUNG_ENDED_WITHIN_S = 4.0   # patience of the monitor (2 s) and a busy machine
+LACKS_AT_MOST_S = 0.12      # 100 ms of the recorder, and a sample of the force sensor (10 ms) on each side
+WRENCH_ROW = 37             # bytes, t_ns first (docs/dataset.md)
+LATEST_S = 75.0             # a run of this recipe is over by then
+
+
+class Watch(threading.Thread):
+    """Asks weft-rig for the truth, fifty times a second: (wall time, force, place)."""
+
+    def __init__(self, console):
+        super().__init__(daemon=True)
+        self.socket = socket.create_connection((console["host"], console["port"]), timeout=10)
+        self.seen = []
+        self.on = True
+
+    def run(self):
+        answers = self.socket.makefile()
+        while self.on:
+            self.socket.sendall(b'{"order": "truth"}\n')
+            truth = json.loads(answers.readline())
+            self.seen.append((time.time(), truth["contact_force_n"], (*truth["fabric_point_m"], truth["probe_z_m"])))
+            time.sleep(0.02)
+
+    def peak_n(self):
+        return max(force for _, force, _ in self.seen)
+
+    def last_motion(self):
+        """When a stage last was away from where it ends: 2 um along the cloth, 50 um in height, where the cloth creeps."""
+        *_, place = self.seen[-1]
+        far = [t for t, _, p in self.seen
+               if max(abs(p[0] - place[0]), abs(p[1] - place[1]), abs(p[2] - place[2]) / 25) > 2e-6]
+        return far[-1] if far else self.seen[0][0]
+
+
+def recipe(root, folder):
+    document = json.loads((root / "recipes/library/m1.json").read_text())
+    document.pop("$schema", None)
+    document.update(name="kill", fabrics=["fleece"], repetitions=1, seed=3)
+    for phase in document["explorations"]["M1"]["phases"]:
+        if phase["phase"] == "M":
+            phase["path"] = [{"dx_mm": 0, "dy_mm": 40}]
+        else:
+            phase["duration_s"] = 1
+    (folder / "kill.json").write_text(json.dumps(document))
+
+
+def newest_row(campaign):
+    """World time of the newest row of the force sensor, or None: the file opens, whatever happened to its writer."""
+    with sqlite3.connect(campaign) as file:
+        clock = file.execute("SELECT t_ns, payload_json FROM journal WHERE kind = 'clock'").fetchone()
+        chunk = file.execute("SELECT data FROM chunk WHERE stream = 1 ORDER BY rowid DESC LIMIT 1").fetchone()
+        if not clock or not chunk:
+            return None
+        (t_ns,) = struct.unpack_from("<q", chunk[0], len(chunk[0]) - WRENCH_ROW)
+        return (json.loads(clock[1])["utc_ns"] + t_ns - clock[0]) * 1e-9
+
+
+def wait_for_slide(campaign, process):
+    """Until rows of phase M are in the file, and a second more."""
+    end = time.time() + 2 * LATEST_S
+    while time.time() < end and process.poll() is None:
+        if campaign.exists():
+            try:
+                with sqlite3.connect(f"file:{campaign}?mode=ro", uri=True) as file:
+                    rows = file.execute("SELECT data FROM chunk WHERE stream = 0 ORDER BY rowid DESC LIMIT 1").fetchone()
+                if rows and rows[0][16] == ord("M"):  # phase of the chunk's first row
+                    time.sleep(1)
+                    return
+            except sqlite3.Error:
+                pass
+        time.sleep(0.1)
+
+
+class Bench:
+    def __init__(self, t, weft, folder, rig_path, console):
+        self.t, self.weft, self.folder, self.rig_path, self.console = t, weft, folder, rig_path, console
+        self.peak_n = 0.0
+        self.coasts, self.lacks = [], []
+
+    def start(self, name):
+        return subprocess.Popen([self.weft, "run", "kill.json", "--rig", str(self.rig_path), "--out", name,
+                                 "--no-evaluate"], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+    def lose(self, number, moment_s, how):
+        name, what = f"kill{number}", f"kill {number} ({how.name}, {'phase M' if moment_s is None else moment_s})"
+        watch = Watch(self.console)
+        process = self.start(name)
+        campaign = self.folder / name / "campaign.sqlite"
+        watch.start()
+        if moment_s is None:
+            wait_for_slide(campaign, process)
+        else:
+            time.sleep(moment_s)
+        self.t.expect(process.poll() is None, f"{what}: it had ended before")
+        killed = time.time()
+        process.send_signal(how)
+        process.wait(30)
+        ended = time.time()
+        time.sleep(2 * STOPPED_WITHIN_S)
+        watch.on = False
+        watch.join()
+        if how is signal.SIGSTOP:
+            self.t.expect(ended - killed < HUNG_ENDED_WITHIN_S, f"{what}: the monitor took {ended - killed:.2f} s")
+        coast = watch.last_motion() - ended
+        self.t.expect(coast < STOPPED_WITHIN_S, f"{what}: the stages went on for {coast:.2f} s")
+        self.t.expect(watch.peak_n() < FORCE_CAP_N, f"{what}: {watch.peak_n():.2f} N")
+        self.peak_n = max(self.peak_n, watch.peak_n())
+        self.coasts.append(max(0.0, coast))
+        lacks = self.lacking(campaign, killed)
+        if lacks is not None:
+            self.lacks.append(lacks)
+            self.t.expect(lacks < LACKS_AT_MOST_S, f"{what}: {lacks:.3f} s are missing")
+        self.t.expect(moment_s is not None or lacks is not None, f"{what}: it was recording")
+        print(f"SIMULATED {what}: peak {watch.peak_n():.2f} N, stages stopped {max(0.0, coast):.2f} s after, "
+              f"{'not recording' if lacks is None else f'{1e3 * lacks:.0f} ms lacking'}", flush=True)
+
+    def lacking(self, campaign, killed):
+        """Seconds between the newest row and the kill; None when nothing was being recorded."""
+        if not campaign.exists():
+            return None
+        newest = newest_row(campaign)
+        # Phases are seconds apart: a row that is older ended a phase.
+        return None if newest is None or killed - newest > 0.9 else killed - newest
+
+
+def main():
+    weft, weft_rig, root = str(pathlib.Path(sys.argv[1]).resolve()), sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
+    kills = int(sys.argv[4]) if len(sys.argv) > 4 else 2
+    moments = random.Random(int(sys.argv[5]) if len(sys.argv) > 5 else 5)
+    t = Checks(weft)
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        recipe(root, folder)
+        path, rig = rig_file(root, folder)
+        with ServedRig(weft_rig, path, rig, seed=3):
+            bench = Bench(t, weft, folder, path, rig["simulation"]["console"])
+            bench.lose(1, None, signal.SIGKILL)
+            bench.lose(2, None, signal.SIGSTOP)
+            for number in range(3, kills + 1):
+                bench.lose(number, moments.uniform(0, LATEST_S - 20),
+                           signal.SIGSTOP if moments.random() < 0.25 else signal.SIGKILL)
+            last = bench.start("last")
+            _, said = last.communicate(timeout=4 * LATEST_S)
+            t.expect(last.returncode == 0, f"the run after the last kill: {last.returncode} {said[-500:]}")
+    print(f"SIMULATED {kills} kills: peak force {bench.peak_n:.2f} N of {FORCE_CAP_N:g} N, longest coast "
+          f"{max(bench.coasts):.2f} s, recording lacks at most "
+          f"{1e3 * max(bench.lacks, default=0):.0f} ms ({len(bench.lacks)} of them while recording)")
+    t.finish()
+
+
+if __name__ == "__main__":
+    main()

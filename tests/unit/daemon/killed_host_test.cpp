@@ -1,0 +1,173 @@
+// A host that is gone between two bytes, 200 times: what the stages do without it, and what the
+// next host finds. The emulators live on; drivers, supervisor and recorder are dropped as they are.
+
+#include <random>
+
+#include "tests/unit/daemon/trial_bench.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace std::chrono_literals;
+
+namespace {
+
+/// A device's end of a wire into which one host after another is plugged.
+class Socket final : public Link {
+ public:
+  void plug(std::unique_ptr<MemoryLink> end) {
+    end_ = std::move(end);
+    end_->on_receive([this](ByteView bytes, TimePoint at) {
+      if (receiver_) receiver_(bytes, at);
+    });
+  }
+  void pull() { end_->unplug(); }
+  Status write(ByteView bytes) override {
+    return end_ ? end_->write(bytes) : fail(Errc::io, "nobody is there");
+  }
+  void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
+  void on_closed(Closed) override {}
+
+ private:
+  std::unique_ptr<MemoryLink> end_;
+  Receiver receiver_;
+};
+
+/// The emulated bench that outlives its hosts.
+struct LongLived {
+  test::TemporaryFolder folder;
+  CheckedRequest checked;
+  RigFile file;
+  VirtualLoop loop;
+  std::unique_ptr<sim::Rig> rig;
+  std::map<std::string, std::unique_ptr<Socket>> sockets;
+  double peak_n = 0;
+
+  explicit LongLived(const std::string& recipe)
+      : checked(check_request(test::request_in(folder, recipe)).value()),
+        file(parse_rig_file(checked.rig_text).value()) {
+    const std::string fabrics = read_fabrics(file, folder / "rig.json").value();
+    rig = std::move(sim::Rig::create(file.text, fabrics, 1).value());
+    for (const DeviceEntry& device : file.devices) {
+      auto socket = std::make_unique<Socket>();
+      REQUIRE(rig->attach(device.name, *socket, loop));
+      sockets[device.name] = std::move(socket);
+    }
+    watch();
+  }
+
+  void watch() {
+    peak_n = std::max(peak_n, rig->truth(loop.now()).contact_force_n);
+    loop.after(4ms, [this] { watch(); });
+  }
+
+  std::unique_ptr<Bench> host() {
+    const LinkFactory links = [this](const DeviceEntry& entry) -> Result<std::unique_ptr<Link>> {
+      auto [near, far] = MemoryLink::make_pair(loop, loop, 1ms);
+      sockets[entry.name]->plug(std::move(far));
+      return std::unique_ptr<Link>(std::move(near));
+    };
+    return std::move(Bench::create(file, loop, links).value());
+  }
+
+  /// No byte of the host arrives any more, not even those that its destructors write.
+  void kill() {
+    for (auto& [name, socket] : sockets) socket->pull();
+  }
+};
+
+/// Trial by trial as `weft run` does it, until `moment` after the bench is up.
+struct Life {
+  Recorder recorder;
+  TrialRecording recording;
+  Supervisor supervisor;
+  TimePoint last_sample{};
+
+  Life(LongLived& bench, Bench& host, Recorder opened)
+      : recorder(std::move(opened)),
+        recording(recorder, bench.checked.plan),
+        supervisor(bench.checked.plan, bench.loop, host, recording, hooks(bench)) {}
+
+  static SupervisorHooks hooks(LongLived& bench) {
+    SupervisorHooks hooks;
+    hooks.mount = [&bench](std::string_view fabric, std::uint64_t seed, const MountDone& done) {
+      done(bench.rig->mount(fabric, seed, bench.loop.now()));
+    };
+    return hooks;
+  }
+};
+
+Recorder recorder_at(const std::filesystem::path& path) {
+  CampaignHeader header;
+  header.info.axes = {{"x", false}, {"y", false}, {"z", false}, {"rx", true}, {"ry", true}};
+  return std::move(Recorder::create(path, header).value());
+}
+
+bool bring_up(LongLived& bench, Bench& host) {
+  std::optional<Status> up;
+  host.bring_up([&](Status s) { up = std::move(s); });
+  bench.loop.run_until([&] { return up.has_value(); });
+  return up && up->has_value();
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a host killed 200 times, in every step of a trial: the force stays under its cap, the "
+    "stages stop, the next host finds them and homes, and the file opens") {
+  constexpr int kills = 200;
+  constexpr double cap_n = 10;
+  std::mt19937_64 random(20161122);
+  std::map<recipes::Step, int> killed_in;
+  double worst_n = 0, longest_coast_s = 0;
+  const std::array fabrics{"fleece", "denim", "nylon", "pile"};
+  for (int first = 0; first < kills; first += 50) {
+    LongLived bench(test::short_recipe(fabrics[static_cast<std::size_t>(first / 50)]));
+    for (int kill = first; kill < first + 50; ++kill) {
+      auto host = bench.host();
+      REQUIRE(bring_up(bench, *host));
+      // The next host's truth: what the drivers read is where the stages are.
+      const auto truth = bench.rig->truth(bench.loop.now());
+      CHECK(host->snapshot().joints()[recipes::Axis::z] ==
+            Approx(truth.probe_z_m).margin(2e-3));  // the mount's slack hangs the probe lower
+      const auto file = bench.folder / (std::to_string(kill) + ".sqlite");
+      std::optional<Life> life(std::in_place, bench, *host, recorder_at(file));
+      const TimePoint begun = bench.loop.now();
+      life->supervisor.start();
+      // A trial takes some 40 s here; a third of the moments lies in the first 15 s, on the way.
+      const double moment_s = std::uniform_real_distribution<>(0, 45)(random);
+      bench.loop.run_until([&] {
+        return bench.loop.now() - begun >= from_seconds(moment_s) ||
+               life->supervisor.result().has_value();
+      });
+      ++killed_in[life->supervisor.state().step];
+      bench.kill();
+      life.reset();
+      host.reset();
+      // Dead: the longest finite motion is a transfer of the whole travel at 4 mm/s.
+      const TimePoint dead = bench.loop.now();
+      TimePoint moved = dead;
+      auto before = bench.rig->truth(dead);
+      while (bench.loop.now() - dead < 41s) {
+        bench.loop.run_to(bench.loop.now() + 500ms);
+        const auto now = bench.rig->truth(bench.loop.now());
+        if (now.fabric_point_m != before.fabric_point_m ||
+            std::abs(now.probe_z_m - before.probe_z_m) > 2e-6)
+          moved = bench.loop.now();
+        before = now;
+      }
+      longest_coast_s = std::max(longest_coast_s, to_seconds(moved - dead));
+      CHECK(load_campaign(file, {.all_outcomes = true}));
+    }
+    worst_n = std::max(worst_n, bench.peak_n);
+    CHECK(bench.peak_n < cap_n);
+  }
+  CHECK(longest_coast_s < 40);
+  for (const auto& [step, count] : killed_in)
+    UNSCOPED_INFO(recipes::to_string(step) << ": " << count);
+  UNSCOPED_INFO("SIMULATED peak force " << worst_n << " N, longest coast " << longest_coast_s
+                                        << " s");
+  CHECK(killed_in.size() >= 10);
+  WARN("SIMULATED, " << kills << " kills: peak force " << worst_n << " N of " << cap_n
+                     << ", longest way without a host " << longest_coast_s << " s, in "
+                     << killed_in.size() << " steps");
+}

@@ -1,0 +1,205 @@
+#include "recipes/control/guard_watch.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+using namespace weft;
+using namespace weft::recipes;
+using namespace std::chrono_literals;
+
+namespace {
+
+WatchLimits limits() {
+  WatchLimits out;
+  out.wrench_jump_n = 2.5;
+  out.wrench_gap = 50ms;
+  out.max_speed = {4e-3, 4e-3, 4e-3, 0.087, 0.087};
+  out.max_acceleration = {20e-3, 20e-3, 20e-3, 0.087, 0.087};
+  return out;
+}
+
+/// A bench whose readings come every 10 ms, at the cycle's own times.
+struct Bench {
+  GuardWatch watch{limits()};
+  WatchInput input;
+  GuardHistory seen;
+  TimePoint now{10s};
+  int cycles = 0;
+
+  Bench() { input.position.value = {0.05, 0.05, 0.05, 0, 0}; }
+
+  /// Noise of the last bit keeps the streams alive.
+  void cycle(bool wrench_alive = true, bool taxels_alive = true) {
+    now += 10ms;
+    ++cycles;
+    input.wrench_at = input.taxels_at = now;
+    if (wrench_alive) input.torque_nm[2] = 1e-6 * cycles;
+    if (taxels_alive) input.taxel_digest = static_cast<std::uint32_t>(cycles);
+    input.stage_at.fill(now);
+    seen = watch.step(input, now);
+  }
+  double& z() { return input.position.value[index(Axis::z)]; }
+};
+
+}  // namespace
+
+TEST_CASE("A wrench whose six values stay the same grows old although it keeps coming") {
+  Bench b;
+  for (int i = 0; i < 20; ++i) b.cycle();
+  CHECK(b.seen.wrench_frozen == 0ms);
+  for (int i = 0; i < 25; ++i) b.cycle(false);
+  CHECK(b.seen.wrench_frozen == 250ms);
+  b.cycle();
+  CHECK(b.seen.wrench_frozen == 0ms);
+}
+
+TEST_CASE("Taxels that stay the same are told, and one changed count is enough") {
+  Bench b;
+  b.cycle();
+  for (int i = 0; i < 100; ++i) b.cycle(true, false);
+  CHECK(b.seen.taxels_frozen == 1s);
+  b.cycle();
+  CHECK(b.seen.taxels_frozen == 0s);
+}
+
+TEST_CASE("One reading far away is one jump, and the last one believed stays the measure") {
+  Bench b;
+  b.input.force_n = {0, 0, 5};
+  b.cycle();
+  b.input.force_n = {0, 0, 7.6};
+  b.cycle();
+  CHECK(b.seen.wrench_jumps == 1);
+  CHECK(b.seen.wrench_jump_n == Approx(2.6));
+  b.input.force_n = {0, 0, 5.1};
+  b.cycle();
+  CHECK(b.seen.wrench_jumps == 0);
+  b.input.force_n = {0, 0, 9};
+  for (int i = 0; i < 3; ++i) b.cycle();
+  CHECK(b.seen.wrench_jumps == 3);
+}
+
+TEST_CASE("A fast press is no jump, nor is what comes after a gap or while the zero moves") {
+  Bench b;
+  for (int i = 0; i < 10; ++i) {
+    b.input.force_n[2] += 2.4;
+    b.cycle();
+    CHECK(b.seen.wrench_jumps == 0);
+  }
+  b.now += 60ms;
+  b.input.force_n[2] += 20;
+  b.cycle();
+  CHECK(b.seen.wrench_jumps == 0);
+  b.input.zero_moves = true;
+  b.input.force_n[2] = 0;
+  b.cycle();
+  CHECK(b.seen.wrench_jumps == 0);
+}
+
+TEST_CASE("A stage at twice its speed is found within half a second, at its speed never") {
+  Bench fine, fast;
+  int found = 0;
+  for (int i = 1; i <= 300; ++i) {
+    fine.z() += 4e-5;
+    fast.z() += 8e-5;
+    fine.cycle();
+    fast.cycle();
+    CHECK_FALSE(fine.seen.too_fast);
+    if (fast.seen.too_fast && found == 0) found = i;
+  }
+  CHECK(fast.seen.too_fast == Axis::z);
+  CHECK(found > 0);
+  CHECK(found < 50);
+}
+
+TEST_CASE("Positions that a stall of the host held back are no speed; a leap is") {
+  Bench b;
+  for (int i = 0; i < 50; ++i) {
+    b.z() += 4e-5;
+    b.cycle();
+  }
+  b.now += 200ms;  // the reading in hand is as old as that, the next one is new
+  b.cycle();
+  b.z() += 8e-4;
+  b.cycle();
+  CHECK_FALSE(b.seen.too_fast);
+  b.z() += 2e-3;
+  b.cycle();
+  CHECK(b.seen.too_fast == Axis::z);
+}
+
+TEST_CASE("A stage that stands while it should move is found by the way it owes") {
+  Bench b;
+  b.cycle();
+  b.watch.moved(Axis::y, 0.05, 0.10, 4e-3, b.now);
+  int cycles = 0;
+  while (!b.seen.not_following && cycles < 1000) {
+    b.cycle();
+    ++cycles;
+  }
+  CHECK(b.seen.not_following == Axis::y);
+  CHECK(cycles > 60);   // 0.3 s, two ramps of 0.2 s, 0.2 mm
+  CHECK(cycles < 100);  // the driver's own watch takes three seconds
+  b.watch.released(Axis::y);
+  b.cycle();
+  CHECK_FALSE(b.seen.not_following);
+}
+
+TEST_CASE("A trapezoid with latency follows its command; half its speed does not") {
+  for (const double share : {1.0, 0.5}) {
+    Bench b;
+    b.cycle();
+    b.watch.moved(Axis::x, 0.05, 0.03, 4e-3, b.now);
+    bool lost = false;
+    for (int i = 1; i <= 700; ++i) {
+      const double t_s = std::max(0.0, 0.01 * i - 0.03);
+      const double ramp_s = std::min(t_s, 0.2);
+      const double way = 0.5 * 20e-3 * ramp_s * ramp_s + 4e-3 * std::max(0.0, t_s - 0.2);
+      b.input.position.value[0] = 0.05 - std::min(0.02, share * way);
+      b.cycle();
+      lost = lost || b.seen.not_following.has_value();
+    }
+    CHECK(lost == (share < 1));
+  }
+}
+
+TEST_CASE("Under the force loop a stage that keeps up is let be, and one that stalls is found") {
+  for (const bool stalls : {false, true}) {
+    Bench b;
+    b.cycle();
+    bool lost = false;
+    double speed = 0;
+    for (int i = 0; i < 300; ++i) {
+      const double wanted = 0.4e-3 * std::sin(0.02 * i);
+      b.watch.driven(Axis::z, wanted, 100ms, b.now);
+      speed += std::clamp(wanted - speed, -2e-4, 2e-4);
+      if (!stalls) b.z() += 0.01 * speed;
+      b.cycle();
+      lost = lost || b.seen.not_following.has_value();
+    }
+    CHECK(lost == stalls);
+  }
+}
+
+TEST_CASE("A velocity that has run out asks for nothing more") {
+  Bench b;
+  b.cycle();
+  b.watch.driven(Axis::z, 0.5e-3, 100ms, b.now);
+  for (int i = 0; i < 100; ++i) {
+    if (i < 10) b.z() += 5e-6;
+    b.cycle();
+    CHECK_FALSE(b.seen.not_following);
+  }
+}
+
+TEST_CASE("Values that are not numbers end nothing here: the guards on single readings see them") {
+  Bench b;
+  b.input.force_n[0] = std::nan("");
+  b.z() = std::nan("");
+  for (int i = 0; i < 3; ++i) b.cycle();
+  CHECK(b.seen.wrench_jumps == 0);
+  b.input.force_n[0] = 0;
+  b.z() = 0.05;
+  for (int i = 0; i < 3; ++i) b.cycle();
+  CHECK_FALSE(b.seen.too_fast);
+  CHECK_FALSE(b.seen.not_following);
+}
