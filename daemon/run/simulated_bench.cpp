@@ -10,6 +10,15 @@ namespace {
 // its latency timer is set to 1 ms by the drivers' start-up.
 constexpr Duration link_latency = std::chrono::milliseconds(1);
 
+/// Records of a stream that a driver makes one sample of: `average`, where its configuration has
+/// it.
+double records_per_sample(const DeviceEntry& device) {
+  const auto config = nlohmann::json::parse(device.config_json, nullptr, false);
+  const auto average = nlohmann::json::json_pointer("/average");
+  const bool told = config.is_object() && config.contains(average) && config[average].is_number();
+  return told ? config[average].get<double>() : 1;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<SimulatedBench>> SimulatedBench::create(const RigFile& rig_file,
@@ -45,7 +54,9 @@ Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const si
     const DeviceEntry& device = rig.devices[i];
     const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
     if (!sent_hz) continue;
-    const double told_hz = device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz;
+    const double told_hz =
+        (device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz) *
+        records_per_sample(device);
     if (std::abs(told_hz - *sent_hz) <= tolerance * *sent_hz) continue;
     return fail(Errc::invalid_argument, "driver and emulator disagree on the rate",
                 "/devices/" + std::to_string(i) + "/config/rate_hz",

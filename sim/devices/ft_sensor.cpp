@@ -24,6 +24,13 @@ std::int32_t nearest_count(double counts) {
 
 }  // namespace
 
+std::uint32_t conversion_at(TimePoint t) {
+  constexpr std::int64_t rate_hz = 7000;
+  const std::int64_t ns = t.time_since_epoch().count();
+  return static_cast<std::uint32_t>(ns / 1'000'000'000 * rate_hz +
+                                    ns % 1'000'000'000 * rate_hz / 1'000'000'000);
+}
+
 FtSensor::FtSensor(const FtSensorParams& params, std::uint64_t seed)
     : params_(params),
       seed_(mix(seed, "force/torque noise")),

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "protocols/base/time.hpp"
 #include "sim/plant/contact.hpp"
 
 namespace weft::sim {
@@ -28,6 +29,10 @@ struct FtReading {
   std::array<std::int32_t, 6> counts{};
   bool saturated = false;
 };
+
+/// The sensor converts at 7 kHz whatever is sent [S: NETFTCPP]: the number of the conversion at
+/// `t`.
+std::uint32_t conversion_at(TimePoint t);
 
 class FtSensor {
  public:

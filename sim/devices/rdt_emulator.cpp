@@ -10,14 +10,6 @@ namespace {
 
 namespace rdt = protocols::rdt;
 
-/// The box samples at 7 kHz whatever it sends [S: NETFTCPP]; its own count names each sample.
-std::uint32_t internal_sample(TimePoint t) {
-  constexpr std::int64_t rate_hz = 7000;
-  const std::int64_t ns = t.time_since_epoch().count();
-  return static_cast<std::uint32_t>(ns / 1'000'000'000 * rate_hz +
-                                    ns % 1'000'000'000 * rate_hz / 1'000'000'000);
-}
-
 std::int32_t as_count(double counts) {
   constexpr double lowest = std::numeric_limits<std::int32_t>::min();
   constexpr double highest = std::numeric_limits<std::int32_t>::max();
@@ -43,7 +35,7 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
     case rdt::RequestCommand::start_buffered:
       return start(*request, now);
     case rdt::RequestCommand::set_bias:
-      return sensor_.bias(world_->contact(now), internal_sample(now));
+      return sensor_.bias(world_->contact(now), conversion_at(now));
     case rdt::RequestCommand::reset_latch:
       latched_ = false;
       return;
@@ -95,7 +87,7 @@ void RdtEmulator::sample(TimePoint at, ByteSink& out) {
 }
 
 rdt::Record RdtEmulator::record_at(TimePoint at) {
-  const std::uint32_t number = internal_sample(at);
+  const std::uint32_t number = conversion_at(at);
   FtReading reading = sensor_.read(world_->contact(at), number);
   suffer_reading(reading, at);
   rdt::Record record;

@@ -7,6 +7,7 @@
 
 #include "protocols/base/units.hpp"
 #include "sim/plant/field_reader.hpp"
+#include "sim/rig/digital_config.hpp"
 
 namespace weft::sim {
 
@@ -14,6 +15,7 @@ namespace {
 
 using nlohmann::json;
 
+constexpr const char* kinds = "apt_stage, rdt, ati_digital or taxel";
 constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
 
 /// The controller that a stage usually has, and serial numbers as it has them (reference A.1).
@@ -155,9 +157,9 @@ Result<EmulatedDevice> no_emulator(const std::string& kind, const std::string& w
     return fail(Errc::unsupported,
                 "level " + std::string(level ? to_string(*level) : "?") + " produces " +
                     std::string(to_string(channel)) + ", but no emulator of this version sends it",
-                where, "apt_stage, rdt or taxel", kind);
+                where, kinds, kind);
   }
-  return fail(Errc::parse, "no such emulator", where, "apt_stage, rdt or taxel", kind);
+  return fail(Errc::parse, "no such emulator", where, kinds, kind);
 }
 
 }  // namespace
@@ -179,6 +181,10 @@ Result<EmulatedDevice> read_device(const json& device, const std::string& where,
     out.params = *params;
   } else if (kind == "rdt") {
     auto params = read_box(emulator, at);
+    if (!params) return pass(params.error());
+    out.params = *params;
+  } else if (kind == "ati_digital") {
+    auto params = read_digital(emulator, at);
     if (!params) return pass(params.error());
     out.params = *params;
   } else if (kind == "taxel") {

@@ -56,6 +56,8 @@ struct Rig::Parts {
       return std::make_unique<AptStageEmulator>(*stage, world, now);
     if (const auto* box = std::get_if<RdtEmulatorParams>(&device.params))
       return box_made(device.name, *box);
+    if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
+      return std::make_unique<AtiDigitalEmulator>(*digital, world, mix(seed, device.name));
     TaxelEmulatorParams taxels = std::get<TaxelEmulatorParams>(device.params);
     taxels.chunk_seed = mix(seed, device.name);
     return std::make_unique<TaxelEmulator>(taxels, world, now);
@@ -184,6 +186,8 @@ std::optional<double> Rig::stream_rate_hz(std::string_view device_name) const {
   for (const EmulatedDevice& device : parts_->config.devices) {
     if (device.name != device_name) continue;
     if (const auto* box = std::get_if<RdtEmulatorParams>(&device.params)) return box->rate_hz;
+    if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
+      return digital->rate_hz;
     if (std::holds_alternative<TaxelEmulatorParams>(device.params))
       return 1e9 / pad_timing::frame_ns;
   }

@@ -34,6 +34,13 @@ Status shared_number(const json& section, const char* pointer, const char* key, 
   return FieldReader(alone, pointer).number(key, value, low, high, to_si).finish();
 }
 
+/// The force sensor of a device that is one.
+FtSensorParams* sensor_of(EmulatedDevice& device) {
+  if (auto* box = std::get_if<RdtEmulatorParams>(&device.params)) return &box->sensor;
+  auto* digital = std::get_if<AtiDigitalParams>(&device.params);
+  return digital == nullptr ? nullptr : &digital->sensor;
+}
+
 Status read_plate(const json& plate, RigConfig& config) {
   BenchGeometry& geometry = config.world.geometry;
   double width_m = 0.15, depth_m = 0.15;
@@ -48,9 +55,9 @@ Status read_plate(const json& plate, RigConfig& config) {
   reader.required("surface_z_mm", contact.plate_z_m, -1000, 1000, m_per_mm);
   reader.number("tilt_axis_y_mm", contact.tilt_axis_y_m, -1000, 1000, m_per_mm);
   for (EmulatedDevice& device : config.devices)
-    if (auto* box = std::get_if<RdtEmulatorParams>(&device.params)) {
-      box->sensor.centre_x_m = width_m / 2;
-      box->sensor.centre_y_m = depth_m / 2;
+    if (FtSensorParams* sensor = sensor_of(device)) {
+      sensor->centre_x_m = width_m / 2;
+      sensor->centre_y_m = depth_m / 2;
     }
   return reader.finish();
 }
@@ -222,8 +229,8 @@ Status read_simulation(const json& object, RigConfig& config) {
 
 Channel channel_of(const EmulatedDevice& device) {
   if (std::holds_alternative<AptStageParams>(device.params)) return Channel::stages;
-  if (std::holds_alternative<RdtEmulatorParams>(device.params)) return Channel::wrench;
-  return Channel::taxels;
+  if (std::holds_alternative<TaxelEmulatorParams>(device.params)) return Channel::taxels;
+  return Channel::wrench;
 }
 
 /// The scene's channels, and that the plant computes no more than they need.

@@ -9,6 +9,7 @@
 
 #include "protocols/base/result.hpp"
 #include "sim/devices/apt_stage_emulator.hpp"
+#include "sim/devices/ati_digital_emulator.hpp"
 #include "sim/devices/bench_world.hpp"
 #include "sim/devices/faults/fault.hpp"
 #include "sim/devices/rdt_emulator.hpp"
@@ -20,7 +21,7 @@ namespace weft::sim {
 
 struct EmulatedDevice {
   std::string name;
-  std::variant<AptStageParams, RdtEmulatorParams, TaxelEmulatorParams> params;
+  std::variant<AptStageParams, RdtEmulatorParams, AtiDigitalParams, TaxelEmulatorParams> params;
 };
 
 /// A fault and whom it befalls.

@@ -24,8 +24,8 @@ ALLOWED = {
     "daemon": ["drivers", "protocols", "recipes", "classifier", "sim"],
     "tests": [""],
 }
-# which wire a driver may speak
-WIRES = {"thorlabs_apt": "apt", "ati_netft": "rdt", "taxel_array": "taxel"}
+# which wires a driver may speak
+WIRES = {"thorlabs_apt": ["apt"], "ati_netft": ["rdt"], "ati_digital": ["modbus", "ati_digital"], "taxel_array": ["taxel"]}
 ROOTS = ("protocols", "drivers", "recipes", "classifier", "sim", "daemon", "tests")
 # only a Loop reads a clock; benchmarks and the wall-time figures of the report measure real time
 CLOCK_FILES = ("daemon/loop/", "tests/bench/")
@@ -51,10 +51,11 @@ def allowed(path, target):
         return False
     if target.startswith(own + "/"):
         return True
-    for prefix in ALLOWED[rule]:
-        prefix = prefix.replace("{own}", WIRES.get(own.split("/")[-1], "none"))
-        if prefix == "" or target.startswith(prefix + "/"):
-            return True
+    wires = WIRES.get(own.split("/")[-1], [])
+    for row in ALLOWED[rule]:
+        for prefix in [row.replace("{own}", wire) for wire in wires] if "{own}" in row else [row]:
+            if prefix == "" or target.startswith(prefix + "/"):
+                return True
     return False
 
 
@@ -80,6 +81,8 @@ def selftest():
         "drivers/thorlabs_apt/a.cpp": ('#include "sim/plant/plant.hpp"', True),
         "drivers/thorlabs_apt/b.cpp": ('#include "protocols/apt/apt.hpp"', False),
         "drivers/thorlabs_apt/c.cpp": ('#include "protocols/rdt/rdt.hpp"', True),
+        "drivers/ati_digital/a.cpp": ('#include "protocols/modbus/rtu.hpp"', False),
+        "drivers/ati_digital/b.cpp": ('#include "protocols/rdt/rdt.hpp"', True),
         "sim/devices/a.cpp": ('#include "drivers/api/link.hpp"', True),
         "sim/rig/a.cpp": ('#include "daemon/loop/virtual_loop.hpp"', True),
         "classifier/features/a.cpp": ('#include "recipes/engine/plan.hpp"', True),

@@ -94,3 +94,15 @@ endif()
 add_test(NAME scenario_emulated_kill
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_emulated_kill PROPERTIES TIMEOUT 900 COST 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# Other people's Modbus programs against the emulated Digital F/T sensor; Debian's python3-pymodbus belongs to /usr/bin/python3.
+pkg_check_modules(MODBUS IMPORTED_TARGET libmodbus)
+if(SYSTEM_PYTHON3 AND MODBUS_FOUND)
+  add_executable(libmodbus_client ${CMAKE_CURRENT_SOURCE_DIR}/scenario/libmodbus_client.cc)
+  target_link_libraries(libmodbus_client PRIVATE PkgConfig::MODBUS)
+  add_test(NAME scenario_modbus_clients
+           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/modbus_clients.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
+                   $<TARGET_FILE:libmodbus_client> ${PROJECT_SOURCE_DIR})
+  set_tests_properties(scenario_modbus_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 COST 900
+                       ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+endif()

@@ -16,6 +16,7 @@ Bytes ascii(std::string_view text) {
 
 TEST_CASE("CRCs give the catalogue's check values") {
   CHECK(crc16_ccitt(ascii("123456789")) == 0x29B1);
+  CHECK(crc16_modbus(ascii("123456789")) == 0x4B37);
   CHECK(crc32(ascii("123456789")) == 0xCBF43926U);
   CHECK(crc32(ascii("6789"), crc32(ascii("12345"))) == 0xCBF43926U);
 }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "drivers/ati_digital/ati_digital.hpp"
 #include "drivers/ati_netft/ati_netft.hpp"
 #include "drivers/taxel_array/taxel_array.hpp"
 #include "drivers/thorlabs_apt/thorlabs_apt.hpp"
@@ -29,8 +30,8 @@ std::string defaults_of(const DriverEntry& entry) {
 }  // namespace
 
 TEST_CASE("any number of a driver's configuration that is absurd is refused by name, or harmless") {
-  for (const DriverEntry* entry :
-       {&drivers::thorlabs_apt_entry, &drivers::ati_netft_entry, &drivers::taxel_array_entry}) {
+  for (const DriverEntry* entry : {&drivers::thorlabs_apt_entry, &drivers::ati_netft_entry,
+                                   &drivers::ati_digital_entry, &drivers::taxel_array_entry}) {
     int refused = 0;
     hostile::for_each_number(
         defaults_of(*entry), "",

@@ -1,0 +1,278 @@
+#include "drivers/ati_digital/digital_driver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace weft::drivers {
+
+using namespace protocols::ati_digital;
+using namespace protocols::modbus;
+
+namespace {
+
+/// Damage is logged when it begins, and then so often at most.
+constexpr Duration damage_report_period = std::chrono::seconds(1);
+/// Set after a power cycle; says nothing about the values.
+constexpr std::uint16_t watchdog_bit = 1;
+
+std::span<const std::uint16_t> registers_of(const weft::protocols::modbus::Reply& reply) {
+  return std::get<ReadReply>(reply).registers.view();  // the exchange lets nothing else through
+}
+
+}  // namespace
+
+DigitalDriver::DigitalDriver(const DigitalSettings& settings, DriverHost& driver_host)
+    : DriverBase(driver_host),
+      settings_(settings),
+      exchange_(driver_host.loop(), {settings.slave, settings.reply_timeout},
+                [this](ByteView bytes) { send(bytes); }),
+      stale_(driver_host.loop(), [this] { on_stale(); }) {}
+
+Status DigitalDriver::open() noexcept {
+  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
+  if (Status taken = attach(); !taken) return taken;
+  phase_ = Phase::opening;
+  registers_.clear();
+  bias_ = {};
+  // A host that died may have left the sensor streaming.
+  exchange_.hush([this](const Status& quiet) { on_hushed(quiet); });
+  if (!attached()) return fail(Errc::io, "the link refused the first bytes");
+  return {};
+}
+
+Status DigitalDriver::arm() noexcept {
+  if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
+  if (phase_ != Phase::idle) return fail(Errc::wrong_state, "arm is refused: arming is under way");
+  phase_ = Phase::starting;
+  ask(Vendor{Function::vendor_stream, start_stream}, &DigitalDriver::on_started);
+  if (!attached()) return fail(Errc::io, "the link refused the start request");
+  return {};
+}
+
+Result<std::uint32_t> DigitalDriver::command(const Command& command) noexcept {
+  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+    return pass(std::move(allowed.error()));
+  if (!std::holds_alternative<BiasCommand>(command))
+    return fail(Errc::unsupported, "a force/torque sensor does not move: it takes a bias only");
+  bias_ = last_;
+  return 0;
+}
+
+void DigitalDriver::stop() noexcept {
+  if (!attached() || state() == DriverState::closed) return;
+  end();
+  enter(LifecycleEvent::disarmed);
+}
+
+void DigitalDriver::close() noexcept {
+  if (attached()) {
+    end();
+    detach();
+  }
+  enter(LifecycleEvent::close);
+}
+
+void DigitalDriver::make_safe() noexcept {
+  end();
+}
+
+// Harmless to a sensor that sends nothing, and needed by one that does.
+void DigitalDriver::end() {
+  phase_ = Phase::idle;
+  exchange_.cancel();
+  stale_.stop();
+  Bytes last_words(Exchange::jam_bytes, 0);
+  if (std::exchange(unlocked_, false))
+    append_rtu(last_words, settings_.slave, Request(Vendor{Function::vendor_lock, lock}));
+  send_last(last_words);
+}
+
+void DigitalDriver::received(ByteView bytes, TimePoint arrival) {
+  arrival_ = arrival;
+  if (phase_ == Phase::streaming)
+    take_stream(bytes, arrival);
+  else if (phase_ != Phase::idle)
+    exchange_.received(bytes);
+}
+
+void DigitalDriver::ask(const Request& request, void (DigitalDriver::*then)(const Reply&)) {
+  exchange_.ask(request, [this, then](const Result<Reply>& reply) {
+    if (!reply) return raise(reply.error());
+    (this->*then)(*reply);
+  });
+}
+
+void DigitalDriver::on_hushed(const Status& status) {
+  if (!status) return raise(status.error());
+  ask(Read{Function::read_holding, holding::status, 1}, &DigitalDriver::on_status);
+}
+
+void DigitalDriver::on_status(const Reply& reply) {
+  status_word_ = registers_of(reply)[0];
+  if ((status_word_ & ~watchdog_bit) != 0)
+    return raise({Errc::device, "the force/torque sensor reports a fault", "status word", "0",
+                  std::to_string(status_word_) + " (" + status_text(status_word_) + ")",
+                  "Switch it off and on; look at its cable"});
+  if (status_word_ != 0) host().log(LogLevel::warning, "the sensor's watchdog has restarted it");
+  ask_piece();
+}
+
+void DigitalDriver::ask_piece() {
+  std::size_t piece = 0, read = 0;
+  while (read < registers_.size()) read += calibration_pieces[piece++];
+  const auto address =
+      static_cast<std::uint16_t>(calibration_address(settings_.calibration) + read);
+  ask(Read{Function::read_holding, address, calibration_pieces[piece]}, &DigitalDriver::on_piece);
+}
+
+void DigitalDriver::on_piece(const Reply& reply) {
+  const auto piece = registers_of(reply);
+  registers_.insert(registers_.end(), piece.begin(), piece.end());
+  if (registers_.size() < calibration_registers) return ask_piece();
+  on_calibration();
+}
+
+void DigitalDriver::on_calibration() {
+  calibration_ = decode_calibration(registers_).value();  // as many as were asked for
+  Result<GaugeMatrix> matrix = gauge_matrix(calibration_);
+  const std::string place = "calibration " + std::to_string(settings_.calibration);
+  if (!matrix) return raise(Error(matrix.error()).in(place));
+  matrix_ = *matrix;
+  setup_ = {Vendor{Function::vendor_lock, lock},
+            WriteMany{holding::active_offset, Registers(calibration_.offset)},
+            WriteMany{holding::active_gain, Registers(calibration_.gain)},
+            Vendor{Function::vendor_lock, unlock}};
+  unlocked_ = true;
+  ask_setup();
+}
+
+void DigitalDriver::ask_setup() {
+  if (!setup_.empty()) return ask(setup_.back(), &DigitalDriver::on_setup);
+  unlocked_ = false;
+  ask(Read{Function::read_holding, holding::active_gain, 2 * gauges}, &DigitalDriver::on_read_back);
+}
+
+void DigitalDriver::on_setup(const Reply& reply) {
+  if (!accepted(reply)) return;
+  setup_.pop_back();
+  ask_setup();
+}
+
+/// Faults the driver when a vendor function is answered with a refusal.
+bool DigitalDriver::accepted(const Reply& reply) {
+  const auto* vendor = std::get_if<Vendor>(&reply);
+  if (vendor == nullptr || vendor->data == done) return true;
+  raise({Errc::device,
+         "the force/torque sensor refuses a command",
+         "function " + std::to_string(static_cast<int>(vendor->function)),
+         "1",
+         std::to_string(vendor->data),
+         {}});
+  return false;
+}
+
+void DigitalDriver::on_read_back(const Reply& reply) {
+  const auto active = registers_of(reply);
+  if (!std::equal(calibration_.gain.begin(), calibration_.gain.end(), active.begin()) ||
+      !std::equal(calibration_.offset.begin(), calibration_.offset.end(), active.begin() + gauges))
+    return raise({Errc::device,
+                  "the sensor did not take the gains and offsets of its calibration",
+                  {},
+                  "the values that were written",
+                  "others",
+                  "Switch it off and on"});
+  phase_ = Phase::idle;
+  host().identified({.reported = {{"serial", calibration_.serial},
+                                  {"part_number", calibration_.part_number},
+                                  {"family", calibration_.family},
+                                  {"calibrated", calibration_.time},
+                                  {"calibration", std::to_string(settings_.calibration)}},
+                     .scale = {{"counts_per_n", matrix_.counts_per_n},
+                               {"counts_per_nm", matrix_.counts_per_nm},
+                               {"sign_z", settings_.sign_z}}});
+  enter(LifecycleEvent::opened);
+}
+
+// The stream begins right behind the answer, perhaps in the same bytes.
+void DigitalDriver::on_started(const Reply& reply) {
+  if (!accepted(reply)) return;
+  phase_ = Phase::streaming;
+  stream_.begin_in_step();
+  mean_ = {};
+  sequence_ = 0;
+  damage_reported_ = stream_.resynchronisations();
+  stale_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
+  take_stream(exchange_.rest(), arrival_);
+}
+
+void DigitalDriver::take_stream(ByteView bytes, TimePoint arrival) {
+  stream_.push(bytes);
+  StreamRecord record;
+  std::uint32_t lost = 0;
+  while (phase_ == Phase::streaming && stream_.next(record, lost)) on_record(record, lost, arrival);
+  if (phase_ == Phase::streaming && stream_.resynchronisations() != damage_reported_)
+    report_damage(arrival);
+}
+
+void DigitalDriver::on_record(const StreamRecord& record, std::uint32_t lost, TimePoint arrival) {
+  stale_.expect_within(settings_.stale_after);
+  mean_.add(record, lost);
+  if (mean_.count() < settings_.average) return;
+  const Sample sample = to_sample(arrival);
+  if (state() == DriverState::open) enter(LifecycleEvent::armed);
+  if (state() == DriverState::armed) host().publish(sample);
+}
+
+Sample DigitalDriver::to_sample(TimePoint arrival) {
+  last_ = matrix_.wrench(mean_.counts());
+  WrenchSample wrench;
+  for (std::size_t i = 0; i < 3; ++i) {
+    wrench.force_n[i] = last_[i] - bias_[i];
+    wrench.torque_nm[i] = last_[i + 3] - bias_[i + 3];
+  }
+  wrench.force_n[2] *= settings_.sign_z;
+  wrench.status = status_word_ | (mean_.status_error() ? stream_status_error : 0);
+  if (mean_.status_error() && !errors_)
+    host().log(LogLevel::warning, "the force/torque sensor's records carry its error bit");
+  errors_ = mean_.status_error();
+  wrench.valid = !mean_.status_error() && within_rating(last_);
+  const std::uint32_t lost = mean_.begin_next(settings_.average);
+  sequence_ += lost + 1;
+  return {arrival, sequence_, lost, wrench};
+}
+
+/// Beyond its rating the calibration does not hold, and the sensor is in danger. `wrench` is the
+/// whole load, before bias.
+bool DigitalDriver::within_rating(const std::array<double, 6>& wrench) {
+  bool within = !mean_.saturated();
+  for (std::size_t i = 0; i < wrench.size(); ++i)
+    within = within && std::abs(wrench[i]) <= matrix_.rating[i];
+  if (!within && !overrange_)
+    host().log(LogLevel::warning, mean_.saturated()
+                                      ? "a gauge of the force/torque sensor is saturated"
+                                      : "a load is beyond the sensor's rating");
+  overrange_ = !within;
+  return within;
+}
+
+void DigitalDriver::report_damage(TimePoint arrival) {
+  const bool first = damage_reported_at_ == TimePoint{};
+  if (!first && arrival - damage_reported_at_ < damage_report_period) return;
+  damage_reported_ = stream_.resynchronisations();
+  damage_reported_at_ = arrival;
+  host().log(LogLevel::warning, "the stream was damaged " + std::to_string(damage_reported_) +
+                                    " times so far, and its frame was looked for again");
+}
+
+void DigitalDriver::on_stale() {
+  raise({Errc::timeout,
+         "no record came from the force/torque sensor",
+         {},
+         "one every " + std::to_string(to_seconds(settings_.stale_after)) + " s at least",
+         "silence",
+         "Check the sensor's power and cable"});
+}
+
+}  // namespace weft::drivers

@@ -1,0 +1,92 @@
+#pragma once
+// The state machine of one Digital F/T sensor.
+
+#include <vector>
+
+#include "drivers/api/driver_base.hpp"
+#include "drivers/ati_digital/exchange.hpp"
+#include "drivers/ati_digital/settings.hpp"
+#include "drivers/ati_digital/wrench_mean.hpp"
+#include "protocols/ati_digital/calibration.hpp"
+#include "protocols/ati_digital/stream.hpp"
+
+namespace weft::drivers {
+
+/// Bit of WrenchSample::status that is not of the sensor's status word (reference B.5): a record of
+/// the stream said that the word is not 0. Its other bits are those read when the sensor was
+/// opened: the word cannot be read while the sensor streams.
+inline constexpr std::uint32_t stream_status_error = 1U << 31;
+
+/// Reads the calibration, makes it the active one and publishes the stream as WrenchSamples in SI.
+/// Nothing allocates while streaming.
+class DigitalDriver final : public DriverBase {
+ public:
+  DigitalDriver(const DigitalSettings& settings, DriverHost& driver_host);
+
+  /// Open when the calibration has been read, made active and read back.
+  Status open() noexcept override;
+  /// Armed when the first record of the stream has come.
+  Status arm() noexcept override;
+  /// BiasCommand only; this host's own bias, the sensor knows none. Errors: wrong_state,
+  /// unsupported.
+  Result<std::uint32_t> command(const Command& command) noexcept override;
+  /// Ends the stream: armed -> open.
+  void stop() noexcept override;
+  void close() noexcept override;
+
+ private:
+  using Reply = protocols::modbus::Reply;
+  using Request = protocols::modbus::Request;
+  enum class Phase { idle, opening, starting, streaming };
+
+  void received(ByteView bytes, TimePoint arrival) override;
+  void make_safe() noexcept override;
+
+  void ask(const Request& request, void (DigitalDriver::*then)(const Reply&));
+  void on_hushed(const Status& status);
+  void on_status(const Reply& reply);
+  void ask_piece();
+  void on_piece(const Reply& reply);
+  void on_calibration();
+  void ask_setup();
+  void on_setup(const Reply& reply);
+  void on_read_back(const Reply& reply);
+  void on_started(const Reply& reply);
+  bool accepted(const Reply& reply);
+
+  void take_stream(ByteView bytes, TimePoint arrival);
+  void on_record(const protocols::ati_digital::StreamRecord& record, std::uint32_t lost,
+                 TimePoint arrival);
+  Sample to_sample(TimePoint arrival);
+  bool within_rating(const std::array<double, 6>& wrench);
+  void report_damage(TimePoint arrival);
+  void on_stale();
+  void end();
+
+  DigitalSettings settings_;
+  Phase phase_ = Phase::idle;
+  Exchange exchange_;
+  Watchdog stale_;
+
+  // opening
+  std::vector<std::uint16_t> registers_;  ///< of the calibration, as far as they are read
+  std::vector<Request> setup_;            ///< to be sent, last first
+  protocols::ati_digital::Calibration calibration_;
+  std::uint16_t status_word_ = 0;
+  bool unlocked_ = false;
+
+  // streaming
+  protocols::ati_digital::GaugeMatrix matrix_;
+  protocols::ati_digital::StreamSplitter stream_;
+  WrenchMean mean_;
+  std::array<double, 6> bias_{};  ///< N, N m
+  std::array<double, 6> last_{};  ///< N, N m, before bias
+  std::uint32_t sequence_ = 0;
+  bool overrange_ = false;  ///< said once per episode
+  bool errors_ = false;     ///< said once per episode
+  std::uint64_t damage_reported_ = 0;
+  TimePoint damage_reported_at_{};
+  TimePoint arrival_{};  ///< of the bytes in hand
+};
+
+}  // namespace weft::drivers

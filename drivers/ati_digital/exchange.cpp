@@ -1,0 +1,118 @@
+#include "drivers/ati_digital/exchange.hpp"
+
+#include <array>
+#include <string>
+#include <utility>
+
+namespace weft::drivers {
+
+namespace modbus = protocols::modbus;
+
+namespace {
+
+tl::unexpected<Error> refusal(const modbus::Exception& exception) {
+  return fail(Errc::device, "the sensor refuses a request", {}, "an answer",
+              "exception " + std::to_string(static_cast<int>(exception.code)) + ", " +
+                  std::string(to_string(exception.code)));
+}
+
+tl::unexpected<Error> silence(Duration timeout, int tries) {
+  return fail(Errc::timeout, "the force/torque sensor does not answer", {},
+              "a reply within " + std::to_string(to_seconds(timeout)) + " s",
+              "silence after " + std::to_string(tries) + " requests",
+              "Check power, speed and parity of the line, and the Modbus address");
+}
+
+}  // namespace
+
+Exchange::Exchange(Loop& loop, const ExchangeSettings& settings, Send send)
+    : settings_(settings),
+      send_(std::move(send)),
+      splitter_(modbus::Side::replies, settings.slave),
+      quiet_(loop, [this] { on_quiet_time(); }),
+      reply_(loop, [this] { on_no_reply(); }) {}
+
+void Exchange::hush(Quiet done) {
+  quiet_done_ = std::move(done);
+  hushes_ = 0;
+  jam();
+}
+
+void Exchange::jam() {
+  static constexpr std::array<std::uint8_t, jam_bytes> zeros{};
+  ++hushes_;
+  heard_ = false;
+  quiet_.start(quiet_time);
+  send_(zeros);
+}
+
+void Exchange::on_quiet_time() {
+  if (heard_ && hushes_ < most_hushes) return jam();
+  const Quiet done = std::exchange(quiet_done_, {});
+  splitter_.clear();
+  if (!done) return;
+  if (!heard_) return done({});
+  done(fail(Errc::timeout, "the sensor does not stop sending", {}, "a quiet line",
+            "bytes after " + std::to_string(hushes_) + " attempts to stop it",
+            "Is it the right port, and does its speed agree with the sensor's?"));
+}
+
+void Exchange::ask(const modbus::Request& request, Done done) {
+  request_ = request;
+  done_ = std::move(done);
+  tries_ = 0;
+  write_request();
+}
+
+void Exchange::write_request() {
+  ++tries_;
+  Bytes bytes;
+  append_rtu(bytes, settings_.slave, request_);
+  splitter_.clear();
+  reply_.start(settings_.reply_timeout);
+  send_(bytes);
+}
+
+void Exchange::cancel() {
+  done_ = {};
+  quiet_done_ = {};
+  quiet_.cancel();
+  reply_.cancel();
+  splitter_.clear();
+}
+
+void Exchange::received(ByteView bytes) {
+  if (quiet_.pending()) heard_ = true;
+  if (quiet_.pending() || !done_) return;
+  splitter_.push(bytes);
+  while (done_ && !quiet_.pending()) {
+    const std::optional<ByteView> pdu = splitter_.next();
+    if (!pdu) return;
+    const Result<modbus::Reply> reply = modbus::decode_reply(*pdu);
+    if (reply && modbus::answers(*reply, request_)) on_reply(*reply);
+  }
+}
+
+// An answer that came late may still come twice: it must not pass for that of the next request. Not
+// so behind the start of a stream, which hush() would end.
+void Exchange::on_reply(const modbus::Reply& reply) {
+  reply_.cancel();
+  const auto* vendor = std::get_if<modbus::Vendor>(&request_);
+  const bool starts = vendor != nullptr && vendor->function == modbus::Function::vendor_stream;
+  if (tries_ == 1 || starts) return finish(reply);
+  hush([this, reply](const Status& quiet) { quiet ? finish(reply) : finish(pass(quiet.error())); });
+}
+
+void Exchange::on_no_reply() {
+  if (tries_ >= most_tries) return finish(silence(settings_.reply_timeout, tries_));
+  hush([this](const Status& quiet) { quiet ? write_request() : finish(pass(quiet.error())); });
+}
+
+void Exchange::finish(const Result<modbus::Reply>& reply) {
+  const Done done = std::exchange(done_, {});
+  if (!done) return;
+  const auto* exception = reply ? std::get_if<modbus::Exception>(&*reply) : nullptr;
+  done(exception == nullptr ? reply : Result<modbus::Reply>(refusal(*exception)));
+}
+
+}  // namespace weft::drivers

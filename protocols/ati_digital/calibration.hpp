@@ -1,0 +1,55 @@
+#pragma once
+// The calibration record of an ATI Digital F/T sensor, and the matrix that turns gauge counts into
+// a wrench. Source: reference B.5 (layout), B.4 (unit codes).
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "protocols/ati_digital/registers.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::protocols::ati_digital {
+
+/// One calibration as the sensor holds it. Matrix rows are Fx Fy Fz Tx Ty Tz, columns the gauges.
+struct Calibration {
+  std::string serial;       ///< 8 characters at most
+  std::string part_number;  ///< 32
+  std::string family;       ///< 4
+  std::string time;         ///< 20, when it was calibrated
+  std::array<std::array<float, gauges>, 6> matrix{};
+  std::uint8_t force_unit = 2;   ///< code: 1 lbf, 2 N, 3 klbf, 4 kN, 5 kgf, 6 gf
+  std::uint8_t torque_unit = 3;  ///< code: 1 lbf-in, 2 lbf-ft, 3 N-m, 4 N-mm, 5 kgf-cm, 6 kN-m
+  std::array<float, 6> max_rating{};
+  std::int32_t counts_per_force = 1;
+  std::int32_t counts_per_torque = 1;
+  std::array<std::uint16_t, gauges> gain{};
+  std::array<std::uint16_t, gauges> offset{};
+
+  bool operator==(const Calibration&) const = default;
+};
+
+using CalibrationRegisters = std::array<std::uint16_t, calibration_registers>;
+
+/// Texts that are too long are cut. What the record holds beyond these fields is zero.
+CalibrationRegisters encode(const Calibration& calibration);
+
+/// Errors: parse, when there are not 168 registers. Numbers are not judged: see gauge_matrix().
+Result<Calibration> decode_calibration(std::span<const std::uint16_t> registers);
+
+/// wrench = matrix (gauge counts - bias), in N and N m.
+struct GaugeMatrix {
+  std::array<std::array<double, gauges>, 6> si_per_count{};
+  std::array<double, 6> rating{};  ///< greatest magnitude of each component [N, N m]
+  double counts_per_n = 1;         ///< scale of the record, for provenance
+  double counts_per_nm = 1;
+
+  [[nodiscard]] std::array<double, 6> wrench(const std::array<double, gauges>& counts) const;
+};
+
+/// Errors: range, for a matrix that is not finite or has an empty row (an empty slot of the
+/// sensor), a scale or rating that is not positive, a unit that is not known.
+Result<GaugeMatrix> gauge_matrix(const Calibration& calibration);
+
+}  // namespace weft::protocols::ati_digital

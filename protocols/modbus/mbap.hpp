@@ -1,0 +1,38 @@
+#pragma once
+// Modbus TCP framing ("MBAP"): transaction, protocol 0, length, unit, PDU; no check value, TCP has
+// its own. Source: MODBUS Messaging on TCP/IP 1.0b, section 3.1.3.
+
+#include <optional>
+
+#include "protocols/base/stream_buffer.hpp"
+#include "protocols/modbus/modbus.hpp"
+
+namespace weft::protocols::modbus {
+
+inline constexpr std::uint16_t tcp_port = 502;
+
+struct MbapFrame {
+  std::uint16_t transaction = 0;  ///< a reply repeats its request's
+  std::uint8_t unit = 0;          ///< slave address behind a gateway
+  ByteView pdu;                   ///< valid until the splitter's next push() or clear()
+};
+
+void append_mbap(Bytes& out, std::uint16_t transaction, std::uint8_t unit, const Request& request);
+void append_mbap(Bytes& out, std::uint16_t transaction, std::uint8_t unit, const Reply& reply);
+
+/// As RtuSplitter. Bytes that cannot begin a frame are skipped one by one.
+class MbapSplitter {
+ public:
+  static constexpr std::size_t capacity = 4096;
+
+  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+  std::optional<MbapFrame> next();
+  void clear() { buffer_.clear(); }
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+
+ private:
+  StreamBuffer buffer_{capacity};
+  std::uint64_t skipped_bytes_ = 0;
+};
+
+}  // namespace weft::protocols::modbus

@@ -1,0 +1,52 @@
+#pragma once
+// Modbus RTU framing: slave address, PDU, CRC-16 with its low byte first. Source: MODBUS over
+// Serial Line 1.02, section 2.5.1.
+
+#include <optional>
+
+#include "protocols/base/stream_buffer.hpp"
+#include "protocols/modbus/modbus.hpp"
+
+namespace weft::protocols::modbus {
+
+void append_rtu(Bytes& out, std::uint8_t slave, const Request& request);
+void append_rtu(Bytes& out, std::uint8_t slave, const Reply& reply);
+
+enum class Side : std::uint8_t { requests, replies };
+
+/// push() a chunk, then call next() until it returns nothing. Frames are told by their length,
+/// which follows from the function code, and their CRC, not by silence on the line, which an
+/// operating system does not keep: any chunking gives the same frames. Bytes outside a frame to or
+/// from `slave` are skipped; after a wrong CRC the search goes on one byte further.
+///
+/// A frame that is cut short holds up what follows until its length is reached. Who knows that the
+/// line has been silent calls clear().
+class RtuSplitter {
+ public:
+  static constexpr std::size_t capacity = 4096;
+
+  RtuSplitter(Side side, std::uint8_t slave) : side_(side), slave_(slave) {}
+
+  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+  /// The PDU of the next frame, valid until the next push() or clear().
+  std::optional<ByteView> next();
+  /// What next() has not taken.
+  [[nodiscard]] ByteView rest() const { return buffer_.view(); }
+  void clear() { buffer_.clear(); }
+
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+  /// Frames with a right slave address and a plausible length, and a wrong check value.
+  [[nodiscard]] std::uint64_t crc_errors() const { return crc_errors_; }
+
+ private:
+  [[nodiscard]] std::optional<std::size_t> frame_size(ByteView bytes) const;
+  void skip_byte();
+
+  Side side_;
+  std::uint8_t slave_;
+  StreamBuffer buffer_{capacity};
+  std::uint64_t skipped_bytes_ = 0;
+  std::uint64_t crc_errors_ = 0;
+};
+
+}  // namespace weft::protocols::modbus

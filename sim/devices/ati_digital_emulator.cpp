@@ -1,0 +1,187 @@
+#include "sim/devices/ati_digital_emulator.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace weft::sim {
+
+namespace {
+
+namespace digital = protocols::ati_digital;
+using namespace protocols::modbus;
+using protocols::modbus::Reply;
+
+/// A request is over when the line has been silent for so long. On a wire 3.5 characters would do;
+/// an operating system may hold back the second half of a write for longer.
+constexpr Duration silence = std::chrono::milliseconds(20);
+
+/// The gauges' converter is what limits and quantises here.
+FtSensorParams unlimited(FtSensorParams params) {
+  params.range.fill(std::numeric_limits<double>::infinity());
+  params.quantum.fill(0);
+  return params;
+}
+
+std::array<std::array<double, 6>, digital::gauges> inverse(const digital::Calibration& c) {
+  Eigen::Matrix<double, 6, 6> matrix;
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t g = 0; g < 6; ++g)
+      matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(g)) = double{c.matrix[i][g]};
+  const Eigen::Matrix<double, 6, 6> inverted = matrix.inverse();
+  std::array<std::array<double, 6>, digital::gauges> out{};
+  for (std::size_t g = 0; g < 6; ++g)
+    for (std::size_t i = 0; i < 6; ++i)
+      out[g][i] = inverted(static_cast<Eigen::Index>(g), static_cast<Eigen::Index>(i));
+  return out;
+}
+
+std::int16_t held(double counts) {
+  constexpr double lowest = std::numeric_limits<std::int16_t>::min();
+  constexpr double highest = std::numeric_limits<std::int16_t>::max();
+  return static_cast<std::int16_t>(std::clamp(std::round(counts), lowest, highest));
+}
+
+ExceptionCode code_for(const Error& error) {
+  return error.code == Errc::unsupported ? ExceptionCode::illegal_function
+                                         : ExceptionCode::illegal_value;
+}
+
+std::uint8_t code_of(Function function) {
+  return static_cast<std::uint8_t>(function);
+}
+
+}  // namespace
+
+AtiDigitalEmulator::AtiDigitalEmulator(const AtiDigitalParams& params, BenchWorld& world,
+                                       std::uint64_t seed)
+    : params_(params),
+      world_(&world),
+      sensor_(unlimited(params.sensor), seed),
+      calibration_(mini40_calibration(params.serial, params.sensor.counts_per_n,
+                                      params.sensor.counts_per_nm)),
+      gauges_per_count_(inverse(calibration_)),
+      registers_(calibration_, params.calibration, params.status_word),
+      rtu_(Side::requests, params.slave) {}
+
+void AtiDigitalEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
+  wake(now, out);
+  if (now - heard_ > silence) {
+    rtu_.clear();
+    tcp_.clear();
+    jam_bytes_ = 0;
+  }
+  heard_ = now;
+  if (params_.modbus_tcp) return serve_tcp(bytes, now, out);
+  if (!streaming_) return serve_rtu(bytes, now, out);
+  jam_bytes_ += bytes.size();
+  streaming_ = jam_bytes_ < digital::jam_size;
+}
+
+void AtiDigitalEmulator::serve_rtu(ByteView bytes, TimePoint now, ByteSink& out) {
+  rtu_.push(bytes);
+  while (const std::optional<ByteView> pdu = rtu_.next()) {
+    buffer_.clear();
+    append_rtu(buffer_, params_.slave, answer(*pdu, now));
+    out(buffer_);
+  }
+}
+
+void AtiDigitalEmulator::serve_tcp(ByteView bytes, TimePoint now, ByteSink& out) {
+  tcp_.push(bytes);
+  while (const std::optional<MbapFrame> frame = tcp_.next()) {
+    if (frame->unit != params_.slave) continue;  // nobody behind the gateway has this address
+    buffer_.clear();
+    append_mbap(buffer_, frame->transaction, frame->unit, answer(frame->pdu, now));
+    out(buffer_);
+  }
+}
+
+Reply AtiDigitalEmulator::answer(ByteView pdu, TimePoint now) {
+  const Result<Request> request = decode_request(pdu);
+  if (!request) return Exception{pdu.empty() ? std::uint8_t{0} : pdu[0], code_for(request.error())};
+  if (const auto* r = std::get_if<Read>(&*request)) return read(*r, now);
+  if (const auto* w = std::get_if<WriteOne>(&*request))
+    return write(w->address, std::span(&w->value, 1), *w);
+  if (const auto* w = std::get_if<WriteMany>(&*request))
+    return write(w->address, w->registers.view(), WroteMany{w->address, w->registers.count});
+  return obey(std::get<Vendor>(*request), now);
+}
+
+Reply AtiDigitalEmulator::read(const Read& read, TimePoint now) const {
+  const Exception refused{code_of(read.function), ExceptionCode::illegal_address};
+  ReadReply reply{read.function, {}};
+  if (read.function == Function::read_holding) {
+    const auto problem = registers_.read_holding(read.address, read.count, reply.registers);
+    return problem ? Reply(refused) : Reply(reply);
+  }
+  constexpr std::size_t inputs = digital::input::diagnostics + 6;
+  if (std::size_t{read.address} + read.count > inputs) return refused;
+  std::array<std::uint16_t, inputs> values{};
+  const GaugeCounts counts = convert(now);
+  std::copy(counts.begin(), counts.end(), values.begin());
+  reply.registers = Registers(std::span(values).subspan(read.address, read.count));
+  return reply;
+}
+
+Reply AtiDigitalEmulator::write(std::uint16_t address, std::span<const std::uint16_t> values,
+                                const Reply& done) {
+  const auto problem = registers_.write(address, values);
+  if (!problem) return done;
+  const bool one = std::holds_alternative<WriteOne>(done);
+  return Exception{code_of(one ? Function::write_one : Function::write_many), *problem};
+}
+
+Reply AtiDigitalEmulator::obey(const Vendor& order, TimePoint now) {
+  constexpr std::uint8_t refused = 0;
+  if (order.function == Function::vendor_lock) {
+    const bool known = order.data == digital::lock || order.data == digital::unlock;
+    if (known) registers_.lock(order.data == digital::lock);
+    return Vendor{order.function, known ? digital::done : refused};
+  }
+  if (params_.modbus_tcp)
+    return Exception{code_of(order.function), ExceptionCode::illegal_function};
+  if (order.data != digital::start_stream) return Vendor{order.function, refused};
+  streaming_ = true;
+  jam_bytes_ = 0;
+  sent_ = 0;
+  started_ = now;
+  return Vendor{order.function, digital::done};
+}
+
+/// What the converters say: strain times the active gain, moved by the active offset. How gain and
+/// offset act is an estimate; at the calibration's own values both do nothing.
+AtiDigitalEmulator::GaugeCounts AtiDigitalEmulator::convert(TimePoint at) const {
+  const FtReading reading = sensor_.read(world_->contact(at), conversion_at(at));
+  GaugeCounts out{};
+  for (std::size_t g = 0; g < digital::gauges; ++g) {
+    double counts = 0;
+    for (std::size_t i = 0; i < 6; ++i) counts += gauges_per_count_[g][i] * reading.counts[i];
+    const double gain = 1.0 * registers_.gain(g) / calibration_.gain[g];
+    const double moved = registers_.offset(g) - calibration_.offset[g];
+    out[g] = held(gain * counts + moved);
+  }
+  return out;
+}
+
+TimePoint AtiDigitalEmulator::record_time(std::uint64_t record) const {
+  // From the start each time, so that rates that do not divide a second do not drift.
+  return started_ + from_seconds(static_cast<double>(record) / params_.rate_hz);
+}
+
+std::optional<TimePoint> AtiDigitalEmulator::next_wakeup() const {
+  if (!streaming_) return std::nullopt;
+  return record_time(sent_);
+}
+
+void AtiDigitalEmulator::wake(TimePoint now, ByteSink& out) {
+  while (streaming_ && record_time(sent_) <= now) {
+    buffer_.clear();
+    append(buffer_, digital::StreamRecord{convert(record_time(sent_)), registers_.status() != 0});
+    ++sent_;
+    out(buffer_);
+  }
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,71 @@
+#pragma once
+// An ATI Digital F/T sensor: Modbus requests in, answers and a raw stream out (reference
+// protocols.md B.5).
+
+#include <cstdint>
+#include <string>
+
+#include "protocols/ati_digital/stream.hpp"
+#include "protocols/modbus/mbap.hpp"
+#include "protocols/modbus/rtu.hpp"
+#include "sim/devices/bench_world.hpp"
+#include "sim/devices/digital_registers.hpp"
+#include "sim/devices/emulator.hpp"
+#include "sim/devices/ft_sensor.hpp"
+
+namespace weft::sim {
+
+struct AtiDigitalParams {
+  double rate_hz = 100;  ///< records a second; the real sensor sends about 7000 at 1.25 Mbaud
+  std::uint8_t slave = protocols::ati_digital::slave_address;
+  int calibration = 1;  ///< the one that is not empty, 1 to 16
+  std::string serial = "FT40001";
+  std::uint16_t status_word = 0;  ///< faults that the sensor reports
+  /// Behind a Modbus TCP gateway, which passes registers on but no stream.
+  bool modbus_tcp = false;
+  FtSensorParams sensor;  ///< its quantum and range are the gauges' own here
+};
+
+class AtiDigitalEmulator final : public Emulator {
+ public:
+  /// `world` outlives the emulator.
+  AtiDigitalEmulator(const AtiDigitalParams& params, BenchWorld& world, std::uint64_t seed);
+
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+  [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
+  void wake(TimePoint now, ByteSink& out) override;
+
+  [[nodiscard]] bool streaming() const { return streaming_; }
+
+ private:
+  using Reply = protocols::modbus::Reply;
+  using GaugeCounts = std::array<std::int16_t, protocols::ati_digital::gauges>;
+
+  void serve_rtu(ByteView bytes, TimePoint now, ByteSink& out);
+  void serve_tcp(ByteView bytes, TimePoint now, ByteSink& out);
+  [[nodiscard]] Reply answer(ByteView pdu, TimePoint now);
+  [[nodiscard]] Reply read(const protocols::modbus::Read& read, TimePoint now) const;
+  [[nodiscard]] Reply write(std::uint16_t address, std::span<const std::uint16_t> values,
+                            const Reply& done);
+  [[nodiscard]] Reply obey(const protocols::modbus::Vendor& order, TimePoint now);
+  [[nodiscard]] GaugeCounts convert(TimePoint at) const;
+  [[nodiscard]] TimePoint record_time(std::uint64_t record) const;
+
+  AtiDigitalParams params_;
+  BenchWorld* world_;
+  FtSensor sensor_;
+  protocols::ati_digital::Calibration calibration_;
+  /// Gauge counts for counts of the wrench.
+  std::array<std::array<double, 6>, protocols::ati_digital::gauges> gauges_per_count_{};
+  DigitalRegisters registers_;
+  protocols::modbus::RtuSplitter rtu_;
+  protocols::modbus::MbapSplitter tcp_;
+  TimePoint heard_{};  ///< last bytes from the host
+  bool streaming_ = false;
+  std::size_t jam_bytes_ = 0;  ///< heard while streaming
+  std::uint64_t sent_ = 0;     ///< records since the stream was started
+  TimePoint started_{};
+  Bytes buffer_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,219 @@
+#!/usr/bin/env python3
+"""Programs of others read the emulated Digital F/T sensor: mbpoll, pymodbus and a client of libmodbus, Modbus RTU on a
+pseudo-terminal and Modbus TCP. What they read is decoded here from the document alone and laid beside the truth. Then
+weft itself runs a trial on the pseudo-terminal at 1.25 Mbaud. pymodbus makes the golden vectors anew.
+
+    modbus_clients.py WEFT WEFT_RIG LIBMODBUS_CLIENT SOURCE_ROOT
+"""
+import json
+import pathlib
+import re
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+
+from cli_support import Checks
+from emulated_support import ServedRig, free_port, rig_file
+
+PLATE_KG, GRAVITY = 0.3, 9.80665
+TOLERANCE = [0.05] * 3 + [0.002] * 3  # N, N m: resolution of the sensor and five times its noise
+try:
+    from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+    from pymodbus.factory import ClientDecoder
+    from pymodbus.framer.rtu_framer import ModbusRtuFramer
+    from pymodbus.framer.socket_framer import ModbusSocketFramer
+    from pymodbus import pdu
+    from pymodbus import register_read_message as reads
+    from pymodbus import register_write_message as writes
+except ImportError as missing:
+    print(f"skipped: python3-pymodbus 3 is not installed ({missing})")
+    sys.exit(77)
+
+
+def digital_rig(root, folder, framing, link):
+    """emulated17 with a Digital F/T sensor."""
+    path, rig = rig_file(root, folder)
+    for device in rig["devices"]:
+        if device["role"] == "wrench":
+            rate_hz = device["config"]["rate_hz"]
+            for key in ("http", "also"):
+                device.pop(key, None)
+            device.update(driver="ati_digital", config={"rate_hz": rate_hz}, link=link,
+                          emulator={"kind": "ati_digital", "framing": framing, "rate_hz": rate_hz,
+                                    "plate_mass_kg": PLATE_KG})
+    path.write_text(json.dumps(rig))
+    return path, rig
+
+
+def s16(words):
+    return [w - 65536 if w > 32767 else w for w in words]
+
+
+def wrench(calibration, gauges):
+    """protocols.md B.5: matrix at register 32, float32 with the high word first; scales at 117 and 119."""
+    raw = struct.pack(">168H", *calibration)
+    matrix = struct.unpack(">36f", raw[64:64 + 144])
+    per_force, per_torque = struct.unpack(">2i", raw[234:242])
+    return [sum(matrix[6 * row + g] * gauges[g] for g in range(6)) / (per_force if row < 3 else per_torque)
+            for row in range(6)]
+
+
+def near_truth(t, who, calibration, gauges):
+    # Nothing touches the plate: the sensor, under its middle, carries its weight.
+    truth = [0, 0, PLATE_KG * GRAVITY, 0, 0, 0]
+    seen = wrench(calibration, gauges)
+    print(f"SIMULATED {who}: Fx Fy Fz " + " ".join(f"{v:.4f}" for v in seen[:3]) + " N")
+    t.expect(all(abs(a - b) < limit for a, b, limit in zip(seen, truth, TOLERANCE)), f"{who}: {seen} for {truth}")
+
+
+def mbpoll(where, table, address, count):
+    said = subprocess.run(["mbpoll", "-a", "10", "-0", "-r", str(address), "-c", str(count), "-t", f"{table}:hex", "-1", "-q",
+                           *where], capture_output=True, text=True, timeout=30)
+    if said.returncode != 0:
+        raise RuntimeError(f"mbpoll: {said.stdout} {said.stderr}")
+    return [int(value, 16) for value in re.findall(r"^\[\d+\]:\s*0x([0-9A-F]{4})", said.stdout, re.M)]
+
+
+def by_mbpoll(t, where):
+    calibration = mbpoll(where, 4, 0xE3, 64) + mbpoll(where, 4, 0x123, 64) + mbpoll(where, 4, 0x163, 40)
+    t.expect(mbpoll(where, 4, 0x1D, 1) == [0], "mbpoll: status 0")
+    near_truth(t, "mbpoll", calibration, s16(mbpoll(where, 3, 0, 6)))
+    return calibration
+
+
+def by_pymodbus(t, client):
+    t.expect(client.connect(), "pymodbus connects")
+    calibration = []
+    for address, count in ((0xE3, 64), (0x123, 64), (0x163, 40)):
+        calibration += client.read_holding_registers(address, count, slave=10).registers
+    near_truth(t, "pymodbus", calibration, s16(client.read_input_registers(0, 6, slave=10).registers))
+    t.expect(client.read_holding_registers(0x0CE3, 1, slave=10).isError(), "pymodbus: an address beyond is refused")
+    t.expect(client.write_register(0x1F, 2, slave=10).isError(), "pymodbus: a write while locked is refused")
+    client.close()
+    return calibration
+
+
+def by_libmodbus(t, program, *where):
+    said = subprocess.run([program, *where], capture_output=True, text=True, timeout=30)
+    t.expect(said.returncode == 0, f"libmodbus client: {said.stderr}")
+    if said.returncode != 0:
+        return []
+    seen = json.loads(said.stdout)
+    near_truth(t, "libmodbus", seen["calibration"], s16(seen["gauges"]))
+    t.expect(seen["status"] == [0], "libmodbus: status 0")
+    raw = bytes(seen.get("stream", []))
+    for at in range(0, len(raw), 13):
+        record = raw[at:at + 13]
+        t.expect(record[12] == sum(record[:12]) & 0x7F, f"sum of record {at // 13}: {record.hex()}")
+        g0, g2, g4, g1, g3, g5 = struct.unpack(">6h", record[:12])
+        near_truth(t, f"libmodbus stream {at // 13}", seen["calibration"], [g0, g1, g2, g3, g4, g5])
+    return seen["calibration"]
+
+
+def same(t, calibrations):
+    t.expect(all(len(c) == 168 and c == calibrations[0] for c in calibrations), "all clients read the same calibration")
+    t.expect(struct.pack(">4H", *calibrations[0][:4]) == b"FT40001\0", "serial number of the calibration")
+
+
+def short_trial(t, d, path):
+    recipe = {"schema_version": 1, "name": "short", "source": "test", "seed": 1, "fabrics": ["denim"], "repetitions": 1,
+              "explorations": {"M1": {"phases": [
+                  {"phase": "S", "duration_s": 1}, {"phase": "P", "force_N": 5, "force_band_N": 0.25, "duration_s": 2},
+                  {"phase": "M", "force_N": 5, "force_band_N": 0.25, "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 4}]},
+                  {"phase": "E", "duration_s": 1}]}}}
+    (d / "recipe.json").write_text(json.dumps(recipe))
+    for attempt in range(3):
+        ran = t.run("run", "recipe.json", "--rig", path, "--out", f"out{attempt}", "--no-evaluate", "--json", cwd=d)
+        if ran.returncode == 0 or "readings have stopped" not in ran.stdout + ran.stderr:
+            break
+        print(f"attempt {attempt + 1}: the machine kept a port waiting; once more")
+    t.expect(ran.returncode == 0, f"a trial with the Digital F/T on a port: {ran.stdout} {ran.stderr}")
+    if ran.returncode == 0:
+        rms = json.loads(ran.stdout)["force_rms_error_n"]
+        print(f"SIMULATED trial on a pseudo-terminal at 1.25 Mbaud: force error in phase M {rms:.4f} N rms")
+        t.expect(rms < 0.1, f"force error {rms} N rms")
+
+
+def over_rtu(t, d, programs, root):
+    link = {"kind": "serial", "path": str(d / "ports" / "ft"), "baud": 1250000}
+    path, rig = digital_rig(root, d, "rtu", link)
+    with ServedRig(programs["weft-rig"], path, rig):
+        port = link["path"]
+        read = [by_mbpoll(t, ["-m", "rtu", "-b", "115200", "-P", "none", port]),
+                by_pymodbus(t, ModbusSerialClient(port=port, baudrate=115200, parity="N", timeout=2)),
+                by_libmodbus(t, programs["libmodbus"], "rtu", port)]
+        same(t, read)
+        short_trial(t, d, path)
+
+
+def over_tcp(t, d, programs, root):
+    link = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
+    path, rig = digital_rig(root, d, "tcp", link)
+    with ServedRig(programs["weft-rig"], path, rig):
+        port = str(link["port"])
+        same(t, [by_mbpoll(t, ["-m", "tcp", "-p", port, "127.0.0.1"]),
+                 by_pymodbus(t, ModbusTcpClient("127.0.0.1", port=link["port"], timeout=2)),
+                 by_libmodbus(t, programs["libmodbus"], "tcp", "127.0.0.1", port)])
+
+
+def over_transparent_tcp(t, d, programs, root):
+    """RTU frames over a TCP port, as a serial server passes them on."""
+    link = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
+    path, rig = digital_rig(root, d, "rtu", link)
+    with ServedRig(programs["weft-rig"], path, rig):
+        same(t, [by_pymodbus(t, ModbusTcpClient("127.0.0.1", port=link["port"], framer=ModbusRtuFramer, timeout=2))])
+
+
+def message(f):
+    """The message of a golden vector, as pymodbus has it."""
+    request, function = f["side"] == "request", f["function"]
+    if "exception" in f:
+        return pdu.ExceptionResponse(function, f["exception"])
+    if function in (3, 4):
+        kind = "Holding" if function == 3 else "Input"
+        if request:
+            return getattr(reads, f"Read{kind}RegistersRequest")(f["address"], f["count"])
+        return getattr(reads, f"Read{kind}RegistersResponse")(f["registers"])
+    end = "Request" if request else "Response"
+    if function == 6:
+        return getattr(writes, f"WriteSingleRegister{end}")(f["address"], f["value"])
+    return getattr(writes, f"WriteMultipleRegisters{end}")(f["address"], f["registers"] if request else f["count"])
+
+
+def vectors(t, root):
+    paths = sorted((root / "protocols/modbus/vectors").glob("*.json"))
+    compared = 0
+    for path in paths:
+        golden = json.loads(path.read_text())
+        f = golden["fields"]
+        if f["function"] not in (3, 4, 6, 16):
+            continue
+        made = message(f)
+        made.unit_id = made.slave_id = f["slave"]
+        made.transaction_id = f.get("transaction", 0)
+        framer = (ModbusRtuFramer if f["framing"] == "rtu" else ModbusSocketFramer)(ClientDecoder())
+        t.expect(framer.buildPacket(made) == bytes.fromhex(golden["hex"]), f"{path.name}: pymodbus makes the same bytes")
+        compared += 1
+    print(f"{compared} of {len(paths)} vectors made anew by pymodbus")
+    t.expect(compared >= 30, f"only {compared} vectors compared")
+
+
+def main():
+    weft, weft_rig, libmodbus, root = *sys.argv[1:4], pathlib.Path(sys.argv[4]).resolve()
+    if shutil.which("mbpoll") is None:
+        print("skipped: mbpoll is not installed")
+        sys.exit(77)
+    t = Checks(weft)
+    vectors(t, root)
+    programs = {"weft-rig": weft_rig, "libmodbus": str(pathlib.Path(libmodbus).resolve())}
+    for bench in (over_tcp, over_transparent_tcp, over_rtu):
+        with tempfile.TemporaryDirectory() as folder:
+            bench(t, pathlib.Path(folder), programs, root)
+    t.finish()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,238 @@
+#include "sim/devices/ati_digital_emulator.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "sim/devices/rdt_emulator.hpp"
+#include "tests/unit/sim/support.hpp"
+
+using namespace weft;
+using namespace weft::sim;
+using namespace weft::protocols::modbus;
+namespace digital = protocols::ati_digital;
+using test::hex;
+
+namespace {
+
+WorldParams world_params() {
+  WorldParams params;
+  for (StageParams& stage : params.stages)
+    stage = {.low = 0, .high = 0.15, .start = 0.075, .quantum = 0, .backlash = 0};
+  for (const std::size_t rotary : {3U, 4U})
+    params.stages[rotary] = {.low = -1, .high = 1, .start = 0, .quantum = 0, .backlash = 0};
+  params.plant.geometry.plate_z_m = 0.1;
+  params.plant.rig_tilt = 0;
+  return params;
+}
+
+struct Sensor {
+  explicit Sensor(AtiDigitalParams params = {})
+      : world(world_params(), 1), device(params, world, 1) {}
+
+  /// What is answered at once; silence lies before it.
+  Bytes ask(const Bytes& bytes) {
+    run(0.1);
+    received.clear();
+    device.receive(bytes, now, sink);
+    return std::exchange(received, {});
+  }
+  Bytes ask(const std::string& text) { return ask(hex(text)); }
+  Reply ask(const Request& request) {
+    Bytes bytes;
+    append_rtu(bytes, 10, request);
+    RtuSplitter splitter(Side::replies, 10);
+    splitter.push(ask(bytes));
+    return decode_reply(splitter.next().value()).value();
+  }
+  std::uint16_t holding(std::uint16_t address) {
+    return std::get<ReadReply>(ask(Read{Function::read_holding, address, 1})).registers.values[0];
+  }
+  void run(double seconds) {
+    const TimePoint end = now + from_seconds(seconds);
+    for (auto at = device.next_wakeup(); at && *at <= end; at = device.next_wakeup())
+      device.wake(now = std::max(*at, now), sink);
+    now = end;
+  }
+  digital::Calibration calibration() {
+    std::vector<std::uint16_t> registers;
+    std::uint16_t address = digital::calibration_address(1);
+    for (const std::uint16_t count : digital::calibration_pieces) {
+      const Reply reply = ask(Read{Function::read_holding, address, count});
+      const auto view = std::get<ReadReply>(reply).registers.view();
+      registers.insert(registers.end(), view.begin(), view.end());
+      address = static_cast<std::uint16_t>(address + count);
+    }
+    return digital::decode_calibration(registers).value();
+  }
+  std::vector<digital::StreamRecord> take() {
+    std::vector<digital::StreamRecord> records;
+    ByteView bytes = received;
+    for (; bytes.size() >= digital::record_size; bytes = bytes.subspan(digital::record_size))
+      records.push_back(digital::decode_record(bytes).value());
+    received.clear();
+    return records;
+  }
+
+  Bytes received;
+  ByteSink sink = [this](ByteView b) { received.insert(received.end(), b.begin(), b.end()); };
+  TimePoint now{};
+  BenchWorld world;
+  AtiDigitalEmulator device;
+};
+
+const std::string start = "0A 46 55 A3 9D";
+const Bytes started = hex("0A 46 01 A2 62");
+const Bytes jam = hex("01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E");  // of VERDEL
+
+std::array<double, 6> as_doubles(const std::array<std::int16_t, 6>& counts) {
+  std::array<double, 6> out{};
+  std::copy(counts.begin(), counts.end(), out.begin());
+  return out;
+}
+
+ExceptionCode refused(const Reply& reply) {
+  return std::get<Exception>(reply).code;
+}
+
+}  // namespace
+
+TEST_CASE("the emulated Digital F/T gives the document's answers to the document's requests") {
+  Sensor sensor;
+  CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+  CHECK(sensor.ask("0A 6A AA FF 1D") == hex("0A 6A 01 BE A2"));
+  CHECK(sensor.ask("0A 10 00 00 00 06 0C 02 1F 02 2B 02 39 02 43 02 35 02 37 47 2D") ==
+        hex("0A 10 00 00 00 06 41 70"));
+  CHECK(sensor.ask("0A 10 00 1F 00 01 02 00 02 56 CE").size() == 8);
+  CHECK(sensor.holding(digital::holding::baud_index) == 2);
+  CHECK(sensor.ask("0A 6A 18 7F 68") == hex("0A 6A 01 BE A2"));
+  CHECK(sensor.ask("0A 03 00 E3 00 40 B4 B7").size() == 5 + 128);
+  CHECK(sensor.ask("0A 04 00 00 00 06 71 73").size() == 5 + 12);
+  CHECK(sensor.ask("0A 04 00 27 00 06 C1 78").size() == 5 + 12);
+  CHECK(sensor.ask("0B 03 00 1D 00 01 14 A6").empty());  // another slave
+}
+
+TEST_CASE("gains are written only while the storage is unlocked, and scale what the gauges say") {
+  Sensor sensor;
+  const Request half_gain = WriteOne{0, 271};  // of 543
+  CHECK(refused(sensor.ask(half_gain)) == ExceptionCode::device_failure);
+  sensor.ask("0A 6A AA FF 1D");
+  sensor.world.stage(AxisId::z, sensor.now).move_to(0.1002, {0.01, 0.1}, sensor.now);
+  sensor.run(5);
+  const auto gauges = [&] {
+    return std::get<ReadReply>(sensor.ask(Read{Function::read_input, 0, 6})).registers.values;
+  };
+  const auto whole = static_cast<std::int16_t>(gauges()[0]);
+  CHECK(sensor.ask(half_gain) == Reply(WriteOne{0, 271}));
+  CHECK(static_cast<std::int16_t>(gauges()[0]) == Approx(whole * 271.0 / 543).margin(10));
+  CHECK(std::abs(whole) > 100);
+}
+
+TEST_CASE("requests for what is not there are refused with the standard's codes") {
+  Sensor sensor;
+  sensor.ask("0A 6A AA FF 1D");
+  CHECK(refused(sensor.ask(Read{Function::read_holding, 0x0CE3, 1})) ==
+        ExceptionCode::illegal_address);
+  CHECK(refused(sensor.ask(Read{Function::read_holding, 0xFFFF, 125})) ==
+        ExceptionCode::illegal_address);
+  CHECK(refused(sensor.ask(Read{Function::read_input, 0x002C, 2})) ==
+        ExceptionCode::illegal_address);
+  CHECK(refused(sensor.ask(WriteOne{digital::holding::status, 1})) ==
+        ExceptionCode::illegal_address);
+  CHECK(refused(sensor.ask(WriteOne{digital::holding::baud_index, 3})) ==
+        ExceptionCode::illegal_value);
+  CHECK(sensor.ask("0A 01 00 00 00 01 FC B1") == hex("0A 81 01 F0 52"));  // coils: none
+  CHECK(sensor.ask(Vendor{Function::vendor_lock, 0x77}) == Reply(Vendor{Function::vendor_lock, 0}));
+  CHECK(sensor.ask(Vendor{Function::vendor_stream, 1}) ==
+        Reply(Vendor{Function::vendor_stream, 0}));
+  CHECK_FALSE(sensor.device.streaming());
+}
+
+TEST_CASE("the stream begins behind the answer, at its rate, and any 14 bytes end it") {
+  for (const double rate : {1.0, 37.0, 100.0, 7000.0}) {
+    AtiDigitalParams params;
+    params.rate_hz = rate;
+    Sensor sensor(params);
+    const Bytes first = sensor.ask(start);
+    CHECK(Bytes(first.begin(), first.begin() + 5) == started);
+    sensor.received.assign(first.begin() + 5, first.end());
+    sensor.run(2 - 1e-6);
+    CHECK(sensor.take().size() == static_cast<std::size_t>(2 * rate));
+    sensor.device.receive(ByteView(jam).first(13), sensor.now, sensor.sink);
+    CHECK(sensor.device.streaming());
+    sensor.device.receive(ByteView(jam).last(1), sensor.now, sensor.sink);
+    CHECK_FALSE(sensor.device.streaming());
+    CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+  }
+}
+
+TEST_CASE("a few bytes now and then do not end a stream") {
+  Sensor sensor;
+  sensor.ask(start);
+  for (int i = 0; i < 10; ++i) sensor.ask("01 02 03 04 05");
+  CHECK(sensor.device.streaming());
+}
+
+TEST_CASE("the calibration gives back the load of the sensor within its gauges' counts") {
+  AtiDigitalParams params;
+  params.sensor.noise = {};
+  params.sensor.centre_x_m = 0.05;
+  params.sensor.centre_y_m = 0.085;
+  Sensor sensor(params);
+  const digital::GaugeMatrix matrix = digital::gauge_matrix(sensor.calibration()).value();
+  CHECK(matrix.rating == std::array<double, 6>{40, 40, 120, 2, 2, 2});
+  sensor.world.stage(AxisId::z, sensor.now).move_to(0.1005, {0.01, 0.1}, sensor.now);
+  sensor.run(5);
+  sensor.world.stage(AxisId::y, sensor.now).move_to(0.1, {2e-3, 0.02}, sensor.now);
+  sensor.ask(start);
+  sensor.received.clear();
+  sensor.run(3);
+  const TimePoint end = sensor.now;
+  const auto last = sensor.take().back();
+  // 100 records a second from the start: the last one came 10 ms before the end
+  const Wrench load = FtSensor(params.sensor, 1).load(sensor.world.contact(end));
+  const auto wrench = matrix.wrench(as_doubles(last.gauge_counts));
+  const Wrench quantum{0.01, 0.01, 0.02, 0.00025, 0.00025, 0.00025};  // SI-40-2
+  for (std::size_t i = 0; i < 6; ++i) CHECK(wrench[i] == Approx(load[i]).margin(quantum[i]));
+  CHECK(wrench[2] > 5);
+}
+
+TEST_CASE("a load far over the range drives gauges to their rails") {
+  Sensor sensor;
+  sensor.world.stage(AxisId::z, sensor.now).move_to(0.13, {0.01, 0.1}, sensor.now);
+  sensor.run(10);
+  sensor.ask(start);
+  sensor.received.clear();
+  sensor.run(0.1);
+  const auto record = sensor.take().back();
+  CHECK(std::any_of(record.gauge_counts.begin(), record.gauge_counts.end(),
+                    [](std::int16_t c) { return c == 32767 || c == -32768; }));
+}
+
+TEST_CASE("a fault of the sensor is in its status word and in every record") {
+  AtiDigitalParams params;
+  params.status_word = 1U << 2;
+  Sensor sensor(params);
+  CHECK(sensor.holding(digital::holding::status) == 4);
+  sensor.ask(start);
+  sensor.received.clear();
+  sensor.run(0.1);
+  for (const auto& record : sensor.take()) CHECK(record.status_error);
+}
+
+TEST_CASE("behind a Modbus TCP gateway there are registers and no stream") {
+  AtiDigitalParams params;
+  params.modbus_tcp = true;
+  Sensor sensor(params);
+  // transaction 0x1234, unit 10
+  CHECK(sensor.ask("12 34 00 00 00 06 0A 03 00 1D 00 01") ==
+        hex("12 34 00 00 00 05 0A 03 02 00 00"));
+  CHECK(sensor.ask("00 01 00 00 00 03 0A 46 55") == hex("00 01 00 00 00 03 0A C6 01"));
+  CHECK(sensor.ask("00 01 00 00 00 06 0B 03 00 1D 00 01").empty());
+  CHECK_FALSE(sensor.device.streaming());
+}
+
+TEST_CASE("a request that was cut short is over when the line has been silent") {
+  Sensor sensor;
+  CHECK(sensor.ask("0A 10 00 00 00 06 0C 02 1F").empty());
+  CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+}
