@@ -4,6 +4,7 @@
 // few records of the stream.
 
 #include <modbus/modbus.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <array>
@@ -72,10 +73,11 @@ std::vector<std::uint16_t> stream(modbus_t* line) {
   std::vector<std::uint16_t> bytes;
   const int port = modbus_get_socket(line);
   while (bytes.size() < records * record_size) {
+    pollfd ready{port, POLLIN, 0};
+    demand(::poll(&ready, 1, 2000) == 1, "records come");
     std::array<std::uint8_t, 64> some{};
     const ssize_t got = ::read(port, some.data(), some.size());
-    if (got < 0 && errno == EAGAIN) continue;
-    demand(got > 0, "read the stream");
+    demand(got >= 0, "read the stream");
     bytes.insert(bytes.end(), some.begin(), some.begin() + got);
   }
   const std::array<std::uint8_t, 14> jam{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
