@@ -8,6 +8,7 @@
 
 #include "daemon/cli/check_command.hpp"
 #include "daemon/cli/classify_command.hpp"
+#include "daemon/cli/daemon_commands.hpp"
 #include "daemon/cli/dataset_command.hpp"
 #include "daemon/cli/doctor_command.hpp"
 #include "daemon/cli/evaluate_command.hpp"
@@ -34,6 +35,17 @@ struct Commands {
   ClassifyArgs classify;
   TradeClassifierArgs trade_classifier;
   TradeSimArgs trade_sim;
+  StatusArgs status;
+  StartArgs start;
+  WatchArgs watch;
+  PauseArgs pause;
+  ResumeArgs resume;
+  StopArgs stop;
+  AbortArgs abort;
+  HaltArgs halt;
+  LogArgs log;
+  CallArgs call;
+  TokenAddArgs token_add;
   std::function<Result<int>(Console&)> chosen;
 };
 
@@ -70,6 +82,23 @@ void add_commands(CLI::App& root, Commands& all) {
       run_trade_sim);
 }
 
+/// What is asked of a running weftd.
+void add_daemon_commands(CLI::App& root, Commands& all) {
+  add(root, all, "status", "the daemon's readiness and its runs", all.status, run_status);
+  add(root, all, "start", "puts a recipe in the daemon's line", all.start, run_start);
+  add(root, all, "watch", "a line for each change of a run", all.watch, run_watch);
+  add(root, all, "pause", "holds a run before its next repetition", all.pause, run_pause);
+  add(root, all, "resume", "goes on with a run that is held", all.resume, run_resume);
+  add(root, all, "stop", "ends a run after its repetition", all.stop, run_stop);
+  add(root, all, "abort", "ends a run now, the probe up", all.abort, run_abort);
+  add(root, all, "halt", "stops all motion and latches the rig", all.halt, run_halt);
+  add(root, all, "log", "the daemon's journal", all.log, run_log);
+  add(root, all, "call", "any method of the daemon's API", all.call, run_call);
+  CLI::App* token = root.add_subcommand("token", "tokens of the daemon's TCP clients");
+  token->fallthrough()->require_subcommand(1);
+  add(*token, all, "add", "makes one and prints it, once", all.token_add, run_token_add);
+}
+
 bool asks_for_json(std::span<const char* const> arguments) {
   for (const char* argument : arguments)
     if (std::string_view(argument) == "--json") return true;
@@ -98,6 +127,7 @@ int run(int argc, const char* const* argv, Console& console) {
   root.require_subcommand(1);
   try {
     add_commands(root, commands);
+    add_daemon_commands(root, commands);
     if (const auto status = parse(root, argc, argv, console)) return *status;
     const Result<int> status = commands.chosen(console);
     return status ? *status : report(console, status.error());

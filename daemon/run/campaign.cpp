@@ -86,7 +86,9 @@ class Run {
     Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
     supervisor.start();
     session_->run_until([&] {
-      if (stop_asked() && !std::exchange(stopping_, true)) abort(supervisor, recording);
+      if (signalled() && !std::exchange(stopping_, true)) abort(supervisor, recording);
+      tell_step(supervisor);
+      obey(supervisor, recording);
       return supervisor.result().has_value();
     });
     log_.journal_to(nullptr);
@@ -103,8 +105,33 @@ class Run {
   }
 
  private:
-  [[nodiscard]] bool stop_asked() const {
+  [[nodiscard]] bool signalled() const {
     return hooks_->stop != nullptr && hooks_->stop->load(std::memory_order_relaxed);
+  }
+  [[nodiscard]] bool stop_asked() const {
+    return signalled() || (hooks_->orders != nullptr && hooks_->orders->ends_run());
+  }
+
+  // A clock that jumps to the next timer would jump over a pause: there the orders are waited for.
+  void obey(Supervisor& supervisor, TrialRecording& recording) {
+    if (hooks_->orders == nullptr) return;
+    const bool clock_stands = session_->plant() != nullptr;
+    if (clock_stands && supervisor.state().step == recipes::Step::held) hooks_->orders->wait();
+    while (const auto given = hooks_->orders->take()) {
+      recording.journal(session_->loop().now(), "order",
+                        json{{"order", to_string(given->order)}, {"by", given->by}}.dump());
+      supervisor.request(event_of(given->order));
+    }
+  }
+
+  void tell_step(const Supervisor& supervisor) {
+    const recipes::State& state = supervisor.state();
+    if (!hooks_->moment || state.step == last_step_) return;
+    last_step_ = state.step;
+    const recipes::TrialSpec& spec = plan_->trials[std::min(state.trial, plan_->trials.size() - 1)];
+    hooks_->moment({state.trial, plan_->trials.size(), state.step, plan_->fabrics[spec.fabric],
+                    plan_->explorations[spec.exploration].name, spec.repetition,
+                    to_seconds(session_->loop().now())});
   }
 
   void abort(Supervisor& supervisor, TrialRecording& recording) {
@@ -162,6 +189,7 @@ class Run {
   DeviceLog log_;
   ErrorCheck errors_;
   bool stopping_ = false;
+  recipes::Step last_step_ = recipes::Step::ready;
   std::size_t complete_ = 0;
   TimePoint brought_up_;
   std::chrono::nanoseconds began_ = steady_wall_now();

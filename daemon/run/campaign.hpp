@@ -11,6 +11,7 @@
 #include "daemon/run/bench_session.hpp"
 #include "daemon/run/device_log.hpp"
 #include "daemon/run/rig_file.hpp"
+#include "daemon/run/run_orders.hpp"
 #include "daemon/run/simulation.hpp"
 #include "daemon/run/trial_recording.hpp"
 #include "recipes/engine/plan.hpp"
@@ -75,6 +76,17 @@ struct CampaignSummary {
 
 using ProgressSink = std::function<void(const TrialProgress&)>;
 
+/// Where a run is.
+struct RunMoment {
+  std::size_t trial = 0;  ///< of `planned`
+  std::size_t planned = 0;
+  recipes::Step step = recipes::Step::ready;
+  std::string fabric;
+  std::string exploration;
+  std::uint32_t repetition = 0;
+  double virtual_s = 0;  ///< on the bench's clock
+};
+
 /// What a caller wants to hear of a run, and how it ends one. Each may be left empty.
 struct CampaignHooks {
   ProgressSink progress;
@@ -83,6 +95,10 @@ struct CampaignHooks {
   /// Looked at between events, and may be set by a signal handler. True: the trial under way is
   /// aborted, the probe retracted and the campaign ended, with everything recorded so far kept.
   const std::atomic<bool>* stop = nullptr;
+  /// Looked at between events too; see RunOrders.
+  RunOrders* orders = nullptr;
+  /// At each change of the engine's step, on the run's thread.
+  std::function<void(const RunMoment&)> moment;
 };
 
 /// Plan and rig of a request, everything refused that can be refused. The error lists all problems.

@@ -1,6 +1,7 @@
 #pragma once
 // What is recorded of a trial, and how well its force was held.
 
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -57,6 +58,7 @@ class TrialRecording {
   const recipes::Plan* plan_;
   Phase phase_ = Phase::none;
   std::size_t trial_ = 0;
+  std::map<std::size_t, std::uint32_t> attempts_;  ///< of each trial so far
   std::uint32_t stage_sequence_ = 0;
   ForceTally trial_force_;
   ForceTally campaign_force_;

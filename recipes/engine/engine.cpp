@@ -100,6 +100,8 @@ class Machine {
         return retract();
       case Step::retracting:
         return give_up_retreat();
+      case Step::held:
+        return finish(Outcome::stopped, Cleanup::done);
       default:
         return fail_trial(timed_out());
     }
@@ -124,8 +126,25 @@ class Machine {
     cut_short(Outcome::failed, event.trip.error);
   }
 
+  void on(const PauseRequested& event) {
+    if (state_.step == Step::ready || state_.step == Step::held) return;
+    state_.pause_requested = true;
+    if (!event.at_once && state_.step > Step::mounting) return;
+    if (state_.step == Step::retracting) return;
+    state_.repeats = true;
+    cut_short(Outcome::stopped, std::nullopt);
+  }
+
+  void on(const ResumeRequested&) {
+    state_.pause_requested = false;
+    if (state_.step != Step::held) return;
+    emit(TrialBegin{state_.trial});
+    clear();
+  }
+
   void on(const StopRequested&) {
     state_.stop_requested = true;
+    if (state_.step == Step::held) return finish(Outcome::stopped, Cleanup::done);
     // Nothing has been touched yet: there is no repetition to finish.
     if (state_.step <= Step::mounting) {
       state_.campaign_outcome = Outcome::stopped;
@@ -139,7 +158,7 @@ class Machine {
   }
 
   void on(const HaltRequested&) {
-    const bool in_trial = state_.step != Step::ready;
+    const bool in_trial = state_.step != Step::ready && state_.step != Step::held;
     close_phase();
     emit(StopMotion{});
     if (in_trial)
@@ -254,6 +273,8 @@ class Machine {
   void cut_short(Outcome outcome, std::optional<Error> error) {
     if (state_.step == Step::ready)
       return finish(state_.campaign_outcome.value_or(outcome), Cleanup::skipped, RigFact::holding);
+    if (state_.step == Step::held)
+      return finish(state_.campaign_outcome.value_or(outcome), Cleanup::done);
     if (state_.step == Step::retracting) return;
     state_.trial_outcome = outcome;
     if (error) note(*error);
@@ -272,14 +293,25 @@ class Machine {
 
   void end_trial(Cleanup cleanup) {
     const Outcome outcome = state_.trial_outcome.value_or(Outcome::complete);
-    ++(outcome == Outcome::complete ? state_.completed : state_.failed);
+    const bool again = std::exchange(state_.repeats, false) && outcome == Outcome::stopped;
+    if (!again) ++(outcome == Outcome::complete ? state_.completed : state_.failed);
     emit(TrialDone{state_.trial, outcome, cleanup, std::exchange(state_.trial_error, {})});
     state_.trial_outcome.reset();
     if (cleanup == Cleanup::failed) return finish(Outcome::failed, cleanup, RigFact::unknown);
-    if (const auto end = campaign_end(outcome)) return finish(*end, cleanup);
-    ++state_.trial;
+    if (const auto end = again ? end_before_repeat() : campaign_end(outcome))
+      return finish(*end, cleanup);
+    if (!again) ++state_.trial;
+    if (std::exchange(state_.pause_requested, false))
+      return enter(Step::held, to_seconds(longest_hold));
     emit(TrialBegin{state_.trial});
     mount();
+  }
+
+  /// A trial that was cut short for a pause: what else was asked meanwhile.
+  [[nodiscard]] std::optional<Outcome> end_before_repeat() const {
+    if (state_.campaign_outcome) return state_.campaign_outcome;
+    if (state_.stop_requested) return Outcome::stopped;
+    return std::nullopt;
   }
 
   /// How the campaign ends after a trial with this outcome, or nothing when it goes on.

@@ -147,6 +147,13 @@ struct GuardTripped {
 };
 /// Finish the trial under way, then end.
 struct StopRequested {};
+/// Hold before the next trial, or at once: then the trial under way is cut short and run again after
+/// the pause.
+struct PauseRequested {
+  bool at_once = false;
+};
+/// Go on. The next trial begins as the first one did: up, position, bias.
+struct ResumeRequested {};
 /// End the trial now: stop, retract, end.
 struct AbortRequested {};
 /// End at once and leave the rig as it stands: no clean-up.
@@ -154,7 +161,8 @@ struct HaltRequested {};
 
 using Event =
     std::variant<Start, Mounted, Biased, MotionDone, ContactFound, ForceSettled, TimerExpired,
-                 Fault, GuardTripped, StopRequested, AbortRequested, HaltRequested>;
+                 Fault, GuardTripped, PauseRequested, ResumeRequested, StopRequested, AbortRequested,
+                 HaltRequested>;
 
 // ---- state ----
 
@@ -174,9 +182,13 @@ enum class Step : std::uint8_t {
   releasing,   ///< back to the rest position
   ending,      ///< E
   retracting,  ///< also the clean-up after a failure
+  held,        ///< paused between trials, the probe up; for `longest_hold` at most
   done,
 };
 std::string_view to_string(Step step);
+
+/// A pause that nobody ends by then ends the campaign as stopped.
+inline constexpr Duration longest_hold = std::chrono::hours(24);
 
 /// The whole memory of the machine.
 struct State {
@@ -186,6 +198,8 @@ struct State {
   std::size_t leg = 0;    ///< into the path of M, while sliding
   double rest_z_m = 0;    ///< where the weight alone acts, found by this trial's touch
   bool stop_requested = false;
+  bool pause_requested = false;
+  bool repeats = false;  ///< the trial was cut short for a pause and is run again
   std::optional<Outcome> trial_outcome;  ///< set when the trial is cut short
   std::optional<Error> trial_error;
   std::optional<Outcome> campaign_outcome;  ///< set when the campaign ends after this trial

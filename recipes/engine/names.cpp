@@ -80,6 +80,8 @@ std::string_view to_string(Step step) {
       return "ending";
     case Step::retracting:
       return "retracting";
+    case Step::held:
+      return "held";
     case Step::done:
       return "done";
   }

@@ -106,3 +106,8 @@ if(SYSTEM_PYTHON3 AND MODBUS_FOUND)
   set_tests_properties(scenario_modbus_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 COST 900
                        ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 endif()
+
+# The daemon over its socket: a run started, paused, resumed, halted, killed, with the standard library alone.
+add_test(NAME scenario_weftd_runs
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_runs PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -55,6 +55,8 @@ class Bench {
       case Step::holding:
       case Step::ending:
         return TimerExpired{t};
+      case Step::held:
+        return ResumeRequested{};
       default:
         return MotionDone{t};
     }

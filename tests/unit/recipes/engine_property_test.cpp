@@ -37,6 +37,10 @@ Event random_event(const Bench& bench, std::mt19937& random) {
       return Start{draw(8)};
     case 7:
       return ContactFound{ticket, draw(2) == 0 ? 0.0985 : 1e308};
+    case 8:
+      return PauseRequested{draw(2) == 0};
+    case 9:
+      return ResumeRequested{};
     default:
       break;
   }

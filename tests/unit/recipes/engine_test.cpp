@@ -247,6 +247,76 @@ TEST_CASE("A stop in the last trial does not spoil a complete campaign") {
   CHECK(b.end->outcome == Outcome::complete);
 }
 
+TEST_CASE("A pause holds before the next trial, and resuming goes on with it") {
+  Bench b = bench();
+  b.advance_to(Step::sliding);
+  b.send(PauseRequested{});
+  CHECK(b.state.step == Step::sliding);
+  b.advance_to(Step::held);
+  CHECK(b.trials.at(0).outcome == Outcome::complete);
+  CHECK(b.commanded_z_m == Approx(0.092));
+  b.send(ResumeRequested{});
+  CHECK(only<TrialBegin>(b.effects)->trial == 1);
+  CHECK(b.state.step == Step::clearing);
+  b.finish();
+  CHECK(b.end->outcome == Outcome::complete);
+  CHECK(b.trials.size() == b.plan.trials.size());
+}
+
+TEST_CASE("A pause at once retracts, and the trial that it cut short is run again") {
+  for (const Step where : {Step::clearing, Step::mounting, Step::approaching, Step::pressing,
+                           Step::sliding, Step::ending}) {
+    Bench b = bench();
+    b.advance_to(where);
+    b.send(PauseRequested{true});
+    CHECK(b.state.step == Step::retracting);
+    b.advance_to(Step::held);
+    REQUIRE(b.trials.size() == 1);
+    CHECK(b.trials[0].outcome == Outcome::stopped);
+    b.send(ResumeRequested{});
+    CHECK(only<TrialBegin>(b.effects)->trial == 0);
+    b.finish();
+    CHECK(b.end->outcome == Outcome::complete);
+    CHECK(b.trials.size() == b.plan.trials.size() + 1);
+  }
+}
+
+TEST_CASE("A pause that is taken back before its trial ends changes nothing") {
+  Bench b = bench();
+  b.advance_to(Step::sliding);
+  b.send(PauseRequested{});
+  b.send(ResumeRequested{});
+  for (const std::size_t before = b.trials.size(); b.trials.size() == before;) b.advance();
+  CHECK(b.state.step == Step::mounting);
+}
+
+TEST_CASE("While it is held, stop, abort, a fault and a day's patience end the campaign") {
+  const auto held = [] {
+    Bench b = bench();
+    b.advance_to(Step::sliding);
+    b.send(PauseRequested{});
+    b.advance_to(Step::held);
+    return b;
+  };
+  const auto ends_as = [&](const Event& event, Outcome outcome) {
+    Bench b = held();
+    b.send(event);
+    REQUIRE(b.end);
+    CHECK(b.end->outcome == outcome);
+    CHECK(b.end->cleanup == Cleanup::done);
+  };
+  ends_as(StopRequested{}, Outcome::stopped);
+  ends_as(AbortRequested{}, Outcome::aborted);
+  ends_as(Fault{some_error()}, Outcome::failed);
+  const Bench b = held();
+  CHECK(b.timer->deadline == b.now + longest_hold);
+  ends_as(TimerExpired{b.state.ticket}, Outcome::stopped);
+  Bench halted = held();
+  halted.send(HaltRequested{});
+  CHECK(halted.end->rig == RigFact::holding);
+  CHECK(halted.trials.size() == 1);
+}
+
 TEST_CASE("An abort from any step stops motion, retracts and ends") {
   for (const Step where :
        {Step::clearing, Step::mounting, Step::positioning, Step::biasing, Step::approaching,

@@ -1,0 +1,60 @@
+#pragma once
+// Who holds what, until when. A lease says that its holder means to move a rig; reading needs none.
+// Source: design/API.md, 2.11; the model is OPC UA DI's InitLock, RenewLock, ExitLock, BreakLock.
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::access {
+
+struct Lease {
+  std::string id;     ///< "L-7"
+  std::string scope;  ///< "rig:bench-1"
+  std::string user;
+  std::string session;
+  std::string note;
+  std::chrono::nanoseconds expires{};  ///< on the clock of the calls' `now`
+};
+
+/// Time is an argument; any monotonic origin.
+class Leases {
+ public:
+  using Clock = std::chrono::nanoseconds;
+  static constexpr std::chrono::milliseconds shortest{1000}, longest{3'600'000};
+
+  struct Asked {
+    std::string scope, user, session, note;
+    std::chrono::milliseconds ttl{15000};
+  };
+  /// Errors: range (ttl), wrong_state (held by another: who, and for how long still).
+  Result<Lease> acquire(const Asked& asked, Clock now);
+  /// By its holder. Errors: not_found (never was, or is over), wrong_state (another's), range.
+  Result<Lease> renew(std::string_view id, std::string_view user, std::chrono::milliseconds ttl,
+                      Clock now);
+  Result<Lease> release(std::string_view id, std::string_view user, Clock now);
+  /// By anybody who may, with a reason of at least three letters.
+  Result<Lease> break_lease(std::string_view id, std::string_view reason, Clock now);
+
+  /// That `id` is a lease on `scope` of this user's. Errors as renew().
+  Result<Lease> check(std::string_view id, std::string_view scope, std::string_view user,
+                      Clock now) const;
+  [[nodiscard]] std::optional<Lease> holder(std::string_view scope, Clock now) const;
+  [[nodiscard]] std::vector<Lease> all(Clock now) const;
+  /// Those whose time is over, taken out.
+  std::vector<Lease> expire(Clock now);
+
+ private:
+  Result<Lease*> mine(std::string_view id, std::string_view user, Clock now);
+
+  std::map<std::string, Lease, std::less<>> by_id_;
+  std::uint64_t next_ = 1;
+};
+
+}  // namespace weft::daemon::access

@@ -1,0 +1,119 @@
+#include "daemon/access/tokens.hpp"
+
+#include <sys/random.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "daemon/dataset/atomic_file.hpp"
+#include "daemon/dataset/sha256.hpp"
+#include "daemon/run/rig_file.hpp"
+
+namespace weft::daemon::access {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view prefix = "wft_";
+
+Result<std::string> random_token() {
+  std::array<std::uint8_t, 32> bits{};
+  if (getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
+    return fail(Errc::io, "the system gives no random numbers", "token");
+  Sha256Digest as_digest{};
+  std::copy(bits.begin(), bits.end(), as_digest.begin());
+  return std::string(prefix) + to_hex(as_digest);
+}
+
+Status check_private(const std::filesystem::path& file) {
+  struct stat found {};
+  if (lstat(file.c_str(), &found) != 0) return {};
+  if (S_ISREG(found.st_mode) && (found.st_mode & 077) == 0) return {};
+  return fail(Errc::wrong_state, "others may read or change the tokens", file.string(),
+              "a file with mode 0600", {}, "chmod 600 " + file.string());
+}
+
+Result<TokenEntry> entry_of(const json& one) {
+  const auto role = role_from(one.value("role", ""));
+  if (!role || !one.contains("name") || !one.contains("sha256") || !one.contains("expires_us"))
+    return fail(Errc::parse, "a token without name, role, sha256 or expires_us", "tokens");
+  return TokenEntry{one.at("name").get<std::string>(), *role, one.at("sha256").get<std::string>(),
+                    one.at("expires_us").get<std::int64_t>()};
+}
+
+}  // namespace
+
+bool equal_in_constant_time(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
+  return difference == 0;
+}
+
+Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
+  TokenFile out;
+  out.file_ = file;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return out;
+  if (Status own = check_private(file); !own) return pass(own.error());
+  const auto text = read_text_file(file);
+  if (!text) return pass(text.error());
+  const json document = json::parse(*text, nullptr, false);
+  if (!document.is_object() || !document.contains("tokens") || !document["tokens"].is_array())
+    return fail(Errc::parse, "not a file of tokens", file.string(), "{\"tokens\": [...]}");
+  try {
+    for (const json& one : document["tokens"]) {
+      auto entry = entry_of(one);
+      if (!entry) return pass(entry.error(), file.string());
+      out.entries_.push_back(std::move(*entry));
+    }
+  } catch (const json::exception& e) {
+    return fail(Errc::parse, "not a file of tokens", file.string(), {}, e.what());
+  }
+  return out;
+}
+
+Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t expires_us) {
+  const bool taken = std::any_of(entries_.begin(), entries_.end(),
+                                 [&](const TokenEntry& entry) { return entry.name == name; });
+  if (name.empty() || taken)
+    return fail(Errc::invalid_argument, taken ? "there is one of this name" : "no name", "token",
+                "a new name", name, "Remove the old one first");
+  auto token = random_token();
+  if (!token) return pass(token.error());
+  entries_.push_back({std::move(name), role, sha256_hex(*token), expires_us});
+  return token;
+}
+
+Status TokenFile::remove(std::string_view name) {
+  const auto gone =
+      std::erase_if(entries_, [&](const TokenEntry& entry) { return entry.name == name; });
+  if (gone > 0) return {};
+  return fail(Errc::not_found, "no token of this name", "token", {}, std::string(name));
+}
+
+Status TokenFile::save() const {
+  json list = json::array();
+  for (const TokenEntry& entry : entries_)
+    list.push_back({{"name", entry.name},
+                    {"role", to_string(entry.role)},
+                    {"sha256", entry.sha256},
+                    {"expires_us", entry.expires_us}});
+  const mode_t before = umask(077);
+  Status written = write_text_file(file_, json{{"tokens", std::move(list)}}.dump(2) + "\n");
+  umask(before);
+  return written;
+}
+
+std::optional<TokenEntry> TokenFile::find(std::string_view token, std::int64_t now_us) const {
+  const std::string digest = sha256_hex(token);
+  std::optional<TokenEntry> found;
+  for (const TokenEntry& entry : entries_)
+    if (equal_in_constant_time(entry.sha256, digest) && entry.expires_us > now_us) found = entry;
+  return found;
+}
+
+}  // namespace weft::daemon::access

@@ -1,0 +1,49 @@
+#pragma once
+// Bearer tokens for TCP. Their file holds no token, only SHA-256 digests of them: they are 256
+// random bits, which no dictionary finds. Source: design/API.md, 2.12.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/access/role.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon::access {
+
+struct TokenEntry {
+  std::string name;  ///< of a person or program
+  Role role = Role::observer;
+  std::string sha256;           ///< of the token's text, hexadecimal
+  std::int64_t expires_us = 0;  ///< UTC
+};
+
+/// The daemon's tokens, one JSON file that only its owner may read.
+class TokenFile {
+ public:
+  /// No file is no tokens. Errors: parse; wrong_state, when others may read or write it.
+  static Result<TokenFile> load(const std::filesystem::path& file);
+
+  /// Makes one and returns its text, which is not kept. Errors: io, invalid_argument (name).
+  Result<std::string> add(std::string name, Role role, std::int64_t expires_us);
+  /// Errors: not_found.
+  Status remove(std::string_view name);
+  Status save() const;
+
+  /// Looks at all entries whatever it finds, so that the time says nothing. Nothing for a token
+  /// that is unknown or over.
+  [[nodiscard]] std::optional<TokenEntry> find(std::string_view token, std::int64_t now_us) const;
+  [[nodiscard]] const std::vector<TokenEntry>& entries() const { return entries_; }
+
+ private:
+  std::filesystem::path file_;
+  std::vector<TokenEntry> entries_;
+};
+
+/// Whether two texts are equal, in a time that depends on their lengths alone.
+bool equal_in_constant_time(std::string_view a, std::string_view b);
+
+}  // namespace weft::daemon::access

@@ -1,0 +1,112 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/parts.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using access::Lease;
+using access::Role;
+using nlohmann::json;
+using rpc::Call;
+using rpc::Effect;
+using rpc::Outcome;
+using rpc::ParamType;
+using std::chrono::milliseconds;
+
+constexpr rpc::ParamSpec lease_param{"lease", ParamType::text, true, "its name, \"L-7\""};
+constexpr rpc::ParamSpec ttl_param{"ttl_ms", ParamType::integer, false,
+                                   "how long it lasts without renewal [ms], 15000"};
+
+json lease_json(const Services& services, const Lease& lease) {
+  const auto left = lease.expires - services.now();
+  return {{"lease", lease.id},  {"scope", lease.scope},
+          {"user", lease.user}, {"session", lease.session},
+          {"note", lease.note}, {"expires_us", services.utc_us() + left.count() / 1000}};
+}
+
+Outcome told(const Services& services, const Result<Lease>& lease, std::string_view what,
+             const rpc::Caller& caller) {
+  if (!lease) return refused(lease.error());
+  json payload = lease_json(services, *lease);
+  payload["by"] = by(caller);
+  services.hub->publish("lease:" + lease->scope, json{{std::string(what), payload}},
+                        services.utc_us());
+  if (const Status ok = services.log->journal(services.utc_us(), "", "lease." + std::string(what),
+                                              by(caller), text_of(payload));
+      !ok)
+    return refused(ok.error());
+  return text_of(lease_json(services, *lease));
+}
+
+milliseconds ttl_of(const Call& call) {
+  return milliseconds(call.params.value("ttl_ms", std::int64_t{15000}));
+}
+
+Outcome acquire(const Services& services, const Call& call) {
+  const auto lease = services.leases->acquire(
+      {call.params.value("scope", "rig:" + services.rig_name), call.caller.user,
+       call.caller.session, call.params.value("note", ""), ttl_of(call)},
+      services.now());
+  return told(services, lease, "acquired", call.caller);
+}
+
+Outcome list(const Services& services) {
+  json out = json::array();
+  for (const Lease& lease : services.leases->all(services.now()))
+    out.push_back(lease_json(services, lease));
+  return text_of({{"leases", std::move(out)}});
+}
+
+}  // namespace
+
+void add_lease_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  const auto id_of = [](const Call& call) { return call.params.at("lease").get<std::string>(); };
+  methods.add({"lease.acquire",
+               "takes the rig for yourself, for a while",
+               Role::operator_,
+               Effect::change,
+               {{"scope", ParamType::text, false, "this rig, where it is left out"},
+                ttl_param,
+                {"note", ParamType::text, false, "for the others, what for"}},
+               "lease, expires_us"},
+              [s](const Call& call) { return acquire(*s, call); });
+  methods.add({"lease.renew",
+               "for longer",
+               Role::operator_,
+               Effect::change,
+               {lease_param, ttl_param},
+               "lease, expires_us"},
+              [s, id_of](const Call& call) -> Outcome {
+                const auto lease =
+                    s->leases->renew(id_of(call), call.caller.user, ttl_of(call), s->now());
+                if (!lease) return refused(lease.error());
+                return text_of(lease_json(*s, *lease));
+              });
+  methods.add({"lease.release",
+               "done with it",
+               Role::operator_,
+               Effect::change,
+               {lease_param},
+               "the lease that is over"},
+              [s, id_of](const Call& call) {
+                return told(*s, s->leases->release(id_of(call), call.caller.user, s->now()),
+                            "released", call.caller);
+              });
+  methods.add({"lease.break",
+               "takes it away from whoever holds it; told to all",
+               Role::admin,
+               Effect::change,
+               {lease_param, {"reason", ParamType::text, true, "a few words"}},
+               "the lease that is over"},
+              [s, id_of](const Call& call) {
+                const std::string reason = call.params.at("reason").get<std::string>();
+                return told(*s, s->leases->break_lease(id_of(call), reason, s->now()), "broken",
+                            call.caller);
+              });
+  methods.add({"lease.list", "who holds what", {}, {}, {}, "leases"},
+              [s](const Call&) { return list(*s); });
+}
+
+}  // namespace weft::daemon::api

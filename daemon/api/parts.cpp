@@ -1,0 +1,59 @@
+#include "daemon/api/parts.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::daemon::api {
+
+using nlohmann::json;
+
+std::string text_of(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+tl::unexpected<rpc::RpcError> refused(const Error& error) {
+  return tl::unexpected(rpc::from(error));
+}
+
+std::string by(const rpc::Caller& caller) {
+  return caller.session + " (" + caller.user + ")";
+}
+
+tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
+                                                    const rpc::Caller& caller) {
+  const std::string scope = "rig:" + services.rig_name;
+  const auto lease = services.leases->holder(scope, services.now());
+  if (!lease || lease->user == caller.user) return {};
+  return tl::unexpected(
+      rpc::rpc_error(rpc::code::access + 10, "lease.held",
+                     {Errc::wrong_state, "somebody else holds the rig", scope, caller.user,
+                      lease->user + (lease->note.empty() ? "" : " (" + lease->note + ")"),
+                      "rig.halt needs no lease; lease.break takes one away, with a reason"}));
+}
+
+tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rpc::Call& call) {
+  const std::string scope = "rig:" + services.rig_name;
+  const auto lease = services.leases->check(call.params.value("lease", ""), scope, call.caller.user,
+                                            services.now());
+  if (lease) return {};
+  return tl::unexpected(rpc::rpc_error(rpc::code::access + 11, "lease.required", lease.error()));
+}
+
+Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name) {
+  if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.'))
+    return fail(Errc::invalid_argument, "not a recipe's name", "/params/recipe",
+                "a file's name in the recipe folder", recipes::clipped(name), "See recipe.list");
+  std::vector<std::string> known;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(services.recipes, ignored))
+    if (entry.path().extension() == ".json") known.push_back(entry.path().stem().string());
+  const std::string stem = name.ends_with(".json") ? name.substr(0, name.size() - 5) : name;
+  for (const std::string& one : known)
+    if (one == stem) return services.recipes / (stem + ".json");
+  const std::string_view meant = recipes::closest(stem, {known.begin(), known.end()});
+  return fail(Errc::not_found, "no such recipe", "/params/recipe", {}, recipes::clipped(name),
+              meant.empty() ? "See recipe.list" : "Did you mean " + std::string(meant) + "?");
+}
+
+}  // namespace weft::daemon::api

@@ -1,0 +1,27 @@
+#pragma once
+// Small things that all groups of methods use. For .cpp files of daemon/api.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "daemon/api/services.hpp"
+
+namespace weft::daemon::api {
+
+/// JSON on one line; text that is not UTF-8 is replaced.
+std::string text_of(const nlohmann::json& value);
+tl::unexpected<rpc::RpcError> refused(const Error& error);
+/// "s-41 (ada)": who made a change.
+std::string by(const rpc::Caller& caller);
+
+/// Refuses a change to the rig while another user holds its lease.
+tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
+                                                    const rpc::Caller& caller);
+/// The "lease" parameter is the caller's and of this rig.
+tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rpc::Call& call);
+
+/// A recipe of the folder by its name, with or without ".json".
+/// Errors: invalid_argument (not a plain name), not_found, with a did-you-mean.
+Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name);
+
+}  // namespace weft::daemon::api

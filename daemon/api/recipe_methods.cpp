@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/parts.hpp"
+#include "daemon/api/recipe_schema.hpp"
+#include "daemon/dataset/sha256.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using nlohmann::json;
+using rpc::Call;
+using rpc::Outcome;
+using rpc::ParamType;
+
+json diagnostic_json(const recipes::Diagnostic& d) {
+  json out{{"where", d.pointer}, {"message", d.message}};
+  if (!d.expected.empty()) out["expected"] = d.expected;
+  if (!d.got.empty()) out["got"] = d.got;
+  if (!d.hint.empty()) out["hint"] = d.hint;
+  return out;
+}
+
+json diagnostics_json(const std::vector<recipes::Diagnostic>& list) {
+  json out = json::array();
+  for (const auto& one : list) out.push_back(diagnostic_json(one));
+  return out;
+}
+
+json plan_json(const recipes::Plan& plan) {
+  return {{"name", plan.name},
+          {"trials", plan.trials.size()},
+          {"fabrics", plan.fabrics},
+          {"eta_s", plan.forecast.duration_s},
+          {"bytes", disk_forecast(plan)}};
+}
+
+Outcome list(const Services& services) {
+  json out = json::array();
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(services.recipes, error))
+    if (entry.path().extension() == ".json") out.push_back(entry.path().stem().string());
+  if (error)
+    return refused({Errc::io,
+                    "cannot read the recipe folder",
+                    services.recipes.string(),
+                    {},
+                    error.message(),
+                    {}});
+  std::sort(out.begin(), out.end());
+  return text_of({{"recipes", std::move(out)}});
+}
+
+Outcome check(const Services& services, const Call& call) {
+  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
+  if (!file) return refused(file.error());
+  const auto rig = read_text_file(services.rig);
+  if (!rig) return refused(rig.error());
+  const auto limits = recipes::parse_rig_limits(*rig);
+  if (!limits) return refused(limits.error());
+  const auto text = read_text_file(*file, recipes::max_recipe_bytes);
+  if (!text) return refused(text.error());
+  std::optional<std::uint64_t> seed;
+  if (call.params.contains("seed")) seed = call.params.at("seed").get<std::uint64_t>();
+  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, seed);
+  json out{{"ok", report.plan.has_value()},
+           {"digest", "sha256:" + sha256_hex(*text)},
+           {"problems", diagnostics_json(report.problems)},
+           {"warnings", diagnostics_json(report.warnings)}};
+  if (report.plan) {
+    out["plan"] = plan_json(*report.plan);
+    const Status space = check_space(services.data, disk_forecast(*report.plan));
+    out["disk_ok"] = space.has_value();
+  }
+  return text_of(out);
+}
+
+}  // namespace
+
+void add_recipe_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add({"recipe.list", "recipes of the daemon's folder", {}, {}, {}, "recipes"},
+              [s](const Call&) { return list(*s); });
+  methods.add({"recipe.schema", "JSON Schema of a recipe", {}, {}, {}, "JSON Schema, draft 7"},
+              [](const Call&) -> Outcome { return text_of(json::parse(recipe_schema_json())); });
+  methods.add({"recipe.check",
+               "everything that would be refused, before anything moves",
+               {},
+               {},
+               {{"recipe", ParamType::text, true, "its name"},
+                {"seed", ParamType::integer, false, "in place of the recipe's"}},
+               "ok, digest, plan, problems, warnings, disk_ok"},
+              [s](const Call& call) { return check(*s, call); });
+}
+
+}  // namespace weft::daemon::api

@@ -1,0 +1,203 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/parts.hpp"
+
+namespace weft::daemon::api {
+namespace {
+
+using access::Role;
+using control::RunState;
+using control::RunView;
+using nlohmann::json;
+using rpc::Call;
+using rpc::Effect;
+using rpc::Outcome;
+using rpc::ParamType;
+
+constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
+constexpr rpc::ParamSpec lease_param{"lease", ParamType::text, true, "your lease of the rig"};
+
+std::string run_of(const Call& call) {
+  return call.params.at("run").get<std::string>();
+}
+
+Outcome start(const Services& services, const Call& call) {
+  if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
+  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
+  if (!file) return refused(file.error());
+  control::RunWish wish;
+  wish.recipe = *file;
+  wish.name = call.params.value("name", "");
+  wish.by = by(call.caller);
+  if (call.params.contains("seed")) {
+    if (call.params.at("seed").get<std::int64_t>() < 0)
+      return refused({Errc::range, "negative seed", "/params/seed", "0 or more", {}, {}});
+    wish.seed = call.params.at("seed").get<std::uint64_t>();
+  }
+  const auto run = services.desk->submit(wish);
+  if (!run) return refused(run.error());
+  return text_of(run_json(*run));
+}
+
+Outcome ordered(const Services& services, const Call& call, Order order) {
+  if (auto free = nobody_else_holds(services, call.caller); !free)
+    return tl::unexpected(free.error());
+  const auto run = services.desk->order(run_of(call), order, by(call.caller));
+  if (!run) return refused(run.error());
+  return text_of(run_json(*run));
+}
+
+Outcome pause(const Services& services, const Call& call) {
+  const std::string at = call.params.value("at", "boundary");
+  if (at != "boundary" && at != "now")
+    return refused({Errc::invalid_argument,
+                    "no such place to pause",
+                    "/params/at",
+                    "boundary or now",
+                    at,
+                    {}});
+  return ordered(services, call, at == "now" ? Order::pause_now : Order::pause);
+}
+
+Outcome list(const Services& services, const Call& call) {
+  const std::string wanted = call.params.value("state", "");
+  json out = json::array();
+  for (const RunView& run : services.desk->all())
+    if (wanted.empty() || wanted == to_string(run.machine.state)) out.push_back(run_json(run));
+  return text_of({{"runs", std::move(out)}});
+}
+
+void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
+               std::string_view summary, Order order) {
+  methods.add({name, summary, Role::operator_, Effect::change, {run_param}, "the run"},
+              [s, order](const Call& call) { return ordered(*s, call, order); });
+}
+
+void wait(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const std::string id = run_of(call);
+  if (const auto run = services.desk->get(id); !run) return respond(refused(run.error()));
+  services.desk->when_ended(id, [respond](const RunView& run) { respond(text_of(run_json(run))); });
+}
+
+}  // namespace
+
+json run_json(const RunView& run) {
+  const control::StoredRun& stored = run.stored;
+  json out{{"run", stored.id()},
+           {"state", to_string(run.machine.state)},
+           {"recipe", stored.recipe.stem().string()},
+           {"name", stored.name},
+           {"by", stored.by},
+           {"created_us", stored.created_us},
+           {"folder", stored.folder.string()},
+           {"trials_done", run.trials_done},
+           {"trials_planned", run.trials_planned},
+           {"wall_left_s", run.wall_left_s}};
+  if (run.moment)
+    out["at"] = {
+        {"trial", run.moment->trial},           {"step", recipes::to_string(run.moment->step)},
+        {"fabric", run.moment->fabric},         {"exploration", run.moment->exploration},
+        {"repetition", run.moment->repetition}, {"bench_s", run.moment->virtual_s}};
+  if (!stored.outcome.empty()) {
+    out["outcome"] = stored.outcome;
+    out["cleanup"] = stored.cleanup;
+    out["rig"] = stored.rig_fact;
+  }
+  if (!stored.error.empty()) out["error"] = stored.error;
+  if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
+  return out;
+}
+
+void add_run_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add({"run.start",
+               "puts a campaign in line; it begins when the rig is free",
+               Role::operator_,
+               Effect::change,
+               {{"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
+                lease_param,
+                {"seed", ParamType::integer, false, "in place of the recipe's"},
+                {"name", ParamType::text, false, "added to the folder's name"}},
+               "the run"},
+              [s](const Call& call) { return start(*s, call); });
+  methods.add({"run.pause",
+               "holds before the next repetition, or now: then that repetition is run again",
+               Role::operator_,
+               Effect::change,
+               {run_param, {"at", ParamType::text, false, "boundary (default) or now"}},
+               "the run"},
+              [s](const Call& call) { return pause(*s, call); });
+  add_order(methods, s, "run.resume", "goes on: up, position, bias, then the next repetition",
+            Order::resume);
+  add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
+  add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
+  methods.add({"run.withdraw",
+               "takes a run out of the line",
+               Role::operator_,
+               Effect::change,
+               {run_param},
+               "the run"},
+              [s](const Call& call) -> Outcome {
+                if (auto free = nobody_else_holds(*s, call.caller); !free)
+                  return tl::unexpected(free.error());
+                if (const Status ok = s->desk->withdraw(run_of(call), by(call.caller)); !ok)
+                  return refused(ok.error());
+                return text_of(run_json(*s->desk->get(run_of(call))));
+              });
+  methods.add({"run.get", "one run", {}, {}, {run_param}, "the run"},
+              [s](const Call& call) -> Outcome {
+                const auto run = s->desk->get(run_of(call));
+                if (!run) return refused(run.error());
+                return text_of(run_json(*run));
+              });
+  methods.add({"run.list",
+               "all runs, oldest first",
+               {},
+               {},
+               {{"state", ParamType::text, false, "only those in this state"}},
+               "runs"},
+              [s](const Call& call) { return list(*s, call); });
+  methods.add({"run.wait", "answers when the run has ended", {}, {}, {run_param}, "the run"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                wait(*s, call, respond);
+              }));
+}
+
+void add_rig_methods(rpc::Methods& methods, const Services& services) {
+  const Services* const s = &services;
+  methods.add({"rig.state", "the rig's own fact", {}, {}, {}, "rig, run, latched_by"},
+              [s](const Call&) -> Outcome {
+                const auto& by_whom = s->desk->latched();
+                const auto run = s->desk->active();
+                json out{{"rig", by_whom ? "latched" : run ? "moving" : "safe"}};
+                if (run) out["run"] = *run;
+                if (by_whom) out["latched_by"] = *by_whom;
+                return text_of(out);
+              });
+  methods.add({"rig.halt",
+               "stops motion where it is and latches the rig; needs no lease and no role",
+               Role::observer,
+               Effect::read,
+               {},
+               "latched"},
+              [s](const Call& call) -> Outcome {
+                s->desk->halt(by(call.caller));
+                return text_of({{"latched", true}});
+              });
+  methods.add({"rig.reset",
+               "somebody has looked at the rig: it may move again",
+               Role::operator_,
+               Effect::change,
+               {{"reason", ParamType::text, true, "what was looked at"}},
+               "latched"},
+              [s](const Call& call) -> Outcome {
+                if (auto free = nobody_else_holds(*s, call.caller); !free)
+                  return tl::unexpected(free.error());
+                const std::string reason = call.params.at("reason").get<std::string>();
+                if (const Status ok = s->desk->reset(reason, by(call.caller)); !ok)
+                  return refused(ok.error());
+                return text_of({{"latched", false}});
+              });
+}
+
+}  // namespace weft::daemon::api

@@ -1,0 +1,43 @@
+#pragma once
+// What the methods of the API work on, and the methods themselves by groups. Source: design/API.md.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "daemon/access/leases.hpp"
+#include "daemon/control/run_desk.hpp"
+#include "daemon/rpc/method.hpp"
+#include "daemon/server/hub.hpp"
+
+namespace weft::daemon::api {
+
+/// Outlives the methods. Used by the server's thread alone.
+struct Services {
+  server::Hub* hub = nullptr;
+  access::Leases* leases = nullptr;
+  control::RunDesk* desk = nullptr;
+  control::RunStore* log = nullptr;
+  std::filesystem::path rig;      ///< rig file
+  std::string rig_name;           ///< "rig:" + this is the scope of its lease
+  std::filesystem::path recipes;  ///< folder of *.json
+  std::filesystem::path data;
+  std::string epoch;
+  std::function<std::chrono::nanoseconds()> now;  ///< monotonic
+  std::function<std::int64_t()> utc_us;
+};
+
+void add_system_methods(rpc::Methods& methods, const Services& services);
+void add_lease_methods(rpc::Methods& methods, const Services& services);
+void add_recipe_methods(rpc::Methods& methods, const Services& services);
+void add_run_methods(rpc::Methods& methods, const Services& services);
+void add_rig_methods(rpc::Methods& methods, const Services& services);
+void add_subscription_methods(rpc::Methods& methods, const Services& services);
+
+/// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
+std::string readiness_json(const Services& services);
+/// A run for a client; also what "run:ID" events carry.
+nlohmann::json run_json(const control::RunView& run);
+
+}  // namespace weft::daemon::api

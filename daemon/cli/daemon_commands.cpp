@@ -1,0 +1,246 @@
+#include "daemon/cli/daemon_commands.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/access/tokens.hpp"
+#include "daemon/client/client.hpp"
+#include "daemon/loop/wall_clock.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using client::Client;
+using nlohmann::json;
+
+void add_socket(CLI::App& command, SocketArgs& args) {
+  command.add_option("--socket", args.socket, "the daemon's Unix socket")
+      ->envname("WEFT_SOCKET")
+      ->required();
+}
+
+void add_run(CLI::App& command, RunOrderArgs& args) {
+  add_socket(command, args);
+  command.add_option("RUN", args.run, "its name, R-000318; the one under way where it is left out");
+}
+
+Result<json> call(Client& daemon, std::string_view method, const json& params = json::object()) {
+  const auto result = daemon.call(method, params.dump());
+  if (!result) return pass(result.error());
+  return json::parse(*result);
+}
+
+std::string run_line(const json& run) {
+  std::string line = run.value("run", "") + "  " + run.value("state", "") + "  " +
+                     run.value("recipe", "") + "  " + std::to_string(run.value("trials_done", 0)) +
+                     " of " + std::to_string(run.value("trials_planned", 0)) + " trials";
+  if (const auto at = run.find("at"); at != run.end() && !run.contains("outcome"))
+    line += "  " + at->value("fabric", "") + " " + at->value("exploration", "") + " " +
+            at->value("step", "");
+  if (run.contains("outcome"))
+    line += "  " + run.value("outcome", "") + ", clean-up " + run.value("cleanup", "") + ", rig " +
+            run.value("rig", "");
+  if (run.contains("error")) line += "\n  " + run.value("error", "");
+  return line + "\n";
+}
+
+/// The run that was named, or the one under way.
+Result<std::string> run_of(Client& daemon, const std::string& named) {
+  if (!named.empty()) return named;
+  const auto rig = call(daemon, "rig.state");
+  if (!rig) return pass(rig.error());
+  if (rig->contains("run")) return rig->at("run").get<std::string>();
+  return fail(Errc::not_found, "no run is under way", "weftd", {}, {}, "weft status lists all");
+}
+
+Result<int> ordered(const RunOrderArgs& args, std::string_view method, json params,
+                    Console& console) {
+  auto daemon = Client::open(args.socket);
+  if (!daemon) return pass(daemon.error());
+  const auto id = run_of(*daemon, args.run);
+  if (!id) return pass(id.error());
+  params["run"] = *id;
+  const auto run = call(*daemon, method, params);
+  if (!run) return pass(run.error());
+  print(console, run_line(*run), *run);
+  return exit_ok;
+}
+
+std::string ready_text(const json& ready) {
+  if (ready.value("ok", false)) return "ready\n";
+  std::string text = "not ready:\n";
+  for (const json& blocker : ready.value("blockers", json::array()))
+    text += "  " + blocker.value("where", "") + ": " + blocker.value("kind", "") + ". " +
+            blocker.value("hint", "") + "\n";
+  return text;
+}
+
+Result<int> waited(Client& daemon, const json& run, Console& console) {
+  const auto ended = call(daemon, "run.wait", {{"run", run.at("run")}});
+  if (!ended) return pass(ended.error());
+  print(console, run_line(*ended), *ended);
+  return ended->value("outcome", "") == "complete" ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, StatusArgs& args) {
+  add_socket(command, args);
+}
+void add_options(CLI::App& command, StartArgs& args) {
+  add_socket(command, args);
+  command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
+  command.add_option("--seed", args.seed, "in place of the recipe's");
+  command.add_option("--name", args.name, "added to the name of the run's folder");
+  command.add_flag("--wait", args.wait, "until the run has ended");
+}
+void add_options(CLI::App& command, PauseArgs& args) {
+  add_run(command, args);
+  command.add_flag("--now", args.now, "not after the repetition, which is then run again");
+}
+void add_options(CLI::App& command, ResumeArgs& args) {
+  add_run(command, args);
+}
+void add_options(CLI::App& command, StopArgs& args) {
+  add_run(command, args);
+}
+void add_options(CLI::App& command, AbortArgs& args) {
+  add_run(command, args);
+}
+void add_options(CLI::App& command, HaltArgs& args) {
+  add_socket(command, args);
+}
+void add_options(CLI::App& command, WatchArgs& args) {
+  add_run(command, args);
+}
+void add_options(CLI::App& command, LogArgs& args) {
+  add_run(command, args);
+  command.add_option("--most", args.most, "lines")->capture_default_str();
+}
+void add_options(CLI::App& command, CallArgs& args) {
+  add_socket(command, args);
+  command.add_option("METHOD", args.method, "noun.verb; rpc.discover lists all")->required();
+  command.add_option("PARAMS", args.params, "a JSON object")->capture_default_str();
+}
+void add_options(CLI::App& command, TokenAddArgs& args) {
+  command.add_option("NAME", args.name, "whom it is for")->required();
+  command.add_option("--tokens", args.file, "the daemon's file of tokens")->required();
+  command.add_option("--role", args.role, "observer, operator, engineer or admin")
+      ->check(CLI::IsMember({"observer", "operator", "engineer", "admin"}))
+      ->capture_default_str();
+  command.add_option("--days", args.days, "how long it is good for")
+      ->check(CLI::Range(1, 3660))
+      ->capture_default_str();
+}
+
+Result<int> run_status(const StatusArgs& args, Console& console) {
+  auto daemon = Client::open(args.socket);
+  if (!daemon) return pass(daemon.error());
+  const auto ready = call(*daemon, "system.ready");
+  if (!ready) return pass(ready.error());
+  const auto runs = call(*daemon, "run.list");
+  if (!runs) return pass(runs.error());
+  std::string text = ready_text(*ready);
+  for (const json& run : runs->at("runs")) text += run_line(run);
+  print(console, text, {{"ready", *ready}, {"runs", runs->at("runs")}});
+  return exit_ok;
+}
+
+Result<int> run_start(const StartArgs& args, Console& console) {
+  auto daemon = Client::open(args.socket);
+  if (!daemon) return pass(daemon.error());
+  const auto lease = call(*daemon, "lease.acquire", {{"note", "weft start " + args.recipe}});
+  if (!lease) return pass(lease.error());
+  json params{{"recipe", args.recipe}, {"lease", lease->at("lease")}, {"name", args.name}};
+  if (args.seed) params["seed"] = *args.seed;
+  const auto run = call(*daemon, "run.start", params);
+  const auto released = call(*daemon, "lease.release", {{"lease", lease->at("lease")}});
+  if (!run) return pass(run.error());
+  if (!released) return pass(released.error());
+  if (args.wait) return waited(*daemon, *run, console);
+  print(console, run_line(*run), *run);
+  return exit_ok;
+}
+
+Result<int> run_pause(const PauseArgs& args, Console& console) {
+  return ordered(args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
+}
+Result<int> run_resume(const ResumeArgs& args, Console& console) {
+  return ordered(args, "run.resume", json::object(), console);
+}
+Result<int> run_stop(const StopArgs& args, Console& console) {
+  return ordered(args, "run.stop", json::object(), console);
+}
+Result<int> run_abort(const AbortArgs& args, Console& console) {
+  return ordered(args, "run.abort", json::object(), console);
+}
+
+Result<int> run_halt(const HaltArgs& args, Console& console) {
+  auto daemon = Client::open(args.socket);
+  if (!daemon) return pass(daemon.error());
+  if (Status sent = daemon->halt(); !sent) return pass(sent.error());
+  const auto rig = call(*daemon, "rig.state");
+  if (!rig) return pass(rig.error());
+  print(console, "rig " + rig->value("rig", "") + "\n", *rig);
+  return rig->value("rig", "") == "latched" ? exit_ok : exit_failure;
+}
+
+Result<int> run_watch(const WatchArgs& args, Console& console) {
+  auto daemon = Client::open(args.socket);
+  if (!daemon) return pass(daemon.error());
+  const auto id = run_of(*daemon, args.run);
+  if (!id) return pass(id.error());
+  const auto opened = call(*daemon, "sub.open", {{"topics", {"run:" + *id}}, {"mode", "latest"}});
+  if (!opened) return pass(opened.error());
+  json run = opened->at("snapshot").value("run:" + *id, json::object());
+  for (;;) {
+    print(console, run_line(run), run);
+    console.out.flush();
+    if (run.contains("outcome"))
+      return run.value("outcome", "") == "complete" ? exit_ok : exit_failure;
+    const auto event = daemon->next_event();
+    if (!event) return pass(event.error());
+    run.merge_patch(json::parse(*event).at("delta"));
+  }
+}
+
+Result<int> run_log(const LogArgs& args, Console& console) {
+  auto daemon = Client::open(args.socket);
+  if (!daemon) return pass(daemon.error());
+  const auto log = call(*daemon, "log.tail", {{"run", args.run}, {"most", args.most}});
+  if (!log) return pass(log.error());
+  std::string text;
+  for (const json& line : log->at("lines"))
+    text += std::to_string(line.value("t_us", std::int64_t{0})) + "  " + line.value("run", "") +
+            "  " + line.value("kind", "") + "  " + line.value("by", "") + "  " +
+            line.at("data").dump() + "\n";
+  print(console, text, *log);
+  return exit_ok;
+}
+
+Result<int> run_call(const CallArgs& args, Console& console) {
+  if (!json::accept(args.params))
+    return fail(Errc::parse, "the parameters are no JSON", "PARAMS", "an object", args.params);
+  auto daemon = Client::open(args.socket);
+  if (!daemon) return pass(daemon.error());
+  const auto result = call(*daemon, args.method, json::parse(args.params));
+  if (!result) return pass(result.error());
+  print(console, result->dump(2) + "\n", *result);
+  return exit_ok;
+}
+
+Result<int> run_token_add(const TokenAddArgs& args, Console& console) {
+  auto tokens = access::TokenFile::load(args.file);
+  if (!tokens) return pass(tokens.error());
+  constexpr std::int64_t day_us = 86'400'000'000;
+  const std::int64_t expires_us = utc_now().count() / 1000 + args.days * day_us;
+  const auto token = tokens->add(args.name, *access::role_from(args.role), expires_us);
+  if (!token) return pass(token.error());
+  if (Status saved = tokens->save(); !saved) return pass(saved.error());
+  print(console, *token + "\n",
+        {{"token", *token}, {"name", args.name}, {"role", args.role}, {"expires_us", expires_us}});
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,83 @@
+#pragma once
+// `weft status | start | watch | pause | resume | stop | abort | halt | log | call | token`: what a
+// person asks of a running weftd.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "daemon/cli/console.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace weft::daemon::cli {
+
+/// Where the daemon is: --socket, or the environment's WEFT_SOCKET.
+struct SocketArgs {
+  std::filesystem::path socket;
+};
+
+struct StatusArgs : SocketArgs {};
+struct StartArgs : SocketArgs {
+  std::string recipe;
+  std::optional<std::uint64_t> seed;
+  std::string name;
+  bool wait = false;
+};
+struct RunOrderArgs : SocketArgs {
+  std::string run;  ///< the one under way, where it is empty
+  bool now = false;
+};
+struct PauseArgs : RunOrderArgs {};
+struct ResumeArgs : RunOrderArgs {};
+struct StopArgs : RunOrderArgs {};
+struct AbortArgs : RunOrderArgs {};
+struct HaltArgs : SocketArgs {};
+struct WatchArgs : RunOrderArgs {};
+struct LogArgs : RunOrderArgs {
+  std::int64_t most = 100;
+};
+struct CallArgs : SocketArgs {
+  std::string method;
+  std::string params = "{}";
+};
+struct TokenAddArgs {
+  std::filesystem::path file;
+  std::string name;
+  std::string role = "operator";
+  int days = 30;
+};
+
+void add_options(CLI::App& command, StatusArgs& args);
+void add_options(CLI::App& command, StartArgs& args);
+void add_options(CLI::App& command, PauseArgs& args);
+void add_options(CLI::App& command, ResumeArgs& args);
+void add_options(CLI::App& command, StopArgs& args);
+void add_options(CLI::App& command, AbortArgs& args);
+void add_options(CLI::App& command, HaltArgs& args);
+void add_options(CLI::App& command, WatchArgs& args);
+void add_options(CLI::App& command, LogArgs& args);
+void add_options(CLI::App& command, CallArgs& args);
+void add_options(CLI::App& command, TokenAddArgs& args);
+
+Result<int> run_status(const StatusArgs& args, Console& console);
+/// Takes a lease of the rig, puts the run in line; with --wait until it has ended: exit_ok only
+/// where it is complete.
+Result<int> run_start(const StartArgs& args, Console& console);
+Result<int> run_pause(const PauseArgs& args, Console& console);
+Result<int> run_resume(const ResumeArgs& args, Console& console);
+Result<int> run_stop(const StopArgs& args, Console& console);
+Result<int> run_abort(const AbortArgs& args, Console& console);
+Result<int> run_halt(const HaltArgs& args, Console& console);
+/// A line for each change, until the run has ended.
+Result<int> run_watch(const WatchArgs& args, Console& console);
+Result<int> run_log(const LogArgs& args, Console& console);
+/// Any method: the result as the daemon gives it.
+Result<int> run_call(const CallArgs& args, Console& console);
+/// Makes a token for TCP and prints it, once.
+Result<int> run_token_add(const TokenAddArgs& args, Console& console);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,253 @@
+#include "daemon/control/run_desk.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+namespace weft::daemon::control {
+namespace {
+
+using nlohmann::json;
+
+// A person's name for a folder is one path component, nothing hidden.
+Status check_name(const std::string& name) {
+  constexpr std::size_t longest = 100;
+  const bool fits = name.size() <= longest && !name.starts_with('.') &&
+                    std::all_of(name.begin(), name.end(), [](char c) {
+                      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                             (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+                    });
+  if (fits) return {};
+  return fail(Errc::invalid_argument, "unusable name", "/params/name",
+              "letters, digits, '-', '_' and '.', at most 100", name);
+}
+
+}  // namespace
+
+struct RunDesk::Run {
+  RunView view;
+  Deadlines limits{};
+  RunOrders orders;
+  std::jthread thread;
+  std::vector<std::function<void(const RunView&)>> waiting;
+
+  [[nodiscard]] RunState state() const { return view.machine.state; }
+  [[nodiscard]] bool is_over() const {
+    return state() == RunState::ended || state() == RunState::interrupted;
+  }
+};
+
+RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(around)), store_(store) {
+  const auto known = store_.load();
+  if (!known) return;  // opening has just read them
+  for (const StoredRun& stored : *known) {
+    auto run = std::make_unique<Run>();
+    run->view.stored = stored;
+    run->view.machine.state = stored.state;
+    runs_.push_back(std::move(run));
+  }
+}
+
+RunDesk::~RunDesk() {
+  for (const auto& run : runs_)
+    if (run->thread.joinable()) run->orders.give({Order::abort, "shutdown"});
+  for (const auto& run : runs_)
+    if (run->thread.joinable()) run->thread.join();
+}
+
+RunDesk::Run* RunDesk::find(std::string_view id) const {
+  const auto found = std::find_if(runs_.begin(), runs_.end(),
+                                  [&](const auto& run) { return run->view.stored.id() == id; });
+  return found == runs_.end() ? nullptr : found->get();
+}
+
+std::optional<std::string> RunDesk::active() const {
+  for (const auto& run : runs_)
+    if (run->state() != RunState::queued && !run->is_over()) return run->view.stored.id();
+  return std::nullopt;
+}
+
+Result<RunView> RunDesk::submit(const RunWish& wish) {
+  if (Status ok = check_name(wish.name); !ok) return pass(ok.error());
+  const auto checked = check_request({wish.recipe, around_.rig, {}, wish.seed});
+  if (!checked) return pass(checked.error());
+  if (Status space = check_space(around_.data, disk_forecast(checked->plan)); !space)
+    return pass(space.error());
+  auto run = std::make_unique<Run>();
+  StoredRun& stored = run->view.stored;
+  stored.recipe = wish.recipe;
+  stored.rig = around_.rig;
+  stored.seed = wish.seed;
+  stored.name = wish.name;
+  stored.by = wish.by;
+  stored.created_us = around_.utc_us();
+  if (Status ok = store_.add(stored); !ok) return pass(ok.error());
+  stored.folder = around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name));
+  if (Status ok = store_.update(stored); !ok) return pass(ok.error());
+  if (Status ok = store_.journal(stored.created_us, stored.id(), "submitted", wish.by); !ok)
+    return pass(ok.error());
+  run->view.trials_planned = checked->plan.trials.size();
+  const double forecast_s = checked->plan.forecast.duration_s;
+  run->limits =
+      Deadlines::of(forecast_s, forecast_s / static_cast<double>(checked->plan.trials.size()));
+  runs_.push_back(std::move(run));
+  Run& added = *runs_.back();
+  tell(added);
+  begin_next();
+  return added.view;
+}
+
+void RunDesk::begin_next() {
+  if (latched_ || active()) return;
+  const auto next = std::find_if(runs_.begin(), runs_.end(),
+                                 [](const auto& run) { return run->state() == RunState::queued; });
+  if (next == runs_.end()) return;
+  Run& run = **next;
+  if (run.limits.arming.count() == 0) run.limits = Deadlines::of(0, 600);  // from before a restart
+  apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
+  run.thread = std::jthread([this, &run, stored = run.view.stored] {
+    CampaignHooks hooks;
+    hooks.orders = &run.orders;
+    hooks.moment = [this, &run](const RunMoment& moment) {
+      around_.post([this, &run, moment] {
+        run.view.moment = moment;
+        run.view.trials_planned = moment.planned;
+        apply(run, on_step(run.view.machine, run.limits, moment.step, around_.now()), "auto:run");
+      });
+    };
+    hooks.progress = [this, &run](const TrialProgress& line) {
+      around_.post([this, &run, line] {
+        run.view.trials_done = line.done;
+        run.view.wall_left_s = line.wall_left_s;
+        tell(run);
+      });
+    };
+    auto summary = run_campaign({stored.recipe, stored.rig, stored.folder, stored.seed}, hooks);
+    around_.post([this, &run, summary = std::move(summary)] { ended(run, summary); });
+  });
+}
+
+void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
+  const bool changes = step.next.state != run.state();
+  run.view.machine = step.next;
+  if (step.order) run.orders.give({*step.order, std::string(by)});
+  if (changes) {
+    run.view.stored.state = step.next.state;
+    const json payload{{"state", to_string(step.next.state)}};
+    static_cast<void>(store_.update(run.view.stored));
+    static_cast<void>(
+        store_.journal(around_.utc_us(), run.view.stored.id(), "state", by, payload.dump()));
+  }
+  if (step.lost) {
+    run.view.stored.outcome = "failed";
+    run.view.stored.cleanup = "skipped";
+    run.view.stored.rig_fact = "unknown";
+    run.view.stored.error = "the run does not answer";
+    static_cast<void>(store_.update(run.view.stored));
+  }
+  tell(run);
+}
+
+void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary) {
+  StoredRun& stored = run.view.stored;
+  if (summary) {
+    stored.outcome = recipes::to_string(summary->outcome);
+    stored.cleanup = recipes::to_string(summary->cleanup);
+    stored.rig_fact = recipes::to_string(summary->rig);
+    stored.error = summary->error ? to_string(*summary->error) : "";
+    stored.dataset_sha256 = summary->dataset_sha256;
+    run.view.trials_done = summary->trials_complete;
+  } else {
+    stored.outcome = run.orders.ends_run() ? "aborted" : "failed";
+    stored.cleanup = "skipped";
+    stored.rig_fact = "unknown";
+    stored.error = to_string(summary.error());
+  }
+  run.view.wall_left_s = 0;
+  apply(run, on_ended(run.view.machine), "auto:run");
+  for (const auto& told : std::exchange(run.waiting, {})) told(run.view);
+  begin_next();
+}
+
+void RunDesk::tell(Run& run) {
+  if (around_.changed) around_.changed(run.view);
+}
+
+Status RunDesk::withdraw(std::string_view id, std::string_view by) {
+  Run* run = find(id);
+  if (run == nullptr)
+    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+  if (run->state() != RunState::queued)
+    return fail(Errc::wrong_state, "the run has begun", "/params/run", "queued",
+                std::string(to_string(run->state())), "run.stop or run.abort ends it");
+  run->view.stored.outcome = "stopped";
+  run->view.stored.cleanup = "skipped";
+  run->view.stored.rig_fact = "safe";
+  apply(*run, on_ended(run->view.machine), by);
+  for (const auto& told : std::exchange(run->waiting, {})) told(run->view);
+  return {};
+}
+
+Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_view by) {
+  Run* run = find(id);
+  if (run == nullptr)
+    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+  const auto step = on_order(run->view.machine, run->limits, order, around_.now());
+  if (!step) return pass(step.error(), run->view.stored.id());
+  apply(*run, *step, by);
+  return run->view;
+}
+
+void RunDesk::halt(std::string_view by) {
+  latched_ = std::string(by);
+  for (const auto& run : runs_) {
+    const auto step = on_order(run->view.machine, run->limits, Order::halt, around_.now());
+    if (step) apply(*run, *step, by);
+  }
+  static_cast<void>(store_.journal(around_.utc_us(), "", "halt", by));
+}
+
+Status RunDesk::reset(std::string_view reason, std::string_view by) {
+  if (!latched_) return fail(Errc::wrong_state, "the rig is not latched", "rig");
+  if (reason.size() < 3)
+    return fail(Errc::invalid_argument, "a reset needs a reason", "/params/reason", "a few words",
+                std::string(reason));
+  if (const auto run = active())
+    return fail(Errc::wrong_state, "a run has not ended yet", *run, "ended", {}, "Wait for it");
+  latched_.reset();
+  if (Status ok =
+          store_.journal(around_.utc_us(), "", "reset", by, json{{"reason", reason}}.dump());
+      !ok)
+    return ok;
+  begin_next();
+  return {};
+}
+
+Result<RunView> RunDesk::get(std::string_view id) const {
+  const Run* run = find(id);
+  if (run == nullptr)
+    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+  return run->view;
+}
+
+std::vector<RunView> RunDesk::all() const {
+  std::vector<RunView> out;
+  for (const auto& run : runs_) out.push_back(run->view);
+  return out;
+}
+
+void RunDesk::when_ended(std::string_view id, std::function<void(const RunView&)> told) {
+  Run* run = find(id);
+  if (run == nullptr) return;
+  if (run->is_over()) return told(run->view);
+  run->waiting.push_back(std::move(told));
+}
+
+void RunDesk::tick() {
+  for (const auto& run : runs_) {
+    const RunStep step = on_time(run->view.machine, run->limits, around_.now());
+    if (step.next.state != run->state()) apply(*run, step, "auto:deadline");
+  }
+}
+
+}  // namespace weft::daemon::control

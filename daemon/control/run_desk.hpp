@@ -1,0 +1,92 @@
+#pragma once
+// The runs of one rig: at most one at a time moves it, on a thread of its own; the others wait in a
+// queue. What happens is kept in the daemon's journal before it is told.
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/control/run_machine.hpp"
+#include "daemon/control/run_store.hpp"
+#include "daemon/run/campaign.hpp"
+
+namespace weft::daemon::control {
+
+/// What a run is made of.
+struct RunWish {
+  std::filesystem::path recipe;
+  std::optional<std::uint64_t> seed;
+  std::string name;  ///< of its folder; the run's own number where it is empty
+  std::string by;
+};
+
+/// A run and where it is.
+struct RunView {
+  StoredRun stored;
+  RunMachine machine;
+  std::optional<RunMoment> moment;
+  std::size_t trials_done = 0;
+  std::size_t trials_planned = 0;
+  double wall_left_s = 0;  ///< if every trial left takes as long as the mean of those done
+};
+
+/// Used by one thread, which `post` calls back to.
+class RunDesk {
+ public:
+  using Clock = RunMachine::Clock;
+  struct Surroundings {
+    std::filesystem::path rig;                        ///< rig file
+    std::filesystem::path data;                       ///< one folder for each run
+    std::function<void(std::function<void()>)> post;  ///< onto the desk's thread, from any
+    std::function<Clock()> now;
+    std::function<std::int64_t()> utc_us;
+    std::function<void(const RunView&)> changed;
+  };
+  /// `store` outlives the desk.
+  RunDesk(Surroundings around, RunStore& store);
+  ~RunDesk();  ///< aborts what runs and waits for it
+  RunDesk(const RunDesk&) = delete;
+  RunDesk& operator=(const RunDesk&) = delete;
+
+  /// Checks the recipe against the rig and puts the run in line; it begins when the rig is free.
+  /// Errors: all that check_request() refuses, not enough disk, a latched rig.
+  Result<RunView> submit(const RunWish& wish);
+  /// Takes a run that has not begun out of the line. Errors: not_found, wrong_state.
+  Status withdraw(std::string_view id, std::string_view by);
+  /// Errors: not_found; wrong_state, with what the state takes.
+  Result<RunView> order(std::string_view id, Order order, std::string_view by);
+  /// Stops motion now, whatever runs, and latches the rig until reset().
+  void halt(std::string_view by);
+  Status reset(std::string_view reason, std::string_view by);
+  [[nodiscard]] const std::optional<std::string>& latched() const { return latched_; }
+
+  [[nodiscard]] Result<RunView> get(std::string_view id) const;
+  [[nodiscard]] std::vector<RunView> all() const;
+  [[nodiscard]] std::optional<std::string> active() const;
+  /// Calls back once, when the run has ended; at once where it has.
+  void when_ended(std::string_view id, std::function<void(const RunView&)> told);
+  /// Call often: deadlines.
+  void tick();
+
+ private:
+  struct Run;
+  void begin_next();
+  void apply(Run& run, const RunStep& step, std::string_view by);
+  void ended(Run& run, const Result<CampaignSummary>& summary);
+  void tell(Run& run);
+  Run* find(std::string_view id) const;
+
+  Surroundings around_;
+  RunStore& store_;
+  std::vector<std::unique_ptr<Run>> runs_;  // oldest first
+  std::optional<std::string> latched_;      // by whom
+};
+
+}  // namespace weft::daemon::control

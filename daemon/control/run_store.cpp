@@ -1,0 +1,171 @@
+#include "daemon/control/run_store.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace weft::daemon::control {
+namespace {
+
+constexpr const char* schema_sql = R"sql(
+CREATE TABLE IF NOT EXISTS run (
+  number INTEGER PRIMARY KEY AUTOINCREMENT,
+  recipe TEXT NOT NULL, rig TEXT NOT NULL, folder TEXT NOT NULL, seed TEXT NOT NULL,
+  name TEXT NOT NULL, by TEXT NOT NULL, created_us INTEGER NOT NULL,
+  state TEXT NOT NULL, outcome TEXT NOT NULL, cleanup TEXT NOT NULL, rig_fact TEXT NOT NULL,
+  error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL
+) STRICT;
+CREATE TABLE IF NOT EXISTS journal (
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT, utc_us INTEGER NOT NULL,
+  run TEXT NOT NULL, kind TEXT NOT NULL, by TEXT NOT NULL, payload_json TEXT NOT NULL
+) STRICT;
+)sql";
+
+// Full synchronisation: what was answered is on the disk, also when the power goes.
+constexpr const char* opening_sql =
+    "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
+    "BEGIN IMMEDIATE; COMMIT;";
+
+constexpr std::array all_states{RunState::queued,    RunState::arming,     RunState::running,
+                                RunState::pausing,   RunState::held,       RunState::resuming,
+                                RunState::finishing, RunState::aborting,   RunState::halting,
+                                RunState::ended,     RunState::interrupted};
+
+Result<RunState> state_from(const std::string& name) {
+  const auto* found = std::find_if(all_states.begin(), all_states.end(),
+                                   [&](RunState s) { return to_string(s) == name; });
+  if (found == all_states.end())
+    return fail(Errc::corrupt, "a run in no state that there is", "run", {}, name);
+  return *found;
+}
+
+bool was_under_way(RunState state) {
+  return state != RunState::queued && state != RunState::ended && state != RunState::interrupted;
+}
+
+Result<StoredRun> read_run(const sqlite::Statement& row) {
+  StoredRun run;
+  run.number = row.integer(0);
+  run.recipe = row.text(1);
+  run.rig = row.text(2);
+  run.folder = row.text(3);
+  if (const std::string seed = row.text(4); !seed.empty()) run.seed = std::stoull(seed);
+  run.name = row.text(5);
+  run.by = row.text(6);
+  run.created_us = row.integer(7);
+  const auto state = state_from(row.text(8));
+  if (!state) return pass(state.error());
+  run.state = *state;
+  run.outcome = row.text(9);
+  run.cleanup = row.text(10);
+  run.rig_fact = row.text(11);
+  run.error = row.text(12);
+  run.dataset_sha256 = row.text(13);
+  return run;
+}
+
+}  // namespace
+
+std::string StoredRun::id() const {
+  std::string digits = std::to_string(number);
+  constexpr std::size_t width = 6;
+  if (digits.size() < width) digits.insert(0, width - digits.size(), '0');
+  return "R-" + digits;
+}
+
+Result<RunStore> RunStore::open(const std::filesystem::path& file) {
+  auto database = sqlite::Database::open(file, sqlite::Mode::create);
+  if (!database) return pass(database.error(), file.string());
+  if (const Status alone = database->execute(opening_sql); !alone) {
+    if (alone.error().got.find("locked") == std::string::npos)
+      return pass(alone.error(), file.string());
+    return fail(Errc::wrong_state, "another weftd works in this folder", file.string(), {}, {},
+                "Stop it, or give this one a folder of its own");
+  }
+  if (const Status made = database->execute(schema_sql); !made)
+    return pass(made.error(), file.string());
+  RunStore store(std::move(*database));
+  auto runs = store.load();
+  if (!runs) return pass(runs.error(), file.string());
+  for (StoredRun& run : *runs) {
+    if (!was_under_way(run.state)) continue;
+    run.state = RunState::interrupted;
+    run.outcome = "interrupted";
+    run.cleanup = "skipped";
+    run.rig_fact = "unknown";
+    if (Status ok = store.update(run); !ok) return pass(ok.error(), file.string());
+  }
+  return store;
+}
+
+Result<std::vector<StoredRun>> RunStore::load() {
+  auto query = database_.prepare(
+      "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
+      "rig_fact, error, dataset_sha256 FROM run ORDER BY number");
+  if (!query) return pass(query.error());
+  std::vector<StoredRun> out;
+  for (;;) {
+    const auto row = query->step();
+    if (!row) return pass(row.error());
+    if (!*row) return out;
+    auto run = read_run(*query);
+    if (!run) return pass(run.error());
+    out.push_back(std::move(*run));
+  }
+}
+
+Status RunStore::add(StoredRun& run) {
+  auto insert = database_.prepare(
+      "INSERT INTO run (recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
+      "rig_fact, error, dataset_sha256) VALUES (?,?,?,?,?,?,?,?,'','','','','')");
+  if (!insert) return pass(insert.error());
+  const std::string recipe = run.recipe.string(), rig = run.rig.string(),
+                    folder = run.folder.string(),
+                    seed = run.seed ? std::to_string(*run.seed) : std::string();
+  insert->bind(1, recipe).bind(2, rig).bind(3, folder).bind(4, seed);
+  insert->bind(5, run.name).bind(6, run.by).bind(7, run.created_us);
+  insert->bind(8, to_string(run.state));
+  if (Status done = insert->run(); !done) return done;
+  run.number = database_.last_row_id();
+  return {};
+}
+
+Status RunStore::update(const StoredRun& run) {
+  auto change = database_.prepare(
+      "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
+      "folder=? WHERE number=?");
+  if (!change) return pass(change.error());
+  const std::string folder = run.folder.string();
+  change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
+  change->bind(4, run.rig_fact).bind(5, run.error).bind(6, run.dataset_sha256).bind(7, folder);
+  change->bind(8, run.number);
+  return change->run();
+}
+
+Status RunStore::journal(std::int64_t utc_us, std::string_view run, std::string_view kind,
+                         std::string_view by, std::string_view payload_json) {
+  auto insert = database_.prepare(
+      "INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)");
+  if (!insert) return pass(insert.error());
+  insert->bind(1, utc_us).bind(2, run).bind(3, kind).bind(4, by).bind(5, payload_json);
+  return insert->run();
+}
+
+Result<std::vector<RunStore::Line>> RunStore::tail(std::string_view run, std::size_t most) {
+  auto query = database_.prepare(
+      "SELECT sequence, utc_us, run, kind, by, payload_json FROM journal "
+      "WHERE ?1 = '' OR run = ?1 ORDER BY sequence DESC LIMIT ?2");
+  if (!query) return pass(query.error());
+  query->bind(1, run).bind(2, static_cast<std::int64_t>(most));
+  std::vector<Line> lines;
+  for (;;) {
+    const auto row = query->step();
+    if (!row) return pass(row.error());
+    if (!*row) break;
+    lines.push_back({query->integer(0), query->integer(1), query->text(2), query->text(3),
+                     query->text(4), query->text(5)});
+  }
+  std::reverse(lines.begin(), lines.end());
+  return lines;
+}
+
+}  // namespace weft::daemon::control

@@ -1,0 +1,90 @@
+#pragma once
+// The methods of the API: what each takes and who may call it, in one table from which requests are
+// checked and the OpenRPC document is made. Source: design/API.md, 2.
+
+#include <functional>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/access/role.hpp"
+#include "daemon/rpc/rpc_error.hpp"
+
+namespace weft::daemon::server {
+class Conversation;
+}
+
+namespace weft::daemon::rpc {
+
+enum class ParamType { text, integer, number, flag, object, list };
+
+struct ParamSpec {
+  std::string_view name;
+  ParamType type = ParamType::text;
+  bool required = false;
+  std::string_view summary;  ///< with the unit, where it has one
+};
+
+enum class Effect {
+  read,    ///< changes nothing; may be asked again
+  change,  ///< takes an `idem` key, so that a retry after a lost reply does nothing twice
+};
+
+struct MethodSpec {
+  std::string_view name;  ///< noun.verb
+  std::string_view summary;
+  access::Role role = access::Role::observer;  ///< the least that may call it
+  Effect effect = Effect::read;
+  std::vector<ParamSpec> params;
+  std::string_view result;  ///< what comes back, in words
+};
+
+/// The result as JSON, or why not.
+using Outcome = tl::expected<std::string, RpcError>;
+/// Answers one call; once, at once or later, on the server's thread.
+using Responder = std::function<void(Outcome)>;
+
+/// Who calls.
+struct Caller {
+  std::string session;  ///< "s-41"
+  std::string client;   ///< as it called itself
+  std::string user;     ///< of the peer's credentials or of the token
+  access::Role role = access::Role::observer;
+  bool local = false;  ///< came through the Unix socket
+};
+
+struct Call {
+  const nlohmann::json& params;  ///< checked against the method's table
+  const Caller& caller;
+  server::Conversation* conversation = nullptr;  ///< null for a call by POST, which has none
+};
+
+using Handler = std::function<void(const Call&, Responder)>;
+using DirectHandler = std::function<Outcome(const Call&)>;
+
+class Methods {
+ public:
+  /// Names must be new.
+  void add(MethodSpec spec, Handler handler);
+  void add(MethodSpec spec, DirectHandler handler);
+
+  struct Entry {
+    MethodSpec spec;
+    Handler handler;
+  };
+  /// Errors: method_not_found, with a did-you-mean.
+  [[nodiscard]] tl::expected<const Entry*, RpcError> find(std::string_view name) const;
+
+  /// The OpenRPC 1.2.6 document of all methods.
+  [[nodiscard]] std::string open_rpc(std::string_view version) const;
+
+ private:
+  std::map<std::string, Entry, std::less<>> entries_;
+};
+
+/// Unknown names (with a did-you-mean), missing ones, wrong types; the first problem.
+tl::expected<void, RpcError> check_params(const MethodSpec& spec, const nlohmann::json& params);
+
+}  // namespace weft::daemon::rpc

@@ -1,0 +1,66 @@
+#include "daemon/run/run_orders.hpp"
+
+namespace weft::daemon {
+
+std::string_view to_string(Order order) {
+  switch (order) {
+    case Order::pause:
+      return "pause";
+    case Order::pause_now:
+      return "pause now";
+    case Order::resume:
+      return "resume";
+    case Order::stop:
+      return "stop";
+    case Order::abort:
+      return "abort";
+    case Order::halt:
+      return "halt";
+  }
+  return "unknown";
+}
+
+recipes::Event event_of(Order order) {
+  switch (order) {
+    case Order::pause:
+      return recipes::PauseRequested{false};
+    case Order::pause_now:
+      return recipes::PauseRequested{true};
+    case Order::resume:
+      return recipes::ResumeRequested{};
+    case Order::stop:
+      return recipes::StopRequested{};
+    case Order::abort:
+      return recipes::AbortRequested{};
+    case Order::halt:
+      return recipes::HaltRequested{};
+  }
+  return recipes::HaltRequested{};
+}
+
+void RunOrders::give(GivenOrder order) {
+  const std::lock_guard lock(mutex_);
+  if (order.order >= Order::stop) ends_ = true;
+  if (order.order == Order::halt)
+    waiting_.push_front(std::move(order));  // behind nothing
+  else
+    waiting_.push_back(std::move(order));
+  any_ = true;
+  arrived_.notify_all();
+}
+
+std::optional<GivenOrder> RunOrders::take() {
+  if (!any_.load(std::memory_order_relaxed)) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  GivenOrder first = std::move(waiting_.front());
+  waiting_.pop_front();
+  any_ = !waiting_.empty();
+  return first;
+}
+
+void RunOrders::wait() {
+  std::unique_lock lock(mutex_);
+  arrived_.wait(lock, [this] { return !waiting_.empty(); });
+}
+
+}  // namespace weft::daemon

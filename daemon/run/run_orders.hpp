@@ -1,0 +1,46 @@
+#pragma once
+// What people and programs ask of a run that is under way on another thread.
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "recipes/engine/engine.hpp"
+
+namespace weft::daemon {
+
+enum class Order : std::uint8_t { pause, pause_now, resume, stop, abort, halt };
+std::string_view to_string(Order order);
+
+struct GivenOrder {
+  Order order = Order::pause;
+  std::string by;  ///< session, user or rule
+};
+
+/// The engine's event for it.
+recipes::Event event_of(Order order);
+
+/// Given from any thread, taken by the run's own.
+class RunOrders {
+ public:
+  void give(GivenOrder order);
+  /// The next one. Costs one load of an atomic when there is none.
+  std::optional<GivenOrder> take();
+  /// Returns when there is one. For a run whose clock does not pass by itself.
+  void wait();
+  /// Whether one that ends the run has been given, taken or not.
+  [[nodiscard]] bool ends_run() const { return ends_.load(std::memory_order_relaxed); }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::deque<GivenOrder> waiting_;
+  std::atomic<bool> any_ = false;
+  std::atomic<bool> ends_ = false;
+};
+
+}  // namespace weft::daemon

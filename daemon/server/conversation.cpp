@@ -1,0 +1,218 @@
+#include "daemon/server/conversation.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "recipes/schema/diagnostic.hpp"
+
+namespace weft::daemon::server {
+namespace {
+
+using nlohmann::json;
+using rpc::Outcome;
+using rpc::rpc_error;
+namespace code = rpc::code;
+
+constexpr std::string_view halt_line = "!halt";
+
+const rpc::MethodSpec& session_open() {
+  static const rpc::MethodSpec spec{
+      "session.open",
+      "introduces the client and settles protocol and role; the first request",
+      access::Role::observer,
+      rpc::Effect::read,
+      {{"client", rpc::ParamType::text, true, "name of the program"},
+       {"version", rpc::ParamType::text, false, "of the program"},
+       {"protocol", rpc::ParamType::text, false, "wanted, \"1.x\""},
+       {"token", rpc::ParamType::text, false, "where the peer's credentials do not do"},
+       {"want", rpc::ParamType::list, false, "features"}},
+      "session, role, protocol, features, epoch, seq, ready"};
+  return spec;
+}
+
+bool speaks(std::string_view wanted) {
+  return wanted.empty() || wanted == "1.x" || wanted == protocol_version;
+}
+
+rpc::RpcError too_low(access::Role has, access::Role needs, std::string_view method) {
+  return rpc_error(code::access + 3, "access.role",
+                   {Errc::wrong_state, "your role may not do that", std::string(method),
+                    std::string(access::to_string(needs)), std::string(access::to_string(has)),
+                    "Ask an admin for a token of that role"});
+}
+
+std::string fingerprint_of(const rpc::MethodSpec& spec, const json& params) {
+  return std::string(spec.name) + params.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace
+
+Conversation::Conversation(Shared& shared, Peer peer, std::string session, Send send)
+    : shared_(&shared), peer_(std::move(peer)), send_(std::move(send)) {
+  caller_.session = std::move(session);
+  caller_.user = peer_.user;
+  caller_.local = peer_.local;
+}
+
+Conversation::~Conversation() {
+  alive_.reset();
+}
+
+void Conversation::greet() {
+  json ways = json::array();
+  if (peer_.role) ways.push_back("peercred");
+  ways.push_back("token");
+  send_(rpc::notification_line("hello", json{{"product", "weftd"},
+                                             {"protocol", {protocol_version}},
+                                             {"auth", std::move(ways)},
+                                             {"epoch", shared_->epoch}}
+                                            .dump()));
+}
+
+void Conversation::hear(std::string_view line) {
+  if (line == halt_line) {
+    if (peer_.local) return shared_->halt(caller_);
+    return send_(rpc::error_line(
+        "null",
+        rpc_error(
+            code::access + 5, "access.local_only",
+            {Errc::wrong_state, "!halt is for the local socket", {}, {}, {}, "Call rig.halt"})));
+  }
+  if (line.find_first_not_of(" \t") == std::string_view::npos) return;
+  const auto request = rpc::parse_request(line);
+  if (!request) return send_(rpc::error_line(request.error().id_json, request.error().error));
+  handle(*request);
+}
+
+void Conversation::handle(const rpc::Request& request) {
+  if (!introduced_) {
+    if (request.method != session_open().name)
+      return answer(request.id_json, tl::unexpected(rpc_error(code::access, "session.required",
+                                                              {Errc::wrong_state,
+                                                               "not introduced yet",
+                                                               "/method",
+                                                               "session.open",
+                                                               recipes::clipped(request.method),
+                                                               {}})));
+    return answer(request.id_json, introduce(*request.params));
+  }
+  const auto entry = shared_->methods->find(request.method);
+  if (!entry) return answer(request.id_json, tl::unexpected(entry.error()));
+  if (auto refused = refusal((*entry)->spec))
+    return answer(request.id_json, tl::unexpected(std::move(*refused)));
+  if (auto fits = rpc::check_params((*entry)->spec, *request.params); !fits)
+    return answer(request.id_json, tl::unexpected(fits.error()));
+  dispatch(**entry, request);
+}
+
+std::optional<rpc::RpcError> Conversation::refusal(const rpc::MethodSpec& spec) const {
+  if (caller_.role < spec.role) return too_low(caller_.role, spec.role, spec.name);
+  if (pending_ < most_pending) return std::nullopt;
+  return rpc_error(code::request + 29, "request.too_many",
+                   {Errc::wrong_state,
+                    "too many requests wait for their answers",
+                    {},
+                    "at most " + std::to_string(most_pending),
+                    std::to_string(pending_),
+                    {}},
+                   true);
+}
+
+Outcome Conversation::introduce(const json& params) {
+  if (auto fits = rpc::check_params(session_open(), params); !fits)
+    return tl::unexpected(fits.error());
+  if (const std::string wanted = params.value("protocol", ""); !speaks(wanted))
+    return tl::unexpected(rpc_error(code::request + 2, "protocol.version",
+                                    {Errc::unsupported,
+                                     "another protocol",
+                                     "/params/protocol",
+                                     std::string(protocol_version) + " or 1.x",
+                                     wanted,
+                                     {}}));
+  if (params.contains("token")) {
+    const auto owner = shared_->token_owner(params.at("token").get_ref<const std::string&>());
+    if (!owner) return tl::unexpected(rpc_error(code::access + 1, "access.token", owner.error()));
+    caller_.user = owner->user;
+    caller_.role = owner->role;
+  } else if (peer_.role) {
+    caller_.role = *peer_.role;
+  } else {
+    return tl::unexpected(rpc_error(code::access + 1, "access.token",
+                                    {Errc::wrong_state,
+                                     "a token is needed here",
+                                     "/params/token",
+                                     {},
+                                     {},
+                                     "weft token add makes one"}));
+  }
+  caller_.client = params.at("client").get<std::string>();
+  introduced_ = true;
+  const json result{{"session", caller_.session},
+                    {"user", caller_.user},
+                    {"role", access::to_string(caller_.role)},
+                    {"protocol", protocol_version},
+                    {"features", {"every-mode", "replay"}},
+                    {"epoch", shared_->epoch},
+                    {"seq", shared_->hub->seq()},
+                    {"ready", json::parse(shared_->readiness_json())}};
+  return result.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+void Conversation::dispatch(const rpc::Methods::Entry& entry, const rpc::Request& request) {
+  std::string key;
+  if (entry.spec.effect == rpc::Effect::change) key = request.params->value("idem", "");
+  if (!key.empty()) {
+    using Found = access::IdempotencyCache::Found;
+    const auto look =
+        shared_->answered->look(caller_.user, key, fingerprint_of(entry.spec, *request.params));
+    if (look.found == Found::answered) return answer(request.id_json, *look.outcome);
+    if (look.found != Found::fresh)
+      return answer(request.id_json,
+                    tl::unexpected(rpc_error(code::request + 9, "idem.reused",
+                                             {Errc::wrong_state,
+                                              look.found == Found::under_way
+                                                  ? "the first request with this key is under way"
+                                                  : "this key belongs to another request",
+                                              "/params/idem",
+                                              {},
+                                              key,
+                                              "Use a new key for a new change"},
+                                             look.found == Found::under_way)));
+  }
+  ++pending_;
+  const auto respond = [this, alive = std::weak_ptr(alive_), shared = shared_, key,
+                        user = caller_.user, id = request.id_json](const Outcome& outcome) {
+    if (!key.empty()) shared->answered->answered(user, key, outcome);
+    if (alive.expired()) return;
+    --pending_;
+    answer(id, outcome);
+  };
+  entry.handler({*request.params, caller_, this}, respond);
+}
+
+void Conversation::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {
+  if (!id_json) return;  // a notification wants none
+  send_(outcome ? rpc::result_line(*id_json, *outcome)
+                : rpc::error_line(*id_json, outcome.error()));
+}
+
+void Conversation::subscribe(std::shared_ptr<Subscription> subscription) {
+  subscriptions_.emplace(subscription->id(), std::move(subscription));
+}
+
+bool Conversation::unsubscribe(std::string_view id) {
+  const auto found = subscriptions_.find(id);
+  if (found == subscriptions_.end()) return false;
+  subscriptions_.erase(found);
+  return true;
+}
+
+void Conversation::pump(const std::function<bool()>& room) {
+  for (const auto& [id, subscription] : subscriptions_)
+    while (room()) {
+      const std::string params = subscription->take(shared_->now());
+      if (params.empty()) break;
+      send_(rpc::notification_line("event", params));
+    }
+}
+
+}  // namespace weft::daemon::server

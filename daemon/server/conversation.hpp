@@ -1,0 +1,91 @@
+#pragma once
+// One client's side of the server: lines in, lines out; no socket. Greets, lets it introduce
+// itself, checks each request and hands it to its method. Source: design/API.md, 2 and 3.
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/access/idempotency.hpp"
+#include "daemon/rpc/message.hpp"
+#include "daemon/rpc/method.hpp"
+#include "daemon/server/hub.hpp"
+
+namespace weft::daemon::server {
+
+inline constexpr std::string_view protocol_version = "1.0";
+
+/// What is known of a peer before it says a word.
+struct Peer {
+  bool local = false;                ///< came through the Unix socket
+  std::string user;                  ///< by the peer's credentials; empty on TCP
+  std::optional<access::Role> role;  ///< by the peer's credentials; TCP needs a token
+};
+
+/// Whose token this is.
+struct TokenOwner {
+  std::string user;
+  access::Role role = access::Role::observer;
+};
+
+/// What all conversations of a server share; outlives them.
+struct Shared {
+  const rpc::Methods* methods = nullptr;
+  Hub* hub = nullptr;
+  access::IdempotencyCache* answered = nullptr;
+  std::string epoch;  ///< of this start of the daemon
+  /// Errors in one wording for all that is wrong with a token: nothing is learnt by trying.
+  std::function<Result<TokenOwner>(std::string_view token)> token_owner;
+  std::function<std::string()> readiness_json;
+  /// The raw line "!halt"; from the Unix socket only, before anything else.
+  std::function<void(const rpc::Caller&)> halt;
+  std::function<Clock()> now;
+};
+
+class Conversation {
+ public:
+  /// Requests that may wait for their answers at a time [count].
+  static constexpr std::size_t most_pending = 64;
+  static constexpr std::size_t most_subscriptions = 64;
+
+  using Send = std::function<void(std::string line)>;
+  Conversation(Shared& shared, Peer peer, std::string session, Send send);
+  ~Conversation();
+  Conversation(const Conversation&) = delete;
+  Conversation& operator=(const Conversation&) = delete;
+
+  /// Called once, when the peer has connected.
+  void greet();
+  /// One line without its end.
+  void hear(std::string_view line);
+  /// Sends what subscriptions hold, as long as `room()` says so.
+  void pump(const std::function<bool()>& room);
+
+  [[nodiscard]] const rpc::Caller& caller() const { return caller_; }
+  [[nodiscard]] bool introduced() const { return introduced_; }
+  /// For the methods of sub.*: this conversation's own.
+  void subscribe(std::shared_ptr<Subscription> subscription);
+  bool unsubscribe(std::string_view id);
+  [[nodiscard]] std::size_t subscriptions() const { return subscriptions_.size(); }
+
+ private:
+  void handle(const rpc::Request& request);
+  rpc::Outcome introduce(const nlohmann::json& params);
+  [[nodiscard]] std::optional<rpc::RpcError> refusal(const rpc::MethodSpec& spec) const;
+  void dispatch(const rpc::Methods::Entry& entry, const rpc::Request& request);
+  void answer(const std::optional<std::string>& id_json, const rpc::Outcome& outcome);
+
+  Shared* shared_;
+  Peer peer_;
+  rpc::Caller caller_;
+  Send send_;
+  bool introduced_ = false;
+  std::size_t pending_ = 0;
+  std::map<std::string, std::shared_ptr<Subscription>, std::less<>> subscriptions_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace weft::daemon::server

@@ -1,0 +1,33 @@
+// The daemon's program; see daemon/server/weftd.hpp.
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "daemon/cli/stop_signals.hpp"
+#include "daemon/server/weftd.hpp"
+
+int main(int argc, char** argv) {
+  weft::daemon::server::DaemonOptions options;
+  CLI::App app("Runs campaigns on one rig; programs talk to it in JSON-RPC, one object a line.",
+               "weftd");
+  app.set_version_flag("--version", "weftd " WEFT_VERSION);
+  app.add_option("--rig", options.rig, "rig file (JSON)")->required()->check(CLI::ExistingFile);
+  app.add_option("--recipes", options.recipes, "folder of recipes")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--data", options.data, "folder for runs and journal")->required();
+  app.add_option("--socket", options.socket, "Unix socket, DATA/weftd.sock");
+  app.add_option("--tokens", options.tokens, "file of tokens, DATA/tokens.json");
+  app.add_option("--port", options.port, "TCP port on 127.0.0.1, for clients with a token");
+  CLI11_PARSE(app, argc, argv);
+  const weft::daemon::cli::StopSignals signals;
+  const auto ready = [](std::uint16_t port) {
+    std::cout << "weftd: ready";
+    if (port != 0) std::cout << " on 127.0.0.1:" << port;
+    std::cout << std::endl;
+  };
+  const weft::Status ended = weft::daemon::server::run_daemon(options, signals.asked(), ready);
+  if (ended) return 0;
+  std::cerr << "weftd: " << weft::to_string(ended.error()) << std::endl;
+  return 1;
+}

@@ -1,0 +1,337 @@
+#include "daemon/server/socket_server.hpp"
+
+#include <pwd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <asio/generic/stream_protocol.hpp>
+#include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
+#include <asio/local/stream_protocol.hpp>
+#include <asio/post.hpp>
+#include <asio/steady_timer.hpp>
+#include <asio/write.hpp>
+#include <deque>
+#include <set>
+
+#include "daemon/server/line_buffer.hpp"
+
+namespace weft::daemon::server {
+namespace {
+
+using asio::generic::stream_protocol;
+using Unix = asio::local::stream_protocol;
+using asio::ip::tcp;
+using namespace std::chrono_literals;
+
+constexpr auto tick_period = 20ms;
+constexpr mode_t socket_mode = 0660;  // owner and group; others have no business here
+constexpr std::size_t room_bytes = std::size_t{64} << 10;
+
+std::string name_of(uid_t user) {
+  std::array<char, 1024> text{};
+  passwd entry{};
+  passwd* found = nullptr;
+  if (getpwuid_r(user, &entry, text.data(), text.size(), &found) == 0 && found != nullptr)
+    return found->pw_name;
+  return "uid " + std::to_string(user);
+}
+
+// Who may open the socket was settled by its mode: the daemon's own user and root administer it,
+// its group runs recipes.
+Peer peer_of(int descriptor) {
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
+    return {true, {}, std::nullopt};
+  const bool own = credentials.uid == 0 || credentials.uid == geteuid();
+  return {true, name_of(credentials.uid), own ? access::Role::admin : access::Role::operator_};
+}
+
+}  // namespace
+
+struct SocketServer::Parts {
+  class Connection;
+
+  Parts(Shared& all, const Limits& at_most, std::filesystem::path at)
+      : shared(&all), limits(at_most), path(std::move(at)) {}
+
+  void listen_unix();
+  void listen_tcp();
+  void welcome(stream_protocol::socket socket, Peer peer);
+  void next_tick(const std::function<void()>& tick);
+
+  asio::io_context context{1};
+  Shared* shared;
+  Limits limits;
+  std::filesystem::path path;
+  Unix::acceptor local{context};
+  tcp::acceptor loopback{context};
+  asio::steady_timer ticker{context};
+  std::set<std::shared_ptr<Connection>> connections;
+  std::uint64_t next_session = 1;
+};
+
+/// One client. Lives as long as its operations; closed when it breaks a limit.
+class SocketServer::Parts::Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(Parts& server, stream_protocol::socket socket, Peer peer)
+      : server_(&server),
+        socket_(std::move(socket)),
+        patience_(server.context),
+        lines_(server.limits.line_bytes),
+        conversation_(*server.shared, std::move(peer), "s-" + std::to_string(server.next_session++),
+                      [this](std::string line) { send(std::move(line)); }) {}
+
+  void begin() {
+    conversation_.greet();
+    patience_.expires_after(server_->limits.introduction);
+    patience_.async_wait([self = shared_from_this()](const asio::error_code& cancelled) {
+      if (!cancelled && !self->conversation_.introduced()) self->close();
+    });
+    read();
+  }
+
+  void pump() {
+    conversation_.pump([this] { return !closed_ && unsent_bytes_ < room_bytes; });
+  }
+
+  void close() {
+    if (std::exchange(closed_, true)) return;
+    asio::error_code ignored;
+    patience_.cancel();
+    socket_.close(ignored);
+    server_->connections.erase(shared_from_this());
+  }
+
+ private:
+  void read() {
+    socket_.async_read_some(
+        asio::buffer(incoming_),
+        [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+          if (error || self->closed_) return self->close();
+          self->have(count);
+        });
+  }
+
+  void have(std::size_t count) {
+    lines_.add({incoming_.data(), count});
+    while (const auto line = lines_.next()) {
+      conversation_.hear(*line);
+      if (closed_) return;
+    }
+    if (lines_.overflows()) {
+      send(rpc::error_line("null",
+                           rpc::rpc_error(rpc::code::request + 30, "request.too_long",
+                                          {Errc::range,
+                                           "line too long",
+                                           "line",
+                                           std::to_string(server_->limits.line_bytes) + " bytes",
+                                           {},
+                                           {}})));
+      last_words_ = true;
+      return write();
+    }
+    pump();
+    read();
+  }
+
+  void send(std::string line) {
+    if (closed_ || last_words_) return;
+    line.push_back('\n');
+    unsent_bytes_ += line.size();
+    waiting_.push_back(std::move(line));
+    // one that asks and never reads
+    if (unsent_bytes_ > server_->limits.unsent_bytes) return close();
+    write();
+  }
+
+  void write() {
+    if (writing_ || closed_) return;
+    if (waiting_.empty()) {
+      if (last_words_) close();
+      return;
+    }
+    writing_ = true;
+    out_.clear();
+    while (!waiting_.empty() && out_.size() < room_bytes) {
+      out_ += waiting_.front();
+      waiting_.pop_front();
+    }
+    asio::async_write(socket_, asio::buffer(out_),
+                      [self = shared_from_this()](const asio::error_code& error, std::size_t) {
+                        self->writing_ = false;
+                        if (error) return self->close();
+                        self->unsent_bytes_ -= self->out_.size();
+                        self->pump();
+                        self->write();
+                      });
+  }
+
+  Parts* server_;
+  stream_protocol::socket socket_;
+  asio::steady_timer patience_;
+  std::array<char, 16384> incoming_{};
+  LineBuffer lines_;
+  std::deque<std::string> waiting_;
+  std::string out_;
+  std::size_t unsent_bytes_ = 0;
+  bool writing_ = false, closed_ = false;
+  bool last_words_ = false;  ///< closed when what waits is sent
+  Conversation conversation_;
+};
+
+void SocketServer::Parts::welcome(stream_protocol::socket socket, Peer peer) {
+  if (connections.size() >= limits.connections) {
+    asio::error_code ignored;
+    socket.close(ignored);
+    return;
+  }
+  const auto made = std::make_shared<Connection>(*this, std::move(socket), std::move(peer));
+  connections.insert(made);
+  made->begin();
+}
+
+void SocketServer::Parts::listen_unix() {
+  local.async_accept([this](const asio::error_code& error, Unix::socket socket) {
+    if (error == asio::error::operation_aborted) return;
+    if (!error) {
+      const Peer peer = peer_of(socket.native_handle());
+      welcome(stream_protocol::socket(std::move(socket)), peer);
+    }
+    listen_unix();
+  });
+}
+
+void SocketServer::Parts::listen_tcp() {
+  loopback.async_accept([this](const asio::error_code& error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted) return;
+    if (!error) {
+      asio::error_code ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      welcome(stream_protocol::socket(std::move(socket)), {});
+    }
+    listen_tcp();
+  });
+}
+
+void SocketServer::Parts::next_tick(const std::function<void()>& tick) {
+  ticker.expires_after(tick_period);
+  ticker.async_wait([this, &tick](const asio::error_code& cancelled) {
+    if (cancelled) return;
+    tick();
+    next_tick(tick);
+  });
+}
+
+namespace {
+
+/// Removes the socket of a daemon that died; refuses everything else that is in the way.
+Status clear_the_way(const std::filesystem::path& path) {
+  struct stat found {};
+  if (lstat(path.c_str(), &found) != 0) return {};
+  if (!S_ISSOCK(found.st_mode))
+    return fail(Errc::invalid_argument, "something else is in the way of the socket", path.string(),
+                "nothing, or an old socket",
+                S_ISLNK(found.st_mode) ? "a symbolic link" : "a file or folder", "Move it away");
+  asio::io_context context;
+  Unix::socket probe(context);
+  asio::error_code error;
+  probe.connect(Unix::endpoint(path.string()), error);
+  if (!error)
+    return fail(Errc::wrong_state, "another daemon listens there", path.string(), {}, {},
+                "Stop it, or choose another --socket");
+  std::error_code removed;
+  std::filesystem::remove(path, removed);
+  if (removed)
+    return fail(Errc::io, "cannot remove the old socket", path.string(), {}, removed.message());
+  return {};
+}
+
+Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
+  constexpr std::size_t longest = 107;  // sun_path
+  if (path.string().size() > longest)
+    return fail(Errc::range, "the socket's path is too long", path.string(), "107 bytes",
+                std::to_string(path.string().size()));
+  if (Status clear = clear_the_way(path); !clear) return clear;
+  asio::error_code error;
+  acceptor.open(Unix(), error);
+  const mode_t before = umask(static_cast<mode_t>(~socket_mode & 0777));
+  if (!error) acceptor.bind(Unix::endpoint(path.string()), error);
+  umask(before);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (error) return fail(Errc::io, "cannot listen", path.string(), {}, error.message());
+  return {};
+}
+
+Status open_loopback(tcp::acceptor& acceptor, std::uint16_t port) {
+  asio::error_code error;
+  const tcp::endpoint at(asio::ip::address_v4::loopback(), port);
+  acceptor.open(tcp::v4(), error);
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(at, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (error)
+    return fail(Errc::io, "cannot listen", "127.0.0.1:" + std::to_string(port), {}, error.message(),
+                "Another program may hold the port");
+  return {};
+}
+
+}  // namespace
+
+SocketServer::SocketServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+
+SocketServer::~SocketServer() {
+  for (const auto& connection : std::set(parts_->connections)) connection->close();
+  std::error_code ignored;
+  std::filesystem::remove(parts_->path, ignored);
+}
+
+Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Shared& shared,
+                                                         const Limits& limits) {
+  auto parts = std::make_unique<Parts>(shared, limits, where.socket);
+  if (Status ok = open_unix(parts->local, where.socket); !ok) return pass(ok.error());
+  if (where.loopback_port)
+    if (Status ok = open_loopback(parts->loopback, *where.loopback_port); !ok)
+      return pass(ok.error());
+  return std::unique_ptr<SocketServer>(new SocketServer(std::move(parts)));
+}
+
+void SocketServer::run(const std::function<void()>& tick) {
+  parts_->listen_unix();
+  if (parts_->loopback.is_open()) parts_->listen_tcp();
+  const std::function<void()> all = [this, &tick] {
+    tick();
+    pump();  // whose rate allows it now
+  };
+  parts_->next_tick(all);
+  parts_->context.run();
+}
+
+void SocketServer::stop() {
+  parts_->context.stop();
+}
+
+void SocketServer::post(std::function<void()> work) {
+  asio::post(parts_->context, std::move(work));
+}
+
+void SocketServer::pump() {
+  // one that is closed while it is served leaves the set
+  for (const auto& connection : std::vector(parts_->connections.begin(), parts_->connections.end()))
+    connection->pump();
+}
+
+std::uint16_t SocketServer::port() const {
+  asio::error_code ignored;
+  return parts_->loopback.is_open() ? parts_->loopback.local_endpoint(ignored).port()
+                                    : std::uint16_t{0};
+}
+
+std::size_t SocketServer::connections() const {
+  return parts_->connections.size();
+}
+
+}  // namespace weft::daemon::server

@@ -1,0 +1,53 @@
+#pragma once
+// Conversations on a Unix socket and on TCP, all on one thread.
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/server/conversation.hpp"
+
+namespace weft::daemon::server {
+
+struct Limits {
+  std::size_t connections = 2048;
+  std::size_t line_bytes = rpc::most_line_bytes;
+  std::size_t unsent_bytes = std::size_t{4} << 20;  ///< answers that a client does not read
+  std::chrono::seconds introduction{10};            ///< until session.open; then it is closed
+};
+
+struct Where {
+  std::filesystem::path socket;                ///< Unix socket; made with mode 0660
+  std::optional<std::uint16_t> loopback_port;  ///< TCP on 127.0.0.1; 0 takes a free one
+};
+
+class SocketServer {
+ public:
+  /// Errors: wrong_state (another daemon listens there), io, invalid_argument (not a socket, or a
+  /// symbolic link, in the way: never removed).
+  static Result<std::unique_ptr<SocketServer>> open(const Where& where, Shared& shared,
+                                                    const Limits& limits);
+  ~SocketServer();  ///< removes the socket
+
+  /// Runs until stop(); calls `tick` at least every 20 ms.
+  void run(const std::function<void()>& tick);
+  /// From any thread.
+  void stop();
+  /// Runs `work` on the server's thread; from any.
+  void post(std::function<void()> work);
+  /// Something was published: send it.
+  void pump();
+  [[nodiscard]] std::uint16_t port() const;
+  [[nodiscard]] std::size_t connections() const;
+
+ private:
+  struct Parts;
+  explicit SocketServer(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace weft::daemon::server

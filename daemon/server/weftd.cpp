@@ -1,0 +1,163 @@
+#include "daemon/server/weftd.hpp"
+
+#include <sys/random.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/access/tokens.hpp"
+#include "daemon/api/services.hpp"
+#include "daemon/loop/wall_clock.hpp"
+#include "daemon/server/socket_server.hpp"
+
+namespace weft::daemon::server {
+namespace {
+
+std::int64_t utc_us() {
+  return utc_now().count() / 1000;
+}
+
+std::string new_epoch() {
+  std::uint32_t bits = 0;
+  if (getrandom(&bits, sizeof bits, 0) != sizeof bits) bits = static_cast<std::uint32_t>(utc_us());
+  char text[16];
+  std::snprintf(text, sizeof text, "%08x", bits);
+  return text;
+}
+
+std::filesystem::path or_in(const std::filesystem::path& given, const std::filesystem::path& folder,
+                            const char* name) {
+  return given.empty() ? folder / name : given;
+}
+
+Status make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
+  return {};
+}
+
+/// One wording for all that can be wrong with a token.
+Result<TokenOwner> owner_of(const access::TokenFile& tokens, std::string_view token) {
+  if (const auto entry = tokens.find(token, utc_us())) return TokenOwner{entry->name, entry->role};
+  return fail(Errc::wrong_state, "this token is not, or no more, good for anything",
+              "/params/token", {}, {}, "weft token add makes one");
+}
+
+/// All parts of a daemon, in the order in which they need each other.
+class Daemon {
+ public:
+  static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options);
+  void run(const std::atomic<bool>& stop, const std::function<void(std::uint16_t)>& ready);
+
+ private:
+  Daemon(access::TokenFile tokens, control::RunStore log)
+      : tokens_(std::move(tokens)), log_(std::move(log)) {}
+  void wire(const DaemonOptions& options);
+  Status begin(const DaemonOptions& options);
+  void changed(const control::RunView& run);
+  void tick();
+
+  access::TokenFile tokens_;
+  access::IdempotencyCache answered_;
+  access::Leases leases_;
+  Hub hub_;
+  rpc::Methods methods_;
+  api::Services services_;
+  Shared shared_;
+  control::RunStore log_;
+  std::unique_ptr<SocketServer> server_;
+  std::unique_ptr<control::RunDesk> desk_;  // gone first: its threads post to the server
+};
+
+Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options) {
+  if (Status made = make_folder(options.data); !made) return pass(made.error());
+  auto tokens = access::TokenFile::load(or_in(options.tokens, options.data, "tokens.json"));
+  if (!tokens) return pass(tokens.error());
+  auto log = control::RunStore::open(options.data / "weftd.sqlite");
+  if (!log) return pass(log.error());
+  std::unique_ptr<Daemon> daemon(new Daemon(std::move(*tokens), std::move(*log)));
+  if (Status begun = daemon->begin(options); !begun) return pass(begun.error());
+  return daemon;
+}
+
+void Daemon::wire(const DaemonOptions& options) {
+  services_ = {.hub = &hub_,
+               .leases = &leases_,
+               .desk = nullptr,
+               .log = &log_,
+               .rig = options.rig,
+               .rig_name = options.rig.stem().string(),
+               .recipes = options.recipes,
+               .data = options.data,
+               .epoch = new_epoch(),
+               .now = [] { return steady_wall_now(); },
+               .utc_us = [] { return utc_us(); }};
+  shared_.methods = &methods_;
+  shared_.hub = &hub_;
+  shared_.answered = &answered_;
+  shared_.epoch = services_.epoch;
+  shared_.token_owner = [this](std::string_view token) { return owner_of(tokens_, token); };
+  shared_.readiness_json = [this] { return api::readiness_json(services_); };
+  shared_.halt = [this](const rpc::Caller& caller) {
+    services_.desk->halt(caller.session + " (" + caller.user + ")");
+    hub_.publish("rig", {{"rig", "latched"}, {"by", caller.session}}, utc_us());
+  };
+  shared_.now = [] { return steady_wall_now(); };
+  api::add_system_methods(methods_, services_);
+  api::add_lease_methods(methods_, services_);
+  api::add_recipe_methods(methods_, services_);
+  api::add_run_methods(methods_, services_);
+  api::add_rig_methods(methods_, services_);
+  api::add_subscription_methods(methods_, services_);
+}
+
+Status Daemon::begin(const DaemonOptions& options) {
+  wire(options);
+  auto server = SocketServer::open(
+      {or_in(options.socket, options.data, "weftd.sock"), options.port}, shared_, {});
+  if (!server) return pass(server.error());
+  server_ = std::move(*server);
+  desk_ = std::make_unique<control::RunDesk>(
+      control::RunDesk::Surroundings{
+          .rig = options.rig,
+          .data = options.data,
+          .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
+          .now = [] { return steady_wall_now(); },
+          .utc_us = [] { return utc_us(); },
+          .changed = [this](const control::RunView& run) { changed(run); }},
+      log_);
+  services_.desk = desk_.get();
+  hub_.on_news([this] { server_->pump(); });
+  for (const control::RunView& run : desk_->all()) changed(run);
+  return log_.journal(utc_us(), "", "daemon.started", "auto:daemon");
+}
+
+void Daemon::changed(const control::RunView& run) {
+  hub_.publish("run:" + run.stored.id(), api::run_json(run), utc_us());
+}
+
+void Daemon::tick() {
+  desk_->tick();
+  for (const access::Lease& lease : leases_.expire(steady_wall_now()))
+    hub_.publish("lease:" + lease.scope, {{"expired", lease.id}, {"by", "auto:time"}}, utc_us());
+}
+
+void Daemon::run(const std::atomic<bool>& stop, const std::function<void(std::uint16_t)>& ready) {
+  ready(server_->port());
+  server_->run([this, &stop] {
+    tick();
+    if (stop.load(std::memory_order_relaxed)) server_->stop();
+  });
+}
+
+}  // namespace
+
+Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
+                  const std::function<void(std::uint16_t)>& ready) {
+  auto daemon = Daemon::open(options);
+  if (!daemon) return pass(daemon.error());
+  (*daemon)->run(stop, ready);
+  return {};
+}
+
+}  // namespace weft::daemon::server

@@ -1,0 +1,268 @@
+#!/usr/bin/env python3
+"""A whole life of weftd on the simulated bench, over its socket, with Python's standard library alone.
+
+    weftd_runs.py WEFTD WEFT SOURCE_ROOT
+
+Greeting, introduction, refusals, a lease, a campaign that is started, watched, paused, resumed and ended, a second one in the line,
+halt from an unauthenticated connection and reset, tokens on TCP, kill -9 and what the next start says. All simulated.
+"""
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+
+WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+PATIENCE_S = 240  # for an answer; only a daemon that hangs needs it
+
+
+class Daemon:
+    def __init__(self, folder, *more):
+        self.socket = folder / "data" / "weftd.sock"
+        self.process = subprocess.Popen(
+            [WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data", *more],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        line = self.process.stdout.readline()
+        assert line.startswith("weftd: ready"), self.process.stderr.read()
+        found = re.search(r":(\d+)", line.removeprefix("weftd: ready"))
+        self.port = int(found.group(1)) if found else None
+
+    def end(self, how=signal.SIGTERM):
+        self.process.send_signal(how)
+        return self.process.wait(PATIENCE_S)
+
+
+class Client:
+    def __init__(self, where, introduce=True):
+        self.wire = socket.socket(socket.AF_INET if isinstance(where, tuple) else socket.AF_UNIX)
+        self.wire.settimeout(PATIENCE_S)
+        self.wire.connect(where if isinstance(where, tuple) else str(where))
+        self.lines = self.wire.makefile("r", encoding="utf-8")
+        self.events, self.last = [], 0
+        self.greeting = self.read()
+        assert self.greeting["method"] == "hello" and self.greeting["params"]["product"] == "weftd", self.greeting
+        if introduce:
+            self.session = self.call("session.open", client="test", protocol="1.x")
+
+    def read(self):
+        line = self.lines.readline()
+        assert line, "the daemon closed the connection"
+        return json.loads(line)
+
+    def send(self, text):
+        self.wire.sendall(text.encode() + b"\n")
+
+    def answer(self, method, **params):
+        self.last += 1
+        self.send(json.dumps({"jsonrpc": "2.0", "id": self.last, "method": method, "params": params}))
+        while True:
+            message = self.read()
+            if message.get("method") == "event":
+                self.events.append(message["params"])
+            elif message.get("id") == self.last:
+                return message
+
+    def call(self, method, **params):
+        message = self.answer(method, **params)
+        assert "result" in message, message
+        return message["result"]
+
+    def refused(self, method, **params):
+        message = self.answer(method, **params)
+        assert "error" in message, message
+        return message["error"]
+
+    def event(self):
+        while not self.events:
+            message = self.read()
+            if message.get("method") == "event":
+                self.events.append(message["params"])
+        return self.events.pop(0)
+
+    def until(self, run, state):
+        """Follows the run's events until it is in a state."""
+        while True:
+            event = self.event()
+            if event["topic"] == f"run:{run}" and event["delta"].get("state") == state:
+                return event
+
+
+def small_recipe(folder):
+    recipe = json.loads((ROOT / "recipes/library/m1.json").read_text())
+    recipe["fabrics"], recipe["repetitions"] = ["denim", "satin"], 20
+    (folder / "recipes").mkdir()
+    (folder / "recipes" / "small.json").write_text(json.dumps(recipe))
+    return 40
+
+
+def introductions(daemon):
+    stranger = Client(daemon.socket, introduce=False)
+    assert stranger.refused("system.info")["data"]["kind"] == "session.required"
+    assert stranger.refused("session.open", client="x", protocol="9.0")["data"]["kind"] == "protocol.version"
+    client = Client(daemon.socket)
+    assert client.session["role"] == "admin" and client.session["ready"]["ok"], client.session
+    assert client.refused("system.inof")["data"]["hint"].find("system.info") >= 0
+    wrong = client.refused("run.list", stat="ended")
+    assert wrong["data"]["kind"] == "param.unknown" and "state" in wrong["data"]["hint"], wrong
+    client.send("not json")
+    assert client.read()["error"]["code"] == -32700
+    methods = {m["name"] for m in client.call("rpc.discover")["methods"]}
+    assert {"run.start", "lease.acquire", "sub.open", "rig.halt"} <= methods, methods
+    assert "explorations" in client.call("recipe.schema")["properties"]
+    return client
+
+
+def checks(client, trials):
+    assert client.call("recipe.list")["recipes"] == ["small"]
+    report = client.call("recipe.check", recipe="small")
+    assert report["ok"] and report["plan"]["trials"] == trials and report["disk_ok"], report
+    assert client.refused("recipe.check", recipe="smal")["data"]["hint"] == "Did you mean small?"
+    for path in ("../small", "/etc/passwd", ".hidden", ""):
+        assert client.refused("recipe.check", recipe=path)["data"]["kind"] == "request.invalid"
+
+
+def a_run(client, trials):
+    assert client.refused("run.start", recipe="small", lease="L-99")["data"]["kind"] == "lease.required"
+    lease = client.call("lease.acquire", note="test")["lease"]
+    sub = client.call("sub.open", topics=["run:*"], mode="every")
+    first = client.call("run.start", recipe="small", lease=lease, name="first", idem="k-1")
+    again = client.call("run.start", recipe="small", lease=lease, name="first", idem="k-1")
+    assert again["run"] == first["run"], "done twice"
+    assert client.refused("run.start", recipe="small", lease=lease, name="other", idem="k-1")["data"]["kind"] == "idem.reused"
+    run = first["run"]
+    client.until(run, "running")
+    assert client.call("run.pause", run=run, at="now")["state"] == "pausing"
+    client.until(run, "held")
+    assert client.call("rig.state")["run"] == run
+    assert client.refused("run.pause", run=run)["data"]["expected"] == "resume, stop, abort, halt"
+    second = client.call("run.start", recipe="small", lease=lease, name="second")
+    assert second["state"] == "queued", second
+    client.call("run.withdraw", run=second["run"])
+    client.call("run.resume", run=run)
+    ended = client.call("run.wait", run=run)
+    assert (ended["outcome"], ended["cleanup"], ended["rig"]) == ("complete", "done", "safe"), ended
+    assert ended["trials_done"] == trials and len(ended["dataset_sha256"]) == 64, ended
+    assert client.refused("run.stop", run=run)["data"]["kind"] == "state.conflict"
+    client.call("sub.close", sub=sub["sub"])
+    client.call("lease.release", lease=lease)
+    info = subprocess.run([WEFT, "--json", "dataset", "info", str(pathlib.Path(ended["folder"]) / "dataset.h5")],
+                          check=True, capture_output=True, text=True)
+    assert json.loads(info.stdout)["trials"] == trials, info.stdout
+    kinds = [line["kind"] for line in client.call("log.tail", run=run)["lines"]]
+    assert kinds[0] == "submitted" and "state" in kinds, kinds
+    return ended
+
+
+def halts(daemon, client):
+    lease = client.call("lease.acquire")["lease"]
+    client.call("sub.open", topics=["run:*"], mode="every")
+    run = client.call("run.start", recipe="small", lease=lease)["run"]
+    client.until(run, "running")
+    queued = client.call("run.start", recipe="small", lease=lease)["run"]
+    stranger = Client(daemon.socket, introduce=False)
+    stranger.send("!halt")
+    ended = client.call("run.wait", run=run)
+    assert (ended["outcome"], ended["cleanup"]) == ("aborted", "skipped"), ended
+    assert client.call("rig.state")["rig"] == "latched"
+    assert [b["kind"] for b in client.call("system.ready")["blockers"]] == ["rig.latched"]
+    assert client.call("run.get", run=queued)["state"] == "queued", "nothing begins on a latched rig"
+    client.call("run.withdraw", run=queued)
+    assert client.refused("rig.reset", reason="")["data"]["kind"] == "request.invalid"
+    client.call("rig.reset", reason="looked at the probe")
+    assert client.call("system.ready")["ok"]
+    client.call("lease.release", lease=lease)
+
+
+def tokens(folder, daemon, token):
+    at = ("127.0.0.1", daemon.port)
+    client = Client(at, introduce=False)
+    assert client.greeting["params"]["auth"] == ["token"]
+    said = [client.refused("session.open", client="x"), client.refused("session.open", client="x", token="wft_" + 64 * "0")]
+    assert all(s["data"]["kind"] == "access.token" for s in said), said
+    client.send("!halt")
+    assert client.read()["error"]["data"]["kind"] == "access.local_only"
+    assert client.call("session.open", client="x", token=token)["role"] == "observer"
+    assert client.refused("lease.acquire")["data"]["kind"] == "access.role"
+    client.call("run.list")
+    long = Client(at, introduce=False)
+    long.wire.sendall(b"x" * (1 << 20) + b"yyyy")
+    assert long.read()["error"]["data"]["kind"] == "request.too_long"
+    assert not long.lines.readline(), "the connection stays after a line that is too long"
+    assert token not in (folder / "data" / "tokens.json").read_text()
+
+
+def slow_reader(daemon, client):
+    """One that subscribes to everything and never reads costs the others nothing."""
+    slow = Client(daemon.socket)
+    slow.call("sub.open", topics=["*"], mode="every")
+    lease = client.call("lease.acquire")["lease"]
+    for _ in range(300):
+        client.call("lease.renew", lease=lease)
+    client.call("lease.release", lease=lease)
+    slow.wire.close()
+
+
+def death(folder, client, daemon):
+    lease = client.call("lease.acquire")["lease"]
+    client.call("sub.open", topics=["run:*"], mode="every")
+    run = client.call("run.start", recipe="small", lease=lease)["run"]
+    client.until(run, "running")
+    daemon.end(signal.SIGKILL)
+    distant = subprocess.run([WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data",
+                              folder / "elsewhere", "--socket", "/" + "x" * 200], capture_output=True, text=True)
+    assert distant.returncode == 1 and "too long" in distant.stderr, distant
+    daemon = Daemon(folder)
+    other = subprocess.run([WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data"],
+                           capture_output=True, text=True)
+    assert other.returncode == 1 and "another weftd works in this folder" in other.stderr, other
+    client = Client(daemon.socket)
+    found = client.call("run.get", run=run)
+    assert (found["state"], found["outcome"], found["rig"]) == ("interrupted", "interrupted", "unknown"), found
+    assert client.call("run.list", state="interrupted")["runs"][0]["run"] == run
+    return daemon
+
+
+def commands(folder, daemon):
+    def weft(*words, status=0):
+        done = subprocess.run([WEFT, *words, "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
+        assert done.returncode == status, (words, done)
+        return done.stdout
+    assert weft("status").startswith("ready\n")
+    assert "complete, clean-up done, rig safe" in weft("start", "small", "--name", "shell", "--wait")
+    assert weft("halt") == "rig latched\n"
+    assert "rig.latched" in weft("status")
+    assert json.loads(weft("call", "rig.reset", '{"reason": "by hand"}')) == {"latched": False}
+    assert "submitted" in weft("log")
+    weft("pause", status=1)
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="weftd-") as name:
+        folder = pathlib.Path(name)
+        trials = small_recipe(folder)
+        token = subprocess.run([WEFT, "token", "add", "viewer", "--role", "observer", "--tokens", folder / "tokens.json"],
+                               check=True, capture_output=True, text=True).stdout.strip()
+        (folder / "data").mkdir()
+        os.rename(folder / "tokens.json", folder / "data" / "tokens.json")
+        daemon = Daemon(folder, "--port", "0")
+        try:
+            client = introductions(daemon)
+            checks(client, trials)
+            a_run(client, trials)
+            halts(daemon, client)
+            tokens(folder, daemon, token)
+            slow_reader(daemon, client)
+            daemon = death(folder, client, daemon)
+            commands(folder, daemon)
+            assert daemon.end() == 0
+            assert not daemon.socket.exists()
+        finally:
+            daemon.process.kill()
+    print("weftd: all of it held (simulated)")
+
+
+main()

@@ -1,0 +1,115 @@
+// Events: snapshots, deltas, gaps that are told, and replay.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/server/hub.hpp"
+
+using namespace weft::daemon::server;
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+namespace {
+
+Wish wish(Mode mode, std::vector<std::string> topics = {"run:*"}) {
+  return {std::move(topics), mode, 20};
+}
+
+std::vector<json> take_all(Subscription& from, Clock now) {
+  std::vector<json> out;
+  for (std::string next = from.take(now); !next.empty(); next = from.take(now))
+    out.push_back(json::parse(next));
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("A subscription begins with a snapshot of what was published before") {
+  Hub hub;
+  hub.publish("run:1", {{"state", "running"}, {"rep", 1}}, 10);
+  hub.publish("run:1", {{"rep", 2}}, 20);
+  hub.publish("rig", {{"rig", "safe"}}, 30);
+  const Opened opened = hub.open(wish(Mode::every));
+  CHECK(opened.seq == 3);
+  CHECK(json::parse(opened.snapshot_json) == json{{"run:1", {{"state", "running"}, {"rep", 2}}}});
+  CHECK(opened.subscription->take(0ns).empty());
+}
+
+TEST_CASE("Mode every gives each event once, in order, with its number and time") {
+  Hub hub;
+  const Opened opened = hub.open(wish(Mode::every));
+  for (int rep = 1; rep <= 3; ++rep) hub.publish("run:1", {{"rep", rep}}, rep * 100);
+  hub.publish("rig", {{"rig", "safe"}}, 400);  // not asked for
+  const auto events = take_all(*opened.subscription, 0ns);
+  REQUIRE(events.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(events[i]["seq"] == i + 1);
+    CHECK(events[i]["t_us"] == (i + 1) * 100);
+    CHECK(events[i]["delta"]["rep"] == i + 1);
+    CHECK(events[i]["dropped"] == 0);
+  }
+}
+
+TEST_CASE("A listener that does not read loses its oldest events, counted, and nobody else's") {
+  Hub hub;
+  const Opened slow = hub.open(wish(Mode::every)), quick = hub.open(wish(Mode::every));
+  constexpr std::size_t count = Subscription::most_waiting + 5;
+  std::size_t seen = 0;
+  for (std::size_t i = 1; i <= count; ++i) {
+    hub.publish("run:1", {{"rep", i}}, 0);
+    seen += take_all(*quick.subscription, 0ns).size();
+  }
+  CHECK(seen == count);
+  const auto late = take_all(*slow.subscription, 0ns);
+  REQUIRE(late.size() == Subscription::most_waiting);
+  CHECK(late.front()["dropped"] == 5);
+  CHECK(late.front()["delta"]["rep"] == 6);
+  CHECK(late[1]["dropped"] == 0);
+}
+
+TEST_CASE("Mode latest merges what changed until it is taken, and keeps to its rate") {
+  Hub hub;
+  const Opened opened = hub.open(wish(Mode::latest));
+  for (int i = 1; i <= 100; ++i)
+    hub.publish("run:1", {{"rep", i}, {i % 2 == 0 ? "k0" : "k1", i}}, i);
+  auto events = take_all(*opened.subscription, 0ns);
+  REQUIRE(events.size() == 1);
+  CHECK(events[0]["delta"] == json{{"rep", 100}, {"k0", 100}, {"k1", 99}});
+  CHECK(events[0]["seq"] == 100);
+  hub.publish("run:1", {{"rep", 101}}, 101);
+  CHECK(opened.subscription->take(49ms).empty());
+  CHECK_FALSE(opened.subscription->take(50ms).empty());
+}
+
+TEST_CASE("A busy topic does not keep a quiet one waiting") {
+  Hub hub;
+  const Opened opened = hub.open({{"a", "b"}, Mode::latest, 0});
+  hub.publish("b", {{"n", 1}}, 0);
+  for (int i = 0; i < 10; ++i) hub.publish("a", {{"n", i}}, 0);
+  CHECK(json::parse(opened.subscription->take(0ns))["topic"] == "b");
+}
+
+TEST_CASE("Events can be had again from a number on, as long as they are kept") {
+  Hub hub;
+  for (std::size_t i = 1; i <= Hub::most_replayed + 10; ++i) hub.publish("run:1", {{"rep", i}}, 0);
+  const std::uint64_t newest = hub.seq();
+  const auto again = hub.replay(wish(Mode::every), newest - 3);
+  REQUIRE(again);
+  const auto events = take_all(*again->subscription, 0ns);
+  REQUIRE(events.size() == 3);
+  CHECK(events[0]["seq"] == newest - 2);
+  const auto gone = hub.replay(wish(Mode::every), 5);
+  REQUIRE_FALSE(gone);
+  CHECK(gone.error().kind == "replay.gone");
+  CHECK_FALSE(hub.replay(wish(Mode::every), newest + 1));
+}
+
+TEST_CASE("A subscription that is gone costs nothing more") {
+  Hub hub;
+  {
+    const Opened opened = hub.open(wish(Mode::every));
+    CHECK(hub.listeners() == 1);
+  }
+  hub.publish("run:1", {{"rep", 1}}, 0);
+  CHECK(hub.listeners() == 0);
+}
