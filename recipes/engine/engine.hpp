@@ -147,8 +147,8 @@ struct GuardTripped {
 };
 /// Finish the trial under way, then end.
 struct StopRequested {};
-/// Hold before the next trial, or at once: then the trial under way is cut short and run again after
-/// the pause.
+/// Hold before the next trial, or at once: then the trial under way is cut short and run again
+/// after the pause.
 struct PauseRequested {
   bool at_once = false;
 };
@@ -159,10 +159,9 @@ struct AbortRequested {};
 /// End at once and leave the rig as it stands: no clean-up.
 struct HaltRequested {};
 
-using Event =
-    std::variant<Start, Mounted, Biased, MotionDone, ContactFound, ForceSettled, TimerExpired,
-                 Fault, GuardTripped, PauseRequested, ResumeRequested, StopRequested, AbortRequested,
-                 HaltRequested>;
+using Event = std::variant<Start, Mounted, Biased, MotionDone, ContactFound, ForceSettled,
+                           TimerExpired, Fault, GuardTripped, PauseRequested, ResumeRequested,
+                           StopRequested, AbortRequested, HaltRequested>;
 
 // ---- state ----
 
@@ -199,7 +198,7 @@ struct State {
   double rest_z_m = 0;    ///< where the weight alone acts, found by this trial's touch
   bool stop_requested = false;
   bool pause_requested = false;
-  bool repeats = false;  ///< the trial was cut short for a pause and is run again
+  bool repeats = false;                  ///< the trial was cut short for a pause and is run again
   std::optional<Outcome> trial_outcome;  ///< set when the trial is cut short
   std::optional<Error> trial_error;
   std::optional<Outcome> campaign_outcome;  ///< set when the campaign ends after this trial
