@@ -39,7 +39,7 @@ def healthy(t, report, bench, latency_s):
         t.expect(stage["reported"]["serial"].isdigit() and "counts_per" in str(stage["scale"]), f"{stage}")
         t.expect(0 < stage["latency_s"] <= latency_s, f"{bench}: {stage}")
         t.expect(any("firmware" in key for key in stage["reported"]), f"firmware is told: {stage}")
-    for name, rate_hz in {"ft": 100, "taxels": 37}.items():
+    for name, rate_hz in {"ft": {"simulated": 100, "emulated": 500}[bench], "taxels": 37}.items():
         t.expect(abs(of(report, name)["rate_hz"] / rate_hz - 1) < 0.05, f"{bench} rate: {of(report, name)}")
 
 
@@ -65,7 +65,7 @@ def emulated(t, d, root, weft_rig):
         noisy = doctor(t, d, path, 1)
         told = problems(noisy, "taxels")
         t.expect("no frame came" in told and "Check the port" in told, f"a noisy line: {noisy['findings']}")
-        t.expect("Hz seen, 100.0 Hz configured" in problems(noisy, "ft"), f"half the rate: {noisy['findings']}")
+        t.expect("Hz seen, 500.0 Hz configured" in problems(noisy, "ft"), f"half the rate: {noisy['findings']}")
         for device in ("taxels", "ft"):
             served.order(order="clear", device=device)
 
