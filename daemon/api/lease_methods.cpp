@@ -51,7 +51,7 @@ Outcome acquire(const Services& services, const Call& call) {
   return told(services, lease, "acquired", call.caller);
 }
 
-Outcome list(const Services& services) {
+Outcome list_leases(const Services& services) {
   json out = json::array();
   for (const Lease& lease : services.leases->all(services.now()))
     out.push_back(lease_json(services, lease));
@@ -106,7 +106,7 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                             call.caller);
               });
   methods.add({"lease.list", "who holds what", {}, {}, {}, "leases"},
-              [s](const Call&) { return list(*s); });
+              [s](const Call&) { return list_leases(*s); });
 }
 
 }  // namespace weft::daemon::api

@@ -35,7 +35,7 @@ json plan_json(const recipes::Plan& plan) {
           {"bytes", disk_forecast(plan)}};
 }
 
-Outcome list(const Services& services) {
+Outcome list_recipes(const Services& services) {
   json out = json::array();
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(services.recipes, error))
@@ -80,7 +80,7 @@ Outcome check(const Services& services, const Call& call) {
 void add_recipe_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
   methods.add({"recipe.list", "recipes of the daemon's folder", {}, {}, {}, "recipes"},
-              [s](const Call&) { return list(*s); });
+              [s](const Call&) { return list_recipes(*s); });
   methods.add({"recipe.schema", "JSON Schema of a recipe", {}, {}, {}, "JSON Schema, draft 7"},
               [](const Call&) -> Outcome { return text_of(json::parse(recipe_schema_json())); });
   methods.add({"recipe.check",

@@ -15,7 +15,7 @@ using rpc::Outcome;
 using rpc::ParamType;
 
 constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
-constexpr rpc::ParamSpec lease_param{"lease", ParamType::text, true, "your lease of the rig"};
+constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true, "your lease of the rig"};
 
 std::string run_of(const Call& call) {
   return call.params.at("run").get<std::string>();
@@ -59,7 +59,7 @@ Outcome pause(const Services& services, const Call& call) {
   return ordered(services, call, at == "now" ? Order::pause_now : Order::pause);
 }
 
-Outcome list(const Services& services, const Call& call) {
+Outcome list_runs(const Services& services, const Call& call) {
   const std::string wanted = call.params.value("state", "");
   json out = json::array();
   for (const RunView& run : services.desk->all())
@@ -115,7 +115,7 @@ void add_run_methods(rpc::Methods& methods, const Services& services) {
                Role::operator_,
                Effect::change,
                {{"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
-                lease_param,
+                rig_lease_param,
                 {"seed", ParamType::integer, false, "in place of the recipe's"},
                 {"name", ParamType::text, false, "added to the folder's name"}},
                "the run"},
@@ -156,7 +156,7 @@ void add_run_methods(rpc::Methods& methods, const Services& services) {
                {},
                {{"state", ParamType::text, false, "only those in this state"}},
                "runs"},
-              [s](const Call& call) { return list(*s, call); });
+              [s](const Call& call) { return list_runs(*s, call); });
   methods.add({"run.wait", "answers when the run has ended", {}, {}, {run_param}, "the run"},
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 wait(*s, call, respond);

@@ -169,7 +169,7 @@ struct LinkTable {
     if (port.received == nullptr) return port.link->on_receive({});
     port.link->on_receive([&port](ByteView bytes, TimePoint arrival) {
       port.driver->enter("received", [&] {
-        port.received(port.received_context, bytes.data(), bytes.size(), plugin::ns_of(arrival));
+        port.received(port.received_context, bytes.data(), bytes.size(), ns_of(arrival));
       });
     });
   }
@@ -206,9 +206,7 @@ struct HostTable {
     return PluginWatch::Turn(*driver.watch_, nullptr);
   }
 
-  static std::int64_t now_ns(void* self) noexcept {
-    return plugin::ns_of(of(self).host_->loop().now());
-  }
+  static std::int64_t now_ns(void* self) noexcept { return ns_of(of(self).host_->loop().now()); }
   static std::uint64_t timer_at(void* self, std::int64_t when_ns, weft_timer_v1 run,
                                 void* context) noexcept {
     PluginDriver& driver = of(self);

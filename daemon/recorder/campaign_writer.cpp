@@ -12,10 +12,6 @@ constexpr const char* insert_chunk_sql =
     "data) "
     "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
 
-std::int64_t ns_of(TimePoint t) {
-  return t.time_since_epoch().count();
-}
-
 /// Write-ahead log: readers are never blocked and a killed process leaves whole transactions.
 /// NORMAL: an operating system that goes down may take the latest commits with it, never the file.
 Status configure(sqlite::Database& database) {

@@ -32,10 +32,6 @@ Result<std::int32_t> to_quanta(double value, double per_unit, const char* what) 
   return static_cast<std::int32_t>(quanta);
 }
 
-std::int64_t ns_of(TimePoint t) {
-  return t.time_since_epoch().count();
-}
-
 }  // namespace
 
 std::string_view to_string(Stream stream) {

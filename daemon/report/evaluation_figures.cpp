@@ -15,7 +15,7 @@ using svg::Anchor;
 using svg::Axes;
 using svg::Canvas;
 
-constexpr double width = 560;
+constexpr double page_width = 560;
 
 void draw_counts(Canvas& canvas, const Axes& axes, const classifier::Reliability& figures) {
   std::size_t most = 1;
@@ -98,13 +98,13 @@ void draw_names(Canvas& canvas, const Axes& axes, const CurvePoint& last) {
 }  // namespace
 
 std::string reliability_figure(const classifier::Reliability& figures, std::string_view title) {
-  Canvas canvas(width, 470, title, "plot narrow");
-  const Axes axes({60, 16, width - 84, 280}, {0, 1}, {0, 1});
+  Canvas canvas(page_width, 470, title, "plot narrow");
+  const Axes axes({60, 16, page_width - 84, 280}, {0, 1}, {0, 1});
   axes.draw_x(canvas, "probability said", 10);
   axes.draw_y(canvas, "share that was right", 5);
   canvas.line(axes.at(0, 0), axes.at(1, 1), "limit");
   draw_bins(canvas, axes, figures);
-  const Axes counts({60, 370, width - 84, 80}, {0, 1}, {0, 1});
+  const Axes counts({60, 370, page_width - 84, 80}, {0, 1}, {0, 1});
   canvas.line(counts.at(0, 0), counts.at(1, 0), "axis");
   canvas.text({60, 356}, "answers", "key");
   draw_counts(canvas, counts, figures);
@@ -113,9 +113,9 @@ std::string reliability_figure(const classifier::Reliability& figures, std::stri
 
 std::string learning_curve_figure(const std::vector<CurvePoint>& curve) {
   if (curve.empty()) return {};
-  Canvas canvas(width, 330, "Accuracy against training trials of each label", "plot narrow");
+  Canvas canvas(page_width, 330, "Accuracy against training trials of each label", "plot narrow");
   const double last = static_cast<double>(curve.back().trials);
-  const Axes axes({60, 16, width - 170, 256}, {0, last * 1.04}, accuracy_range(curve));
+  const Axes axes({60, 16, page_width - 170, 256}, {0, last * 1.04}, accuracy_range(curve));
   axes.draw_x(canvas, "training trials of each label", 8);
   axes.draw_y(canvas, "accuracy [%]", 6);
   for (std::size_t k = 0; k < curve.front().values.size(); ++k)

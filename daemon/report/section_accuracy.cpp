@@ -17,7 +17,7 @@ std::string ours(const ExplorationResult& result, Reduction reduction) {
          " to " + percent(e->ci95.high, 2) + "</span>";
 }
 
-std::string printed(double share) {
+std::string printed_share(double share) {
   return share < 0 ? "<span class=\"dim\">not printed</span>"
                    : "<span class=\"paper\">" + percent(share, 0) + "</span>";
 }
@@ -32,7 +32,8 @@ std::string accuracy_table(const std::vector<ExplorationResult>& results) {
   for (const paper::Accuracy& row : paper::accuracies)
     table.row(
         {"<span class=\"paper\">" + std::string(row.exploration) + ", paper, real fabrics</span>",
-         printed(row.pvalue), printed(row.pca), printed(row.all), std::string(no_value)});
+         printed_share(row.pvalue), printed_share(row.pca), printed_share(row.all),
+         std::string(no_value)});
   return table.finish();
 }
 

@@ -68,7 +68,7 @@ std::string accuracy_cell(const ExplorationResult& result, Reduction reduction) 
       cell_width);
 }
 
-std::string printed(double share) {
+std::string printed_cell(double share) {
   return padded(share < 0 ? "-" : percent(share, 0), cell_width);
 }
 
@@ -84,7 +84,7 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
   }
   for (const paper::Accuracy& row : paper::accuracies) {
     out += "  " + padded(std::string(row.exploration) + " paper, real cloth", name_width) +
-           printed(row.pvalue) + printed(row.pca) + printed(row.all);
+           printed_cell(row.pvalue) + printed_cell(row.pca) + printed_cell(row.all);
     out.erase(out.find_last_not_of(' ') + 1);
     out += "\n";
   }

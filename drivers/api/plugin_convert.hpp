@@ -12,9 +12,6 @@ namespace weft::plugin {
 inline TimePoint time_of(std::int64_t ns) {
   return TimePoint(Duration(ns));
 }
-inline std::int64_t ns_of(TimePoint time) {
-  return time.time_since_epoch().count();
-}
 
 /// Points into `error`, which outlives it.
 weft_error_v1 c_error(const Error& error);

@@ -6,8 +6,6 @@
 namespace weft::protocols::apt {
 namespace {
 
-constexpr std::uint8_t long_form = 0x80;
-
 struct DataSize {
   MessageId id;
   std::size_t size;

@@ -106,6 +106,12 @@ inline constexpr std::uint8_t bay_first = 0x21;  ///< bay 0
 inline constexpr std::uint8_t bay_last = 0x2A;   ///< bay 9
 inline constexpr std::uint8_t usb_unit = 0x50;   ///< T-cube, K-cube, LTS, K10CR1
 }  // namespace address
+inline constexpr std::uint8_t long_form = 0x80;  ///< bit 7 of the destination
+
+/// Of one family of messages: the REQ id is one above the SET id, the GET id two.
+constexpr MessageId plus(MessageId id, int n) {
+  return static_cast<MessageId>(static_cast<int>(id) + n);
+}
 
 inline constexpr std::size_t header_size = 6;
 inline constexpr std::size_t max_data_size = 255;  ///< APT16: no message of the protocol has more

@@ -3,8 +3,6 @@
 namespace weft::protocols::apt {
 namespace {
 
-constexpr std::uint8_t long_form = 0x80;
-
 constexpr bool is_unit(std::uint8_t a) {
   return a == address::usb_unit || a == address::rack ||
          (a >= address::bay_first && a <= address::bay_last);

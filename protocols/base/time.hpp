@@ -24,6 +24,9 @@ constexpr double to_seconds(Duration d) {
 constexpr double to_seconds(TimePoint t) {
   return to_seconds(t.time_since_epoch());
 }
+constexpr std::int64_t ns_of(TimePoint t) {
+  return t.time_since_epoch().count();
+}
 
 /// Nearest nanosecond; the caller keeps `seconds` finite and below 292 years.
 constexpr Duration from_seconds(double seconds) {

@@ -42,7 +42,7 @@ Vec2 end_of(const Exploration& exploration) {
   return path_leg(exploration, path.size() - 1).to_m;
 }
 
-double recorded_s(const Plan& plan, const Exploration& exploration) {
+double recording_s(const Plan& plan, const Exploration& exploration) {
   return exploration.step(Phase::rest).duration_s + exploration.step(Phase::press).duration_s +
          motion_duration_s(exploration, plan.limits.max_acceleration_mps2) +
          exploration.step(Phase::end).duration_s;
@@ -104,7 +104,7 @@ double trial_duration_s(const Plan& plan, const Exploration& exploration, Vec2 f
          move(limits.clearance_m - cloth_height_m, approach.speed_mps) +
          move(seat_travel_m, approach.seat_speed_mps) +
          move(limits.rest_travel_m, approach.seat_speed_mps) + press_s + plan.settle.dwell_s +
-         recorded_s(plan, exploration) + move(release_travel_m, approach.speed_mps) +
+         recording_s(plan, exploration) + move(release_travel_m, approach.speed_mps) +
          move(limits.clearance_m - cloth_height_m, approach.transfer_speed_mps);
 }
 
@@ -132,7 +132,7 @@ Forecast forecast(const Plan& plan) {
   for (const TrialSpec& trial : plan.trials) {
     const Exploration& exploration = plan.explorations[trial.exploration];
     out.duration_s += trial_duration_s(plan, exploration, at);
-    total_recorded_s += recorded_s(plan, exploration);
+    total_recorded_s += recording_s(plan, exploration);
     at = end_of(exploration);
   }
   out.bytes = static_cast<std::uint64_t>(total_recorded_s * bytes_per_second(plan.limits));

@@ -9,11 +9,6 @@ namespace {
 
 using namespace protocols::apt;
 
-// The REQ id is one above the SET id, the GET id two.
-constexpr MessageId plus(MessageId id, int n) {
-  return static_cast<MessageId>(static_cast<int>(id) + n);
-}
-
 template <class Body>
 Bytes bytes_of(const Body& body) {
   Bytes bytes;

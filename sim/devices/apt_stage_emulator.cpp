@@ -17,10 +17,6 @@ constexpr std::uint16_t card_hardware_type = 44;
 constexpr std::uint16_t rack_hardware_type = 45;
 constexpr std::uint8_t occupied = 1, vacant = 2;
 
-constexpr MessageId plus(MessageId id, int n) {
-  return static_cast<MessageId>(static_cast<int>(id) + n);
-}
-
 const StageModel& model_of(const AptStageParams& params) {
   WEFT_ASSERT(params.stage != nullptr);
   return *params.stage;

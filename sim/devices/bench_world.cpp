@@ -18,7 +18,7 @@ TimePoint BenchWorld::frame_start(std::uint64_t frame) {
 }
 
 std::uint64_t BenchWorld::frame_at_or_after(TimePoint t) {
-  const std::int64_t ns = std::max<std::int64_t>(t.time_since_epoch().count(), 0);
+  const std::int64_t ns = std::max<std::int64_t>(ns_of(t), 0);
   return static_cast<std::uint64_t>((ns + pad_timing::frame_ns - 1) / pad_timing::frame_ns);
 }
 

@@ -26,7 +26,7 @@ std::int32_t nearest_count(double counts) {
 
 std::uint32_t conversion_at(TimePoint t) {
   constexpr std::int64_t rate_hz = 7000;
-  const std::int64_t ns = t.time_since_epoch().count();
+  const std::int64_t ns = ns_of(t);
   return static_cast<std::uint32_t>(ns / 1'000'000'000 * rate_hz +
                                     ns % 1'000'000'000 * rate_hz / 1'000'000'000);
 }

@@ -83,7 +83,7 @@ std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
   std::vector<bool> counted(frames, false);
   const auto first = static_cast<std::int64_t>(motion.first.frame);
   for (const TimePoint at : sampled) {
-    const std::int64_t ended = at.time_since_epoch().count() / pad_timing::frame_ns - 1 - first;
+    const std::int64_t ended = ns_of(at) / pad_timing::frame_ns - 1 - first;
     if (ended >= 0 && ended < static_cast<std::int64_t>(frames))
       counted[static_cast<std::size_t>(ended)] = true;
   }

@@ -3,8 +3,9 @@
 // piece of path. Fabrics are not Amonton: F_C = mu N0 (N/N0)^n (reference sim.md 2.3, [S11],
 // [S12]).
 
-#include <array>
 #include <cmath>
+
+#include "sim/plant/vector2.hpp"
 
 namespace weft::sim {
 
@@ -20,8 +21,6 @@ struct Friction {
     return coefficient * reference_load_n * std::pow(normal_n / reference_load_n, exponent);
   }
 };
-
-using Vector2 = std::array<double, 2>;
 
 /// The bristle's deflection as a share of full sliding, along the motion, after `displacement_m`.
 /// |share| <= 1; closed form 1 - e^{-d/l} from rest.

@@ -9,7 +9,7 @@ namespace {
 using nlohmann::ordered_json;
 using sim::ContactState;
 
-constexpr int schema_version = 1;
+constexpr int reference_schema_version = 1;
 
 struct Column {
   const char* name;
@@ -100,7 +100,7 @@ std::string write_references(const std::string& made_by, std::span<const Referen
                     {"fingerprint", sim_fingerprint(one.scene)},
                     {"cases", std::move(cases)}});
   }
-  const ordered_json out = {{"schema_version", schema_version},
+  const ordered_json out = {{"schema_version", reference_schema_version},
                             {"bench", "simulated"},
                             {"made_by", made_by},
                             {"sample_s", sim_sample_s},
@@ -114,9 +114,9 @@ Result<std::map<std::string, SimReference>> read_references(std::string_view jso
   std::map<std::string, SimReference> out;
   try {
     const ordered_json file = ordered_json::parse(json);
-    if (file.at("schema_version").get<int>() != schema_version)
+    if (file.at("schema_version").get<int>() != reference_schema_version)
       return fail(Errc::parse, "a reference of another version", "schema_version",
-                  std::to_string(schema_version), file.at("schema_version").dump());
+                  std::to_string(reference_schema_version), file.at("schema_version").dump());
     const std::string made_by = file.at("made_by").get<std::string>();
     for (const ordered_json& one : file.at("scenes"))
       for (const SimScene& scene : scenes) {

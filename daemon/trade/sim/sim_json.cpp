@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int schema_version = 1;
+constexpr int report_schema_version = 1;
 
 ordered_json deviation_json(const SimDeviation& d) {
   return {{"max", d.max}, {"rms", d.rms}};
@@ -80,7 +80,7 @@ bool stands_for_a_bench(const SimSceneResult& scene) {
 }  // namespace
 
 ordered_json sim_trade_json(const SimTradeReport& report) {
-  ordered_json out = {{"schema_version", schema_version},
+  ordered_json out = {{"schema_version", report_schema_version},
                       {"bench", "simulated"},
                       {"command", report.command},
                       {"software_version", report.software},
@@ -110,9 +110,12 @@ ordered_json fidelity_table_json(const SimTradeReport& report) {
                       {"times_real_time", 1 / p.median_s}});
     }
   }
-  return {{"schema_version", schema_version}, {"bench", "simulated"},
-          {"made_by", report.command},        {"machine", report.machine},
-          {"commit", report.commit},          {"rows", std::move(rows)}};
+  return {{"schema_version", report_schema_version},
+          {"bench", "simulated"},
+          {"made_by", report.command},
+          {"machine", report.machine},
+          {"commit", report.commit},
+          {"rows", std::move(rows)}};
 }
 
 }  // namespace weft::daemon

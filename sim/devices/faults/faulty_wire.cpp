@@ -81,7 +81,7 @@ TimePoint FaultyWire::due(Way& way, TimePoint now) {
     at = std::max(at, now + from_seconds(late->amount * board_->dice().uniform()));
   if (const Fault* lumps = board_->active(FaultKind::merge, way.to_device, now)) {
     const std::int64_t period = std::max<std::int64_t>(from_seconds(lumps->amount).count(), 1);
-    at = std::max(at, TimePoint(Duration((now.time_since_epoch().count() / period + 1) * period)));
+    at = std::max(at, TimePoint(Duration((ns_of(now) / period + 1) * period)));
   }
   if (kind_ == Kind::stream) way.last_due = at = std::max(at, way.last_due);
   return at;

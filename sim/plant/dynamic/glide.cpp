@@ -6,14 +6,6 @@ namespace weft::sim {
 
 namespace {
 
-Vector2 sum(double a, const Vector2& x, double b, const Vector2& y) {
-  return {a * x[0] + b * y[0], a * x[1] + b * y[1]};
-}
-
-double size(const Vector2& x) {
-  return std::sqrt(x[0] * x[0] + x[1] * x[1]);
-}
-
 /// The slip that solves m (v - v_0)/tau = k (u_0 - tau v) - c v - F. `friction_s` is the time over
 /// which the bristles move.
 Slip slip(const GlideLaw& law, const LuGre& lugre, BristleRule rule, const GlideState& from,

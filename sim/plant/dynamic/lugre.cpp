@@ -37,10 +37,6 @@ inline Shares shares_taken(BristleRule rule, double x) {
   return {end, 1 - mean, 1 - end, (mean - (1 - end)) / x};
 }
 
-double size(const Vector2& x) {
-  return std::sqrt(x[0] * x[0] + x[1] * x[1]);
-}
-
 /// The scalar equation for the slip speed u and its derivative.
 struct SlipEquation {
   const LuGre& lugre;
@@ -105,7 +101,7 @@ Vector2 LuGre::force_n(const Vector2& bristle, const Vector2& v_mps) const {
 
 Vector2 bristle_after(const Vector2& bristle, const Vector2& v_mps, double t_s, const LuGre& lugre,
                       BristleRule rule) {
-  const double speed = std::sqrt(v_mps[0] * v_mps[0] + v_mps[1] * v_mps[1]);
+  const double speed = size(v_mps);
   if (!(speed > 0)) return bristle;
   const double r = lugre.limit_ratio(speed);
   const double end = shares_taken(rule, speed * t_s / (lugre.length_m * r)).end;

@@ -11,10 +11,6 @@ namespace weft::sim {
 
 inline constexpr double most_substeps = 1e8;  // in one step of the stages
 
-inline Vector2 sum(double a, const Vector2& x, double b, const Vector2& y) {
-  return {a * x[0] + b * y[0], a * x[1] + b * y[1]};
-}
-
 /// A substep's length and the cloth's memory over its two parts.
 struct DynamicContact::Span {
   double h_s;

@@ -51,10 +51,6 @@ WEFT_SIM_CLONES double sum_of_waves(const double* amplitude, const double* turns
   return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
-double length(const Vector2& v) {
-  return std::sqrt(v[0] * v[0] + v[1] * v[1]);
-}
-
 double limited(double value, double largest) {
   return std::isnan(value) ? 0 : std::clamp(value, -largest, largest);
 }
@@ -162,7 +158,7 @@ Force Rubbing::advance(const SlidingContact& contact) {
   const double stiffness = std::max(0.0, limited(contact.stiffness_n_m, largest_stiffness_n_m));
   const Vector2 moved =
       started_ ? Vector2{place[0] - place_m_[0], place[1] - place_m_[1]} : Vector2{};
-  const double all = length(moved);
+  const double all = size(moved);
   const double distance = all <= longest_step_m ? all : 0;
   if (distance > 0) direction_ = {moved[0] / distance, moved[1] / distance};
   path_m_ += distance;
@@ -175,7 +171,7 @@ Force Rubbing::advance(const SlidingContact& contact) {
   const double pressed = std::max(
       -normal, stiffness * waves_.height_m(place) + scratch * normal * normal_.at(path_m_));
   const double scratched =
-      normal + pressed > 0 ? scratch * length(friction) * tangential_.at(path_m_) : 0;
+      normal + pressed > 0 ? scratch * size(friction) * tangential_.at(path_m_) : 0;
   const double more = 1 + pressed / normal;  // friction follows the load
   return {friction[0] * more + direction_[0] * scratched,
           friction[1] * more + direction_[1] * scratched, normal + pressed};

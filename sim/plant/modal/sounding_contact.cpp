@@ -22,7 +22,7 @@ Result<SoundingContact> SoundingContact::make(const DynamicContact& contact,
                                               const VibrationParams& params,
                                               const HeightField& field, double skew_rad,
                                               std::uint64_t seed, TimePoint start) {
-  const std::int64_t start_ns = start.time_since_epoch().count();
+  const std::int64_t start_ns = ns_of(start);
   const std::int64_t step_ns = std::max<std::int64_t>(params.step_ns, 1);
   const std::int64_t first_step = start_ns < 0 ? -1 : start_ns / step_ns;
   auto vibration = Vibration::make(params, field, seed, {skew_rad, first_step});
@@ -32,7 +32,7 @@ Result<SoundingContact> SoundingContact::make(const DynamicContact& contact,
 
 Instants SoundingContact::ticks(Duration dt) const {
   if (!vibration_.listens()) return {};
-  const std::int64_t step = vibration_.step_ns(), begin = now_.time_since_epoch().count();
+  const std::int64_t step = vibration_.step_ns(), begin = ns_of(now_);
   const std::int64_t first = begin / step + 1, last = (begin + dt.count()) / step;
   return {.first_s = to_seconds(Duration(first * step - begin)),
           .every_s = to_seconds(Duration(step)),
@@ -49,8 +49,7 @@ ContactState SoundingContact::advance(const ContactState& from, const Pose& to, 
   const Instants instants = ticks(dt);
   heard_.resize(instants.count);
   const ContactState state = contact_.step(from, to, to_seconds(dt), instants, heard_);
-  std::int64_t at_ns =
-      now_.time_since_epoch().count() / vibration_.step_ns() * vibration_.step_ns();
+  std::int64_t at_ns = ns_of(now_) / vibration_.step_ns() * vibration_.step_ns();
   for (const SlidingContact& contact : heard_) {
     at_ns += vibration_.step_ns();
     const VibrationSample sample = vibration_.advance(contact);
