@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """(C, gamma, delta) of every core and every prediction: ours against the Python reference, with the same folds.
 
-    oracle_agreement_cores.py TOOL SHARED_DIR WEFT SOURCE_ROOT [--full]      exit 77 (skipped) where the reference is absent
+    oracle_agreement_cores.py TOOL SHARED_DIR WEFT SOURCE_ROOT [--full] [--only PATTERN]
+
+Exit 77 (skipped) where the reference is absent. PATTERN chooses from SET/REDUCTION: "simulated m?/pca*".
 
 Simulated M1 and M2, fabricslide (repetition 0 trains, 1 tests) and icub20 (folds 0-2 train, 3 tests); features chosen once
 (the paper's wording) or in each fold, p-value, PCA and all features. The reference extracts the features itself. Without
@@ -16,6 +18,7 @@ far from every support vector then says 0 here and, say, 8e-320 there, which is 
 below FLUSHED are taken as 0, and how many they are is printed.
 """
 import csv
+import fnmatch
 import pathlib
 import subprocess
 import sys
@@ -26,6 +29,7 @@ from oracle_agreement_data import need_reference, real_trials, simulated_trials,
 ROUNDING = 1e-9
 FLUSHED = 1e-300
 SOLVER = 5e-3  # of a decision, and of the hinge loss of one held-out row: libsvm stops at a violation of 1e-3
+REDUCTIONS = ("pvalue", "pvalue-paper", "pca", "pca-paper", "all")
 KINDS = {"pvalue": "pvalue", "pca": "pca", "all": "none"}
 
 
@@ -167,15 +171,21 @@ def sets(shared, weft, root, full):
 def main():
     tool, shared, weft, root = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3], pathlib.Path(sys.argv[4])
     full = "--full" in sys.argv[5:]
+    only = sys.argv[sys.argv.index("--only") + 1] if "--only" in sys.argv else "*"
     oracle = need_reference(shared)
-    bad = 0
+    bad = compared = 0
     for name, write, train, test in sets(shared, weft, root, full):
+        chosen = [r for r in REDUCTIONS if fnmatch.fnmatch(f"{name}/{r}", only)]
+        if not chosen:
+            continue
         with tempfile.TemporaryDirectory() as folder:
             index = write(pathlib.Path(folder))
             F = features_of(oracle, index)
             print(f"{name}: {len(F)} trials", flush=True)
-            for reduction in ("pvalue", "pvalue-paper", "pca", "pca-paper", "all"):
+            for reduction in chosen:
                 bad += compare_cores(oracle, tool, index, F, train, test, reduction)
+                compared += 1
+    assert compared, f"no set and reduction is called {only}"
     assert not bad, f"{bad} differences without a reason"
 
 
