@@ -1,0 +1,184 @@
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "protocols/vibro/vibro.hpp"
+#include "tests/unit/protocols/streams.hpp"
+#include "tests/unit/protocols/vectors.hpp"
+
+using namespace weft;
+using namespace weft::protocols::vibro;
+using weft::testing::from_hex;
+using weft::testing::split_in_pieces;
+using weft::testing::Vector;
+
+namespace {
+
+Bytes encode(const Frame& frame) {
+  Bytes out;
+  append(out, frame);
+  return out;
+}
+
+ChannelDescription channel_of(const nlohmann::json& json) {
+  return {json.at("rate_mhz"), json.at("range_micro"), json.at("full_scale_counts"),
+          json.at("block_readings")};
+}
+
+Frame frame_of(const nlohmann::json& f) {
+  Frame frame;
+  frame.sequence = f.at("sequence");
+  frame.device_us = f.at("device_us");
+  const std::string kind = f.at("kind");
+  if (kind == "description") {
+    frame.description = {f.at("serial"), f.at("firmware"), channel_of(f.at("acceleration")),
+                         channel_of(f.at("sound"))};
+    return frame;
+  }
+  frame.kind = kind == "sound" ? Kind::sound : Kind::acceleration;
+  const auto values = f.at("values").get<std::vector<std::int16_t>>();
+  frame.value_count = static_cast<std::uint16_t>(values.size());
+  std::copy(values.begin(), values.end(), frame.values.begin());
+  return frame;
+}
+
+ChannelDescription random_channel(std::mt19937& random) {
+  return {static_cast<std::uint32_t>(random()), static_cast<std::uint32_t>(random()),
+          static_cast<std::uint16_t>(random()), static_cast<std::uint16_t>(random())};
+}
+
+Frame random_frame(std::mt19937& random) {
+  Frame frame;
+  frame.kind = static_cast<Kind>(random() % 3);
+  frame.sequence = static_cast<std::uint16_t>(random());
+  frame.device_us = static_cast<std::uint32_t>(random());
+  if (frame.kind == Kind::description) {
+    frame.description = {static_cast<std::uint32_t>(random()),
+                         {1, 2, 3},
+                         random_channel(random),
+                         random_channel(random)};
+    return frame;
+  }
+  const std::size_t per_reading = values_per_reading(frame.kind);
+  const std::size_t readings = 1 + random() % 60;
+  frame.value_count = static_cast<std::uint16_t>(readings * per_reading);
+  for (std::size_t i = 0; i < frame.value_count; ++i)
+    frame.values[i] = static_cast<std::int16_t>(random());
+  return frame;
+}
+
+struct Stream {
+  Bytes bytes;
+  std::vector<Frame> frames;
+  std::vector<std::size_t> ends;
+};
+
+Stream random_stream(std::size_t count, std::mt19937& random) {
+  Stream s;
+  for (std::size_t i = 0; i < count; ++i) {
+    s.frames.push_back(random_frame(random));
+    append(s.bytes, s.frames.back());
+    s.ends.push_back(s.bytes.size());
+  }
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("every vibro vector decodes to its fields and encodes back to its bytes") {
+  const std::vector<Vector> vectors = testing::load_vectors("vibro");
+  REQUIRE(vectors.size() >= 8);
+  for (const Vector& vector : vectors) {
+    INFO(vector.name);
+    const nlohmann::json golden = nlohmann::json::parse(vector.text);
+    REQUIRE_FALSE(golden.at("source").get<std::string>().empty());
+    const Frame expected = frame_of(golden.at("fields"));
+    const Bytes bytes = from_hex(golden.at("hex"));
+    CHECK(encode(expected) == bytes);
+    Splitter splitter;
+    splitter.push(bytes);
+    Frame frame;
+    REQUIRE(splitter.next(frame));
+    CHECK(frame == expected);
+    CHECK_FALSE(splitter.next(frame));
+  }
+}
+
+TEST_CASE("both channels at their usual rates fit 460800 baud twice over") {
+  const double bytes_per_s = 50 * (frame_size(4 * 3 * 2) + frame_size(160 * 2)) +
+                             static_cast<double>(frame_size(description_size));
+  CHECK(bytes_per_s * 10 * 2 < 460800);
+}
+
+TEST_CASE("any chunking of a vibro stream gives the same frames") {
+  std::mt19937 random(15);
+  const Stream stream = random_stream(200, random);
+  for (const std::size_t longest : {1U, 3U, 47U, 4000U}) {
+    Splitter splitter;
+    CHECK(split_in_pieces<Splitter, Frame>(splitter, stream.bytes, longest, random) ==
+          stream.frames);
+    CHECK(splitter.skipped_bytes() == 0);
+    CHECK(splitter.crc_errors() == 0);
+  }
+}
+
+TEST_CASE("a flipped bit costs one vibro frame, and nobody waits for bytes that do not come") {
+  std::mt19937 random(16);
+  for (int round = 0; round < 300; ++round) {
+    const Stream stream = random_stream(6, random);
+    Bytes bytes = stream.bytes;
+    const std::size_t at = stream.ends[0] + random() % (stream.ends[1] - stream.ends[0]);
+    bytes[at] ^= static_cast<std::uint8_t>(1U << random() % 8);
+    Splitter splitter;
+    std::vector<Frame> expected = stream.frames;
+    expected.erase(expected.begin() + 1);
+    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 500, random) == expected);
+  }
+}
+
+TEST_CASE("a cut vibro frame is given up for the ones behind it") {
+  std::mt19937 random(17);
+  const Frame first = random_frame(random), second = random_frame(random);
+  const Bytes whole = encode(first);
+  for (std::size_t cut = 0; cut < whole.size(); ++cut) {
+    Bytes bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut));
+    append(bytes, second);
+    bytes.insert(bytes.end(), whole.size(), 0);
+    Splitter splitter;
+    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 30, random) ==
+          std::vector<Frame>{second});
+  }
+}
+
+TEST_CASE("noise gives no vibro frames, and the counters tell of it") {
+  std::mt19937 random(18);
+  Splitter splitter;
+  const Bytes noise = testing::random_bytes(200000, random);
+  CHECK(split_in_pieces<Splitter, Frame>(splitter, noise, 1000, random).empty());
+  CHECK(splitter.skipped_bytes() > 196000);
+}
+
+TEST_CASE("a head with a right check value and a body that no kind has is not a frame") {
+  // kind 3; no readings; a part of a reading; too many readings; a description of another size
+  const char* heads[] = {
+      "D6 6D 01 03 02 00 00 00 00 00 00 00", "D6 6D 01 02 00 00 00 00 00 00 00 00",
+      "D6 6D 01 01 04 00 00 00 00 00 00 00", "D6 6D 01 02 02 0C 00 00 00 00 00 00",
+      "D6 6D 01 00 1F 00 00 00 00 00 00 00"};
+  const char* checks[] = {"9E 2C", "1B 48", "32 6A", "D6 95", "0A 6A"};
+  for (std::size_t i = 0; i < 5; ++i) {
+    Bytes bytes = from_hex(std::string(heads[i]) + " " + checks[i]);
+    bytes.insert(bytes.end(), 4000, 0);
+    Splitter splitter;
+    splitter.push(bytes);
+    Frame frame;
+    INFO(heads[i]);
+    CHECK_FALSE(splitter.next(frame));
+    CHECK(splitter.crc_errors() == 1);
+    CHECK(splitter.skipped_bytes() > 3990);
+  }
+}
+
+TEST_CASE("a vibro splitter that nobody drains stays bounded") {
+  Splitter splitter;
+  for (int i = 0; i < 20; ++i) splitter.push(Bytes(10000, protocols::vibro::sync[0]));
+  CHECK(splitter.skipped_bytes() == 20 * 10000 - Splitter::capacity);
+}
