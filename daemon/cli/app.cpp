@@ -17,6 +17,7 @@
 #include "daemon/cli/trade_command.hpp"
 #include "daemon/cli/trade_sim_command.hpp"
 #include "daemon/cli/train_command.hpp"
+#include "daemon/cli/verify_command.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -29,6 +30,7 @@ struct Commands {
   ImportArgs import;
   ExportArgs exported;
   InfoArgs info;
+  VerifyArgs verify;
   FeaturesArgs features;
   TrainArgs train;
   EvaluateArgs evaluate;
@@ -70,6 +72,8 @@ void add_commands(CLI::App& root, Commands& all) {
   add(*dataset, all, "import", "other people's recordings into a data set", all.import, run_import);
   add(*dataset, all, "export", "the complete trials of a campaign file", all.exported, run_export);
   add(*dataset, all, "info", "what a data set holds", all.info, run_info);
+  add(root, all, "verify", "whether a campaign or data set is what was recorded", all.verify,
+      run_verify);
   add(root, all, "features", "the features of a data set as a table", all.features, run_features);
   add(root, all, "train", "train a model", all.train, run_train);
   add(root, all, "evaluate", "train and test on splits of a data set", all.evaluate, run_evaluate);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "daemon/certificate/certificate.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -315,12 +316,17 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   summary.bench = rig->bench;
   summary.level = rig->plant_level;
   summary.campaign_file = campaign_file;
-  if (summary.trials_complete == 0) return summary;
+  if (summary.trials_complete == 0) {
+    if (Status ok = write_certificate(campaign_file, {}); !ok) return pass(ok.error());
+    return summary;
+  }
   const auto export_began = steady_wall_now();
   summary.dataset_file = request.out / "dataset.h5";
   Result<std::string> digest = export_dataset(campaign_file, summary.dataset_file);
   if (!digest) return pass(digest.error());
   summary.dataset_sha256 = *digest;
+  if (Status ok = write_certificate(campaign_file, summary.dataset_file); !ok)
+    return pass(ok.error());
   summary.time.export_s = seconds_since(export_began);
   return summary;
 }

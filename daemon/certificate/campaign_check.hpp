@@ -1,0 +1,14 @@
+#pragma once
+// The content of a campaign file against itself and its certificate.
+
+#include "daemon/certificate/certificate.hpp"
+#include "daemon/certificate/verify.hpp"
+
+namespace weft::daemon {
+
+/// Structure, every chunk's CRC-32, every trial's SHA-256, every table's rows. Adds to `report`.
+/// `certificate`: nothing where there is none, or none of this state of the file.
+void check_campaign(const std::filesystem::path& file, const Certificate* certificate,
+                    VerifyReport& report);
+
+}  // namespace weft::daemon

@@ -1,0 +1,113 @@
+#include "daemon/certificate/verify.hpp"
+
+#include <algorithm>
+
+#include "daemon/certificate/campaign_check.hpp"
+#include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/recorder/recorder.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+const FilePrint* certified_file(const Certificate& certificate, const fs::path& file) {
+  const auto found = std::find_if(certificate.files.begin(), certificate.files.end(),
+                                  [&](const FilePrint& f) { return f.name == file.filename(); });
+  return found == certificate.files.end() ? nullptr : &*found;
+}
+
+/// A certificate is of a finished file. One whose write-ahead log holds something has been written
+/// to since.
+bool log_beside(const fs::path& campaign) {
+  std::error_code none;
+  const auto bytes = fs::file_size(campaign.string() + "-wal", none);
+  return !none && bytes > 0;
+}
+
+void compare_bytes(const FilePrint& then, const fs::path& file, VerifyReport& report) {
+  const auto now = print_of(file);
+  const std::string name = file.filename().string();
+  if (!now) return report.findings.push_back({name, to_string(now.error())});
+  if (now->bytes != then.bytes)
+    report.findings.push_back({name, std::to_string(now->bytes) + " bytes long, certified were " +
+                                         std::to_string(then.bytes)});
+  for (const AlteredBytes& run : altered(then, *now))
+    report.findings.push_back({name + ": bytes " + std::to_string(run.first) + " to " +
+                                   std::to_string(run.first + run.bytes - 1),
+                               "altered: " + run.holds});
+}
+
+void check_dataset(const fs::path& file, const Certificate* certificate, VerifyReport& report) {
+  const auto dataset = read_hdf5(file);
+  const std::string name = file.filename().string();
+  if (!dataset) return report.findings.push_back({name, to_string(dataset.error())});
+  report.dataset_sha256 = dataset_sha256(*dataset);
+  report.software_version = dataset->info.software_version;
+  if (report.campaign.empty())
+    report.planned = report.complete = report.attempts = dataset->trials.size();
+  if (certificate == nullptr || certificate->dataset_sha256 == report.dataset_sha256) return;
+  report.findings.push_back({name, "another data set than the certified one (expected " +
+                                       certificate->dataset_sha256 + ", got " +
+                                       report.dataset_sha256 + ")"});
+}
+
+/// What of `path` there is to look at.
+Result<VerifyReport> looked_at(const fs::path& path) {
+  VerifyReport report;
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) {
+    if (there(path / "campaign.sqlite")) report.campaign = path / "campaign.sqlite";
+    if (there(path / "dataset.h5")) report.dataset = path / "dataset.h5";
+    if (report.campaign.empty() && report.dataset.empty())
+      return fail(Errc::not_found, "neither campaign.sqlite nor dataset.h5 in this folder",
+                  path.string());
+    return report;
+  }
+  if (!there(path)) return fail(Errc::not_found, "no such file or folder", path.string());
+  (is_campaign_file(path) ? report.campaign : report.dataset) = path;
+  return report;
+}
+
+}  // namespace
+
+Result<VerifyReport> verify(const fs::path& path) {
+  auto report = looked_at(path);
+  if (!report) return report;
+  const fs::path& file = report->campaign.empty() ? report->dataset : report->campaign;
+  const auto read = read_certificate(file.parent_path());
+  const Certificate* certificate = nullptr;
+  if (!read)
+    report->findings.push_back({certificate_file_name, to_string(read.error())});
+  else if (*read)
+    certificate = &**read;
+  // A file whose first bytes are gone is still the certified one by its name.
+  if (certificate != nullptr && report->campaign.empty() && report->dataset == path &&
+      path.filename() == "campaign.sqlite")
+    std::swap(report->campaign, report->dataset);
+  for (const fs::path& each : {report->campaign, report->dataset}) {
+    if (each.empty()) continue;
+    const FilePrint* then = certificate == nullptr ? nullptr : certified_file(*certificate, each);
+    const bool is_campaign = each == report->campaign;
+    if (then != nullptr) {
+      report->certified = true;
+      compare_bytes(*then, each, *report);
+    }
+    if (is_campaign && then != nullptr && log_beside(each))
+      report->findings.push_back({each.filename().string(),
+                                  "was written to after it had been certified: its log is not "
+                                  "empty"});
+    if (is_campaign)
+      check_campaign(each, then == nullptr ? nullptr : certificate, *report);
+    else
+      check_dataset(each, then == nullptr ? nullptr : certificate, *report);
+  }
+  return report;
+}
+
+}  // namespace weft::daemon

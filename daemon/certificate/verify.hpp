@@ -1,0 +1,35 @@
+#pragma once
+// Whether a campaign and its data set are what was recorded: digests, gaps, provenance.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// Something that is not as it was.
+struct VerifyFinding {
+  std::string where;  ///< file, then trial, stream and chunk, or table, or bytes
+  std::string what;
+};
+
+struct VerifyReport {
+  std::filesystem::path campaign, dataset;  ///< what was looked at; empty: not there
+  bool certified = false;  ///< compared with a certificate, not only with the files' own digests
+  bool finished = false;   ///< the campaign came to its end
+  std::size_t planned = 0, complete = 0, attempts = 0;  ///< trials of the campaign file
+  std::uint64_t lost_samples = 0;                       ///< in gaps that are on record
+  std::string dataset_sha256;
+  std::string software_version;
+  std::vector<VerifyFinding> findings;
+  [[nodiscard]] bool holds() const { return findings.empty(); }
+};
+
+/// `path`: a campaign's folder, its campaign file or a data set. Damage is a finding, however bad.
+/// Errors: not_found, and parse of a file that never was one of ours.
+Result<VerifyReport> verify(const std::filesystem::path& path);
+
+}  // namespace weft::daemon

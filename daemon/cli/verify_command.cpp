@@ -1,0 +1,69 @@
+#include "daemon/cli/verify_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/certificate/verify.hpp"
+#include "daemon/report/format.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string state_text(const VerifyReport& report) {
+  if (report.campaign.empty()) return thousands(report.attempts) + " trials.\n";
+  return thousands(report.complete) + " of " + thousands(report.planned) +
+         " planned trials are complete, in " + thousands(report.attempts) + " attempts; " +
+         thousands(report.lost_samples) + " samples lost in gaps on record" +
+         (report.finished ? "" : "; the run did not come to its end") + ".\n";
+}
+
+std::string verify_text(const VerifyReport& report) {
+  std::string text;
+  for (const VerifyFinding& finding : report.findings)
+    text += finding.where + ": " + finding.what + "\n";
+  if (!report.holds())
+    return text + "Not as recorded: " + std::to_string(report.findings.size()) +
+           (report.findings.size() == 1 ? " finding.\n" : " findings.\n");
+  return state_text(report) + "It holds: " +
+         (report.certified ? "every byte is as certified.\n"
+                           : "the files' own digests agree; there is no certificate.\n");
+}
+
+json verify_json(const VerifyReport& report) {
+  json findings = json::array();
+  for (const VerifyFinding& finding : report.findings)
+    findings.push_back({{"where", finding.where}, {"what", finding.what}});
+  return {{"command", "verify"},
+          {"campaign_file", report.campaign.string()},
+          {"dataset_file", report.dataset.string()},
+          {"holds", report.holds()},
+          {"certified", report.certified},
+          {"finished", report.finished},
+          {"trials_planned", report.planned},
+          {"trials_complete", report.complete},
+          {"attempts", report.attempts},
+          {"lost_samples", report.lost_samples},
+          {"dataset_sha256", report.dataset_sha256},
+          {"software_version", report.software_version},
+          {"findings", std::move(findings)}};
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, VerifyArgs& args) {
+  command
+      .add_option("PATH", args.path,
+                  "a campaign's folder, its campaign file (SQLite) or a data set (HDF5)")
+      ->required();
+}
+
+Result<int> run_verify(const VerifyArgs& args, Console& console) {
+  const auto report = verify(args.path);
+  if (!report) return pass(report.error());
+  print(console, verify_text(*report), verify_json(*report));
+  return report->holds() ? exit_ok : exit_failure;
+}
+
+}  // namespace weft::daemon::cli
