@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::sim {
@@ -48,9 +49,42 @@ void draw_spread(Patch& patch, const TrialSpread& spread, Random random) {
 
 }  // namespace
 
+Status check(const MaterialParams& params) {
+  const auto& base = params.relaxation_base;
+  const auto& slope = params.relaxation_slope;
+  const WavinessSpec& waves = params.waviness;
+  return check_bounds(
+      "cloths", {{"the first relaxation share", base[0], 0, 0.999},
+                 {"the second relaxation share", base[1], 0, 0.999},
+                 {"the first share per hysteresis", slope[0], 0, 0.999},
+                 {"the second share per hysteresis", slope[1], 0, 0.999},
+                 {"the first relaxation time in s", params.relaxation_time_s[0], 1e-6, 1e9},
+                 {"the second relaxation time in s", params.relaxation_time_s[1], 1e-6, 1e9},
+                 {"the hysteresis' length", params.hysteresis_length, 1e-3, 100},
+                 {"the friction's exponent", params.friction_exponent, 0, 2},
+                 {"the friction's reference load in N", params.friction_reference_n, 1e-6, 1e6},
+                 {"the bristles' length in m", params.bristle_length_m, 1e-9, 1},
+                 {"the height per roughness", params.height_per_roughness, 0, 100},
+                 {"the waviness in m", waves.rms_m, 0, 1e-2},
+                 {"the shortest wave in m", waves.shortest_wave_m, 1e-6, 10},
+                 {"the longest wave in m", waves.longest_wave_m, waves.shortest_wave_m, 10}});
+}
+
+Status check(const TrialSpread& spread) {
+  return check_bounds("trial spread", {{"of lambda", spread.lambda, 0, 1},
+                                       {"of the pressure", spread.pressure, 0, 1},
+                                       {"of the friction", spread.friction, 0, 1},
+                                       {"of the gain", spread.gain, 0, 1},
+                                       {"of the thickness", spread.thickness, 0, 1},
+                                       {"of the tilt", spread.tilt, 0, 1},
+                                       {"of the skew in rad", spread.skew_rad, 0, 1}});
+}
+
 Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params,
                         const TrialSpread& spread, const MaterialSwitches& switches,
                         std::uint64_t patch_seed) {
+  if (const Status s = check(params); !s) return pass(s.error(), fabric.name);
+  if (const Status s = check(spread); !s) return pass(s.error(), fabric.name);
   const auto law = law_from_kes(fabric.kes);
   if (!law) return pass(law.error(), fabric.name);
   Patch patch;

@@ -51,6 +51,10 @@ struct TrialSpread {
   double skew_rad = 0.0175;  ///< of the yarns against the stages: the cloth is fixed by hand
 };
 
+/// Errors of both: range, naming the field.
+Status check(const MaterialParams& params);
+Status check(const TrialSpread& spread);
+
 /// Mechanisms that a rig file may switch off.
 struct MaterialSwitches {
   bool relaxation = true;
@@ -72,7 +76,8 @@ struct Patch {
 };
 
 /// Cuts a patch: amplitudes, pitches and material are the fabric's, phases, wander and random waves
-/// the patch's. Errors: range, for a cloth that no law fits.
+/// the patch's. Errors: range, for a cloth that no law fits
+/// and for what check() refuses.
 Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params,
                         const TrialSpread& spread, const MaterialSwitches& switches,
                         std::uint64_t patch_seed);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/lanes_math.hpp"
 #include "sim/plant/random.hpp"
 
@@ -22,6 +23,28 @@ double plate_f_m(const PadParams& params) {
 }
 
 }  // namespace
+
+Status check(const PadParams& params) {
+  return check_bounds(
+      "pads", {{"the pads' diameter in m", params.diameter_m, 1e-6, 1},
+               {"the dielectric in m", params.dielectric_m, 1e-9, 1},
+               {"the dielectric's permittivity", params.dielectric_permittivity, 1, 1e5},
+               {"the gap in m", params.gap_m, 1e-12, 1},
+               {"the pressure that halves the gap in Pa", params.gap_pressure_pa, 1e-3, 1e12},
+               {"a count in F", params.lsb_f, 1e-21, 1},
+               {"the lowest baseline in counts", params.baseline_low_counts, 0, 65535},
+               {"the highest baseline in counts", params.baseline_high_counts,
+                params.baseline_low_counts, 65535},
+               {"the gains' spread", params.gain_spread, 0, 10},
+               {"the gaps' spread", params.gap_spread, 0, 10},
+               {"the crosstalk", params.crosstalk, 0, 1},
+               {"the creep", params.creep, 0, 100},
+               {"the creep's time in s", params.creep_time_s, 1e-6, 1e9},
+               {"the hysteresis", params.hysteresis, 0, 0.999},
+               {"the drift in counts", params.drift_counts, 0, 1e6},
+               {"the drift's time in s", params.drift_time_s, 1e-6, 1e12},
+               {"the noise in counts", params.noise_counts, 0, 1e6}});
+}
 
 double air_gap_m(const PadParams& params, double pressure_pa, double gap_m) {
   return gap_m / (1 + pressure_pa / params.gap_pressure_pa);
@@ -81,7 +104,8 @@ WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, con
                                        State& to) {
   using simd::Lanes, simd::load, simd::store;
   for (std::size_t i = first; i < last; i += simd::width) {
-    const Lanes pressure = load(&pressure_pa[i]);
+    const Lanes asked = load(&pressure_pa[i]);
+    const Lanes pressure = asked <= largest_felt_pa ? asked : simd::all(largest_felt_pa);
     const Lanes creep = pressure + (load(&from.creep_pa[i]) - pressure) * law.creep_keep;
     Lanes felt = pressure + law.creep * creep;
     store(&to.creep_pa[i], creep);

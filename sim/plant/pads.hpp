@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "protocols/base/result.hpp"
 #include "sim/plant/hysteresis.hpp"
 
 namespace weft::sim {
@@ -51,6 +52,9 @@ struct PadParams {
   double noise_counts = 1.5;  ///< rms, 1 to 2
 };
 
+/// Errors: range, naming the field.
+Status check(const PadParams& params);
+
 /// Gap that is left under `pressure_pa` >= 0 [m].
 double air_gap_m(const PadParams& params, double pressure_pa, double gap_m);
 /// Plate capacitor: dielectric and gap in series [F].
@@ -60,12 +64,14 @@ std::uint16_t quantise(double counts);
 
 class PadArray {
  public:
-  /// `sensor_seed` draws what belongs to this sensor: gains, gaps, baselines.
+  /// The parameters must pass check(). `sensor_seed` draws what belongs to this sensor: gains,
+  /// gaps, baselines.
   PadArray(const PadParams& params, std::uint64_t sensor_seed);
 
   /// A new trial: creep and hysteresis forgotten, gains scaled, noise from `noise_seed`.
   void reset(std::uint64_t noise_seed, double gain_scale);
-  /// Converts one pad under `pressure_pa` in frame number `frame`. Once per pad and frame.
+  /// Converts one pad under `pressure_pa` in frame number `frame`. Once per pad and frame. What is
+  /// no number, or presses beyond any gap, presses it shut.
   void convert(std::size_t pad, double pressure_pa, std::uint64_t frame);
   /// Converts the pads of stages [first, last) of a frame in the order of the stages, with the same
   /// bits as one by one: pads know of each other only what the last conversions gave.

@@ -3,13 +3,18 @@
 #include <cmath>
 #include <utility>
 
+#include "sim/plant/bounds.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::sim {
 
 Status check(const PlantParams& params, const ContactMaterial& material) {
-  if (params.level < Level::dynamic) return {};
   if (Status s = check(params.geometry, params.mount, material, params.dynamics); !s) return s;
+  if (Status s = check(params.pads); !s) return s;
+  if (Status s = check_bounds("plant", {{"the rig's tilt", params.rig_tilt, 0, 1},
+                                        {"the set point in N", params.set_point_n, 0, 1e6}});
+      !s)
+    return s;
   if (params.level < Level::modal) return {};
   if (auto made = Vibration::make(params.vibration, {}, 0); !made) return pass(made.error());
   return {};

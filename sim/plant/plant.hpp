@@ -39,8 +39,8 @@ struct PlantParams {
       1e-4;  ///< standard deviation of the probe's own tilt, drawn once per rig [rad, E]
 };
 
-/// Refuses what a level's equations have no solution for: check() of the dynamics from L2 on, the
-/// sensors' parameters at L3. Errors: range, naming the field.
+/// Refuses what the levels' equations have no solution for; the sensors' parameters at L3 only.
+/// Errors: range, naming the field.
 Status check(const PlantParams& params, const ContactMaterial& material);
 
 class Plant {

@@ -1,37 +1,10 @@
 #include "sim/plant/dynamic/dynamics_params.hpp"
 
-#include <array>
-#include <cstdio>
-#include <string>
+#include "sim/plant/bounds.hpp"
 
 namespace weft::sim {
 
 namespace {
-
-struct Bound {
-  const char* name;
-  double value, low, high;
-};
-
-/// Written so that NaN fails.
-bool inside(const Bound& bound) {
-  return bound.value >= bound.low && bound.value <= bound.high;
-}
-
-std::string text(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%g", value);
-  return buffer.data();
-}
-
-template <std::size_t count>
-Status check_bounds(const char* where, const Bound (&bounds)[count]) {
-  for (const Bound& bound : bounds)
-    if (!inside(bound))
-      return fail(Errc::range, std::string(bound.name) + " is outside what can be simulated", where,
-                  text(bound.low) + " to " + text(bound.high), text(bound.value));
-  return {};
-}
 
 Status check_geometry(const ContactGeometry& geometry) {
   return check_bounds("geometry",

@@ -1,6 +1,8 @@
 #pragma once
 // What the tests of level L2 share.
 
+#include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
@@ -30,6 +32,25 @@ inline DynamicsParams undamped(double step_s, Integrator integrator = Integrator
   DynamicsParams params = with_step(step_s, integrator);
   params.normal_damping = params.lateral_damping = 0;
   return params;
+}
+
+/// A slow way over the cloth, into it and out again.
+inline Pose down_and_up(const ContactMaterial& material, int i) {
+  return {.x_m = 1e-6 * i,
+          .y_m = 3e-6 * i,
+          .z_m = plate_z - material.thickness_m + 2.5e-3 * std::sin(0.003 * i)};
+}
+
+inline void same_bits(const ContactState& a, const ContactState& b) {
+  CHECK(a.pose == b.pose);
+  CHECK(a.normal_n == b.normal_n);
+  CHECK(a.extension_m == b.extension_m);
+  CHECK(a.indentation_m == b.indentation_m);
+  CHECK(a.velocity_mps == b.velocity_mps);
+  CHECK(a.bristle == b.bristle);
+  CHECK(a.friction_n == b.friction_n);
+  CHECK(a.lag_m == b.lag_m);
+  CHECK(a.relaxation.relaxed_n == b.relaxation.relaxed_n);
 }
 
 }  // namespace weft::sim::test

@@ -275,11 +275,7 @@ TEST_CASE("a run that is stopped and taken up again has the same bits") {
   const ContactMaterial material = whole("terry");
   for (const Integrator integrator : both) {
     const DynamicContact contact(level_plate(), {}, material, with_step(2e-4, integrator));
-    const auto path = [&](int i) {
-      return Pose{.x_m = 1e-6 * i,
-                  .y_m = 3e-6 * i,
-                  .z_m = plate_z - material.thickness_m + 2.5e-3 * std::sin(0.003 * i)};
-    };
+    const auto path = [&](int i) { return down_and_up(material, i); };
     ContactState single = hanging(material, path(0).z_m), split = single;
     for (int i = 1; i <= 600; ++i) single = contact.step(single, path(i), 3.072e-3);
     for (int i = 1; i <= 600; ++i) {

@@ -71,17 +71,6 @@ ContactState pressed(const ContactMaterial& material, const Mount& mount, double
       .step({}, {.z_m = stage_z_m(material, mount, force_n)}, 0);
 }
 
-void same_bits(const ContactState& a, const ContactState& b) {
-  CHECK(a.normal_n == b.normal_n);
-  CHECK(a.extension_m == b.extension_m);
-  CHECK(a.indentation_m == b.indentation_m);
-  CHECK(a.velocity_mps == b.velocity_mps);
-  CHECK(a.bristle == b.bristle);
-  CHECK(a.friction_n == b.friction_n);
-  CHECK(a.lag_m == b.lag_m);
-  CHECK(a.relaxation.relaxed_n == b.relaxation.relaxed_n);
-}
-
 }  // namespace
 
 TEST_CASE("1e1 to 1e8 N/m, 1 us to 50 ms, no damping: at rest under 10 N it stays at rest") {
@@ -333,11 +322,7 @@ TEST_CASE("a set-point of 0 or 10 N is the force of level L0") {
 TEST_CASE("a run of L1 that is stopped and taken up again has the same bits") {
   const ContactMaterial material = whole("terry");
   const ContactModel model(level_plate(), {}, material);
-  const auto path = [&](int i) {
-    return Pose{.x_m = 1e-6 * i,
-                .y_m = 3e-6 * i,
-                .z_m = plate_z - material.thickness_m + 2.5e-3 * std::sin(0.003 * i)};
-  };
+  const auto path = [&](int i) { return down_and_up(material, i); };
   ContactState single = hanging(material, path(0).z_m), split = single;
   for (int i = 1; i <= 2000; ++i) single = model.step(single, path(i), 3.072e-3);
   for (int i = 1; i <= 2000; ++i) {

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "sim/plant/plant.hpp"
@@ -117,4 +118,25 @@ TEST_CASE("two patches of one fabric agree in their statistics, two fabrics do n
   CHECK(one.first == Approx(two.first).epsilon(0.05));
   CHECK(one.second == Approx(two.second).epsilon(0.4));
   CHECK(felt.second < 0.6 * one.second);
+}
+
+TEST_CASE("material and spread that cannot be are refused with the cloth's name") {
+  const FabricLibrary table = test::library();
+  CHECK(check(table.params));
+  CHECK(check(table.spread));
+  const auto refused = [&](const MaterialParams& params, const TrialSpread& spread) {
+    const auto patch = cut_patch(table.fabrics.front(), params, spread, {}, 1);
+    return patch ? std::string() : patch.error().where + ": " + patch.error().message;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  MaterialParams timeless = table.params;
+  timeless.relaxation_time_s[1] = 0;
+  CHECK_THAT(refused(timeless, table.spread), Catch::Contains("second relaxation time") &&
+                                                  Catch::Contains(table.fabrics.front().name));
+  MaterialParams reversed = table.params;
+  reversed.waviness.longest_wave_m = reversed.waviness.shortest_wave_m / 2;
+  CHECK_THAT(refused(reversed, table.spread), Catch::Contains("longest wave"));
+  TrialSpread wild = table.spread;
+  wild.tilt = nan;
+  CHECK_THAT(refused(table.params, wild), Catch::Contains("tilt"));
 }

@@ -55,6 +55,40 @@ TEST_CASE("a count is the nearest integer, held to 16 bits, never a NaN") {
   CHECK(quantise(std::numeric_limits<double>::infinity()) == 65535);
 }
 
+TEST_CASE("a pad that was pressed beyond all numbers reads the cloth again afterwards") {
+  for (const double absurd :
+       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN(), 1e300}) {
+    PadParams params = ideal();
+    params.creep = 0.2;
+    params.creep_time_s = 0.01;
+    params.hysteresis = 0.01;
+    PadArray pads(params, 1), fresh(params, 1);
+    pads.reset(1, 1);
+    fresh.reset(1, 1);
+    CHECK(counts_under(pads, absurd) == counts_under(fresh, 1e15));
+    for (int i = 0; i < 37; ++i) pads.convert(5, 10e3, static_cast<std::uint64_t>(i));
+    for (int i = 0; i < 37; ++i) fresh.convert(5, 10e3, static_cast<std::uint64_t>(i));
+    CHECK(pads.counts()[5] > 0);
+    CHECK(pads.counts() == fresh.counts());
+  }
+}
+
+TEST_CASE("pads that cannot be are refused by name") {
+  CHECK(check(PadParams{}));
+  const auto refused = [](double PadParams::*field, double value) {
+    PadParams params;
+    params.*field = value;
+    const weft::Status s = check(params);
+    return s ? std::string() : s.error().message;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THAT(refused(&PadParams::gap_m, nan), Catch::Contains("the gap"));
+  CHECK_THAT(refused(&PadParams::lsb_f, 0), Catch::Contains("a count"));
+  CHECK_THAT(refused(&PadParams::baseline_high_counts, 100), Catch::Contains("highest baseline"));
+  CHECK_THAT(refused(&PadParams::creep_time_s, -1), Catch::Contains("creep's time"));
+  CHECK_THAT(refused(&PadParams::hysteresis, 1), Catch::Contains("hysteresis"));
+}
+
 TEST_CASE("a loaded pad leaks into its four neighbours and into no other") {
   PadParams params = ideal();
   params.crosstalk = 0.04;

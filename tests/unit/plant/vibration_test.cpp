@@ -6,33 +6,16 @@
 #include <limits>
 #include <numbers>
 
+#include "tests/unit/plant/modal_sounding_support.hpp"
+
 using namespace weft;
 using namespace weft::sim;
+using namespace weft::sim::test;
 
 namespace {
 
 const double not_a_number = std::numeric_limits<double>::quiet_NaN();
 const double inf = std::numeric_limits<double>::infinity();
-constexpr double two_pi = 2 * std::numbers::pi;
-
-/// Ribs along y: one wave of pitch P and amplitude a along x.
-HeightField ribs(double pitch_m, double amplitude_m) {
-  SurfaceSpec spec;
-  spec.warp_pitch_m = spec.weft_pitch_m = pitch_m;
-  spec.height_rms_m = amplitude_m / std::numbers::sqrt2;
-  spec.structure.lines = {{1, 0, 1, 0}};
-  return HeightField(spec, 3);
-}
-
-/// No noise, no quantum, no low-pass, every step a reading.
-VibrationParams bare() {
-  VibrationParams params;
-  const ConverterParams open{params.step_ns, 0, 0, 1e6, 0};
-  params.accelerometer->converter = params.microphone->converter = open;
-  params.accelerometer->gravity_mps2 = {};
-  params.rubbing.asperity_share = 0;
-  return params;
-}
 
 Vibration made(const VibrationParams& params, const HeightField& field = {},
                std::uint64_t seed = 1) {
@@ -46,17 +29,11 @@ SlidingContact sliding(double x_m, double normal_n = 5, double friction_n = 1) {
 }
 
 /// Amplitude of one frequency in evenly spaced values over whole periods.
-double amplitude_at(const std::vector<double>& values, double turns_per_value) {
+double amplitude_over_periods(const std::vector<double>& values, double turns_per_value) {
   std::complex<double> sum = 0;
   for (std::size_t i = 0; i < values.size(); ++i)
     sum += values[i] * std::polar(1.0, -two_pi * turns_per_value * static_cast<double>(i));
   return 2 * std::abs(sum) / static_cast<double>(values.size());
-}
-
-double rms(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v * v;
-  return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 /// z acceleration while sliding at one speed, after the touch has rung out.
@@ -78,7 +55,7 @@ TEST_CASE(
   const double pitch = 1.25e-3, height = 4e-6, speed = 50e-3;  // 40 Hz: 400 steps of 62.5 us
   Vibration vibration = made(params, ribs(pitch, height));
   const std::vector<double> z = slide(vibration, speed, 48000, 16000);
-  const double heard = amplitude_at(z, speed / pitch * 62.5e-6);
+  const double heard = amplitude_over_periods(z, speed / pitch * 62.5e-6);
 
   const double k = two_pi / pitch * params.rubbing.face_half_width_m;
   const double force = 1e5 * height * std::abs(std::sin(k) / k);  // mean over the face
@@ -96,7 +73,7 @@ TEST_CASE(
   add_beam(arm.fundamental_hz[2], 1);
   add_beam(arm.fundamental_hz[0], 0.2 * arm.cross_axis);  // friction follows the load: mu = 0.2
   CHECK(heard == Approx(force * std::abs(gain)).epsilon(5e-3));
-  CHECK(amplitude_at(z, 1.25 * speed / pitch * 62.5e-6) < 0.01 * heard);
+  CHECK(amplitude_over_periods(z, 1.25 * speed / pitch * 62.5e-6) < 0.01 * heard);
 }
 
 TEST_CASE("Twice the speed is twice the frequency; at rest nothing sounds") {
@@ -106,8 +83,10 @@ TEST_CASE("Twice the speed is twice the frequency; at rest nothing sounds") {
   Vibration slow = made(params, ribs(pitch, 4e-6)), fast = made(params, ribs(pitch, 4e-6));
   const std::vector<double> at_slow = slide(slow, 25e-3, 48000, 16000);
   const std::vector<double> at_fast = slide(fast, 50e-3, 48000, 16000);
-  CHECK(amplitude_at(at_slow, 20 * 62.5e-6) > 5 * amplitude_at(at_slow, 40 * 62.5e-6));
-  CHECK(amplitude_at(at_fast, 40 * 62.5e-6) > 5 * amplitude_at(at_fast, 20 * 62.5e-6));
+  CHECK(amplitude_over_periods(at_slow, 20 * 62.5e-6) >
+        5 * amplitude_over_periods(at_slow, 40 * 62.5e-6));
+  CHECK(amplitude_over_periods(at_fast, 40 * 62.5e-6) >
+        5 * amplitude_over_periods(at_fast, 20 * 62.5e-6));
   Vibration still = made(params, ribs(pitch, 4e-6));
   CHECK(rms(slide(still, 0, 80000, 4000)) < 1e-7 * rms(at_slow));
 }
@@ -147,8 +126,8 @@ TEST_CASE("A blow makes the plate sound at its own frequencies") {
     if (i >= 100) sound.push_back(*sample.sound_pa);
   }
   const double first = plate_frequency_hz(plate, 1, 1) * 62.5e-6;
-  CHECK(amplitude_at(sound, first) > 10 * amplitude_at(sound, 1.5 * first));
-  CHECK(amplitude_at(sound, first) > 10 * amplitude_at(sound, 0.5 * first));
+  CHECK(amplitude_over_periods(sound, first) > 10 * amplitude_over_periods(sound, 1.5 * first));
+  CHECK(amplitude_over_periods(sound, first) > 10 * amplitude_over_periods(sound, 0.5 * first));
 }
 
 TEST_CASE(
@@ -227,7 +206,7 @@ TEST_CASE("The low-pass lets the band through, stops what would fold back and ke
       const double value = filter->advance(std::sin(two_pi * frequency * i / 16000));
       if (i >= 32000) out.push_back(value);
     }
-    CHECK(amplitude_at(out, frequency / 16000) == Approx(gain).epsilon(0.02));
+    CHECK(amplitude_over_periods(out, frequency / 16000) == Approx(gain).epsilon(0.02));
   }
   auto filter = LowPass::make(80, 1.0 / 16000);
   double value = 0;

@@ -1,0 +1,18 @@
+#pragma once
+// Parameters within what can be simulated.
+
+#include <initializer_list>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::sim {
+
+struct Bound {
+  const char* name;
+  double value, low, high;
+};
+
+/// The first parameter outside its bounds, or NaN. Errors: range, naming it and `where` it stands.
+Status check_bounds(const char* where, std::initializer_list<Bound> bounds);
+
+}  // namespace weft::sim
