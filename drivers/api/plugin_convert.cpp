@@ -1,10 +1,13 @@
 #include "drivers/api/plugin_convert.hpp"
 
+#include <cmath>
+
 namespace weft::plugin {
 namespace {
 
 // More than any array has; a count beyond it is a broken struct.
 constexpr std::uint32_t most_taxels = 4096;
+constexpr std::uint32_t most_block_values = 65536;
 
 std::string text_of(const char* text) {
   return text == nullptr ? std::string() : std::string(text);
@@ -54,6 +57,23 @@ Result<Sample> taxels_of(const weft_sample_v1& sample) {
       sample,
       TaxelSample{
           {c->counts, c->taxel_count}, c->proximity_counts, c->ambient_counts, c->device_us});
+}
+
+Result<std::span<const double>> block_values(const weft_block_sample_v1* c, std::size_t axes) {
+  if (c == nullptr) return broken_sample("the block's size");
+  if (c->value_count > most_block_values || c->value_count % axes != 0 ||
+      (c->values == nullptr && c->value_count != 0))
+    return broken_sample("its number of values");
+  if (!(c->rate_hz > 0) || !std::isfinite(c->rate_hz)) return broken_sample("its rate");
+  return std::span(c->values, c->value_count);
+}
+
+template <class Block>
+Result<Sample> block_of(const weft_sample_v1& sample, std::size_t axes) {
+  const auto* c = value_as<weft_block_sample_v1>(sample);
+  const auto values = block_values(c, axes);
+  if (!values) return pass(values.error());
+  return with(sample, Block{*values, c->rate_hz, c->device_us, c->clipped});
 }
 
 Errc code_of(std::int32_t code) {
@@ -124,6 +144,10 @@ Result<Sample> sample_of(const weft_sample_v1& sample) {
       return wrench_of(sample);
     case WEFT_TAXEL_SAMPLE:
       return taxels_of(sample);
+    case WEFT_ACCELERATION_SAMPLE:
+      return block_of<AccelerationSample>(sample, 3);
+    case WEFT_SOUND_SAMPLE:
+      return block_of<SoundSample>(sample, 1);
     default:
       return fail(Errc::unsupported, "a sample that this weft does not know", {}, {},
                   "kind " + std::to_string(sample.kind));
@@ -166,6 +190,24 @@ weft_taxel_sample_v1 c_value(const TaxelSample& taxels) {
   return {sizeof(weft_taxel_sample_v1), static_cast<std::uint32_t>(taxels.counts.size()),
           taxels.counts.data(),         taxels.proximity_counts,
           taxels.ambient_counts,        taxels.device_us};
+}
+
+weft_block_sample_v1 c_value(const AccelerationSample& block) {
+  return {sizeof(weft_block_sample_v1),
+          static_cast<std::uint32_t>(block.acceleration_mps2.size()),
+          block.acceleration_mps2.data(),
+          block.rate_hz,
+          block.device_us,
+          block.clipped};
+}
+
+weft_block_sample_v1 c_value(const SoundSample& block) {
+  return {sizeof(weft_block_sample_v1),
+          static_cast<std::uint32_t>(block.pressure_pa.size()),
+          block.pressure_pa.data(),
+          block.rate_hz,
+          block.device_us,
+          block.clipped};
 }
 
 }  // namespace weft::plugin

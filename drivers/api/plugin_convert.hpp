@@ -22,7 +22,8 @@ weft_command_v1 c_command(const Command& command);
 /// Errors: unsupported, for a kind that this build does not know.
 Result<Command> command_of(const weft_command_v1& command);
 
-/// Errors: unsupported (kind), range (a number of taxels or a struct's size that cannot be).
+/// Errors: unsupported (kind), range (a number of taxels or values, a rate or a struct's size that
+/// cannot be).
 Result<Sample> sample_of(const weft_sample_v1& sample);
 
 DeviceIdentity identity_of(const weft_identity_v1& identity);
@@ -30,6 +31,8 @@ DeviceIdentity identity_of(const weft_identity_v1& identity);
 weft_stage_sample_v1 c_value(const StageSample& stage);
 weft_wrench_sample_v1 c_value(const WrenchSample& wrench);
 weft_taxel_sample_v1 c_value(const TaxelSample& taxels);
+weft_block_sample_v1 c_value(const AccelerationSample& block);
+weft_block_sample_v1 c_value(const SoundSample& block);
 constexpr std::uint32_t kind_of(const StageSample&) {
   return WEFT_STAGE_SAMPLE;
 }
@@ -38,6 +41,12 @@ constexpr std::uint32_t kind_of(const WrenchSample&) {
 }
 constexpr std::uint32_t kind_of(const TaxelSample&) {
   return WEFT_TAXEL_SAMPLE;
+}
+constexpr std::uint32_t kind_of(const AccelerationSample&) {
+  return WEFT_ACCELERATION_SAMPLE;
+}
+constexpr std::uint32_t kind_of(const SoundSample&) {
+  return WEFT_SOUND_SAMPLE;
 }
 
 /// Calls `use` with the sample as C has it; nothing allocates.

@@ -36,11 +36,29 @@ struct TaxelSample {
   std::uint32_t device_us = 0;  ///< the sensor's own clock, wraps
 };
 
+/// A block of accelerometer readings, evenly spaced in time.
+struct AccelerationSample {
+  /// [m/s2], [readings x 3]: x y z of the sensor's frame, reading by reading; valid during the call
+  /// only. At rest it reads what holds it up against gravity.
+  std::span<const double> acceleration_mps2;
+  double rate_hz = 0;           ///< readings a second by the sensor's clock
+  std::uint32_t device_us = 0;  ///< the sensor's own clock at the first reading, wraps
+  std::uint32_t clipped = 0;    ///< values that stand at an end of the sensor's range
+};
+
+/// A block of microphone readings, likewise.
+struct SoundSample {
+  std::span<const double> pressure_pa;  ///< [Pa], [readings]; valid during the call only
+  double rate_hz = 0;
+  std::uint32_t device_us = 0;
+  std::uint32_t clipped = 0;
+};
+
 struct Sample {
   TimePoint host;              ///< arrival on the host clock
   std::uint32_t sequence = 0;  ///< the device's number, or the driver's own where the wire has none
   std::uint32_t lost = 0;      ///< frames missing right before this one
-  std::variant<StageSample, WrenchSample, TaxelSample> value;
+  std::variant<StageSample, WrenchSample, TaxelSample, AccelerationSample, SoundSample> value;
 };
 
 }  // namespace weft

@@ -98,7 +98,24 @@ typedef struct weft_taxel_sample_v1 {
   uint32_t device_us; /* the sensor's own clock, wraps */
 } weft_taxel_sample_v1;
 
-enum { WEFT_STAGE_SAMPLE = 1, WEFT_WRENCH_SAMPLE = 2, WEFT_TAXEL_SAMPLE = 3 };
+/* A block of readings, evenly spaced in time: of an accelerometer x y z [m/s2], reading by reading; of a
+ * microphone [Pa]. */
+typedef struct weft_block_sample_v1 {
+  uint32_t struct_size;
+  uint32_t value_count; /* of all readings together */
+  const double* values;
+  double rate_hz;     /* readings a second by the sensor's clock */
+  uint32_t device_us; /* the sensor's own clock at the first reading, wraps */
+  uint32_t clipped;   /* values that stand at an end of the sensor's range */
+} weft_block_sample_v1;
+
+enum {
+  WEFT_STAGE_SAMPLE = 1,
+  WEFT_WRENCH_SAMPLE = 2,
+  WEFT_TAXEL_SAMPLE = 3,
+  WEFT_ACCELERATION_SAMPLE = 4, /* a weft_block_sample_v1 */
+  WEFT_SOUND_SAMPLE = 5         /* a weft_block_sample_v1 */
+};
 
 typedef struct weft_sample_v1 {
   uint32_t struct_size;
@@ -223,6 +240,7 @@ WEFT_DRIVER_ASSERT(sizeof(weft_error_v1) == 48, "weft_error_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_stage_sample_v1) == 24, "weft_stage_sample_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_wrench_sample_v1) == 64, "weft_wrench_sample_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_taxel_sample_v1) == 24, "weft_taxel_sample_v1");
+WEFT_DRIVER_ASSERT(sizeof(weft_block_sample_v1) == 32, "weft_block_sample_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_sample_v1) == 32, "weft_sample_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_command_v1) == 40, "weft_command_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_identity_v1) == 32, "weft_identity_v1");

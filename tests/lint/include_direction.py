@@ -25,7 +25,8 @@ ALLOWED = {
     "tests": [""],
 }
 # which wires a driver may speak
-WIRES = {"thorlabs_apt": ["apt"], "ati_netft": ["rdt"], "ati_digital": ["modbus", "ati_digital"], "taxel_array": ["taxel"]}
+WIRES = {"thorlabs_apt": ["apt"], "ati_netft": ["rdt"], "ati_digital": ["modbus", "ati_digital"], "taxel_array": ["taxel"],
+         "vibro": ["vibro"]}
 ROOTS = ("protocols", "drivers", "recipes", "classifier", "sim", "daemon", "tests")
 # only a Loop reads a clock; benchmarks and the wall-time figures of the report measure real time
 CLOCK_FILES = ("daemon/loop/", "tests/bench/")

@@ -7,6 +7,7 @@
 #include "drivers/ati_netft/ati_netft.hpp"
 #include "drivers/taxel_array/taxel_array.hpp"
 #include "drivers/thorlabs_apt/thorlabs_apt.hpp"
+#include "drivers/vibro/vibro.hpp"
 #include "protocols/apt/stage_scale.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
@@ -17,7 +18,8 @@ using drivers::taxel_array_entry;
 using drivers::thorlabs_apt_entry;
 
 namespace {
-const DriverEntry* const entries[] = {&thorlabs_apt_entry, &ati_netft_entry, &taxel_array_entry};
+const DriverEntry* const entries[] = {&thorlabs_apt_entry, &ati_netft_entry, &taxel_array_entry,
+                                      &drivers::vibro_entry};
 
 Error refusal(const DriverEntry& entry, const std::string& config) {
   FakeHost host;
@@ -97,6 +99,9 @@ TEST_CASE("wrong types, ranges, choices and texts are refused at their JSON poin
       {&ati_netft_entry, R"({"rated_force_n": [40, "x", 120]})", "/rated_force_n", Errc::range},
       {&taxel_array_entry, R"({"taxels": 65})", "/taxels", Errc::range},
       {&taxel_array_entry, R"({"taxels": 12, "form": "cpm_udp"})", "/taxels", Errc::range},
+      {&drivers::vibro_entry, R"({"acceleration_rate_hz": 0, "sound_rate_hz": 0})",
+       "/sound_rate_hz", Errc::range},
+      {&drivers::vibro_entry, R"({"serial": -1})", "/serial", Errc::range},
       {&taxel_array_entry, "[1]", "", Errc::parse},
       {&taxel_array_entry, "", "", Errc::parse},
       {&taxel_array_entry, R"({"taxels": )", "", Errc::parse},

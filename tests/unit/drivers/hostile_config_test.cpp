@@ -9,6 +9,7 @@
 #include "drivers/ati_netft/ati_netft.hpp"
 #include "drivers/taxel_array/taxel_array.hpp"
 #include "drivers/thorlabs_apt/thorlabs_apt.hpp"
+#include "drivers/vibro/vibro.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 #include "tests/unit/hostile_json.hpp"
@@ -30,8 +31,9 @@ std::string defaults_of(const DriverEntry& entry) {
 }  // namespace
 
 TEST_CASE("any number of a driver's configuration that is absurd is refused by name, or harmless") {
-  for (const DriverEntry* entry : {&drivers::thorlabs_apt_entry, &drivers::ati_netft_entry,
-                                   &drivers::ati_digital_entry, &drivers::taxel_array_entry}) {
+  for (const DriverEntry* entry :
+       {&drivers::thorlabs_apt_entry, &drivers::ati_netft_entry, &drivers::ati_digital_entry,
+        &drivers::taxel_array_entry, &drivers::vibro_entry}) {
     int refused = 0;
     hostile::for_each_number(
         defaults_of(*entry), "",

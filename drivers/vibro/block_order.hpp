@@ -1,0 +1,58 @@
+#pragma once
+// The order of one channel's blocks: which is new, how many are missing before it, which came late,
+// and when the sensor has begun anew.
+
+#include <cstdint>
+
+#include "protocols/vibro/vibro.hpp"
+
+namespace weft::drivers {
+
+class BlockOrder {
+ public:
+  enum class Verdict : std::uint8_t { next, late, restarted };
+  struct Step {
+    Verdict verdict = Verdict::next;
+    std::uint32_t lost = 0;  ///< blocks missing right before this one
+  };
+
+  void reset() { *this = {}; }
+
+  /// A block that is older than the last one came twice or late, unless its clock is far behind or
+  /// a run of such blocks shows that the sensor counts anew.
+  Step observe(const protocols::vibro::Frame& block) {
+    const bool far_back =
+        seen_ && static_cast<std::int32_t>(last_us_ - block.device_us) > latest_us;
+    const SequenceStep step = sequence_.observe(block.sequence);
+    const bool older =
+        step.event == SequenceEvent::out_of_order || step.event == SequenceEvent::duplicate;
+    if (older && !far_back && ++late_in_a_row(block) < late_run_of_a_restart)
+      return {Verdict::late, 0};
+    late_run_ = 0;
+    seen_ = true;
+    last_us_ = block.device_us;
+    if (!older && !far_back) return {Verdict::next, step.lost};
+    sequence_.reset();
+    sequence_.observe(block.sequence);
+    return {Verdict::restarted, 0};
+  }
+
+ private:
+  static constexpr std::int32_t latest_us = 2'000'000;
+  static constexpr int late_run_of_a_restart = 3;
+
+  /// How many late blocks came right before, each the next of the one before.
+  int& late_in_a_row(const protocols::vibro::Frame& block) {
+    if (block.sequence != static_cast<std::uint16_t>(last_late_ + 1)) late_run_ = 0;
+    last_late_ = block.sequence;
+    return late_run_;
+  }
+
+  protocols::vibro::SequenceTracker sequence_;
+  bool seen_ = false;
+  std::uint32_t last_us_ = 0;
+  std::uint16_t last_late_ = 0;
+  int late_run_ = 0;
+};
+
+}  // namespace weft::drivers

@@ -1,0 +1,282 @@
+#include "drivers/vibro/vibro_driver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <string>
+
+namespace weft::drivers {
+
+namespace vibro = protocols::vibro;
+
+namespace {
+
+/// Damage is logged when it begins, and then so often at most.
+constexpr Duration damage_report_period = std::chrono::seconds(1);
+constexpr double rate_tolerance = 1e-3;
+constexpr double micro = 1e6;
+
+const char* noun_of(vibro::Kind kind) {
+  return kind == vibro::Kind::sound ? "sound" : "acceleration";
+}
+
+const char* rate_key(vibro::Kind kind) {
+  return kind == vibro::Kind::sound ? "/sound_rate_hz" : "/acceleration_rate_hz";
+}
+
+double rate_of(const vibro::ChannelDescription& channel) {
+  return channel.rate_mhz / 1e3;
+}
+
+}  // namespace
+
+VibroDriver::Channel::Channel(VibroDriver& driver, vibro::Kind its_kind, double configured_hz)
+    : kind(its_kind),
+      rate_hz(configured_hz),
+      silence(driver.host().loop(), [this, &driver] { driver.on_channel_silence(*this); }) {}
+
+VibroDriver::VibroDriver(const VibroSettings& settings, DriverHost& driver_host)
+    : DriverBase(driver_host),
+      settings_(settings),
+      acceleration_(*this, vibro::Kind::acceleration, settings.acceleration_rate_hz),
+      sound_(*this, vibro::Kind::sound, settings.sound_rate_hz),
+      silence_(driver_host.loop(), [this] { on_silence(); }) {}
+
+Status VibroDriver::open() noexcept {
+  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
+  if (Status taken = attach(); !taken) return taken;
+  splitter_.clear();
+  description_.reset();
+  for (Channel* channel : {&acceleration_, &sound_}) {
+    channel->order.reset();
+    channel->late_told = false;
+  }
+  silence_.expect_within(settings_.reply_timeout);
+  return {};
+}
+
+Status VibroDriver::arm() noexcept {
+  if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
+  if (arming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
+  arming_ = true;
+  for (Channel* channel : {&acceleration_, &sound_}) {
+    channel->came = !channel->wanted();
+    channel->watch.restart();
+    if (channel->wanted())
+      channel->silence.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
+  }
+  return {};
+}
+
+Result<std::uint32_t> VibroDriver::command(const Command&) noexcept {
+  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+    return pass(std::move(allowed.error()));
+  return fail(Errc::unsupported, "a vibration sensor takes no commands");
+}
+
+void VibroDriver::stop() noexcept {
+  rest();
+  enter(LifecycleEvent::disarmed);
+}
+
+void VibroDriver::close() noexcept {
+  rest();
+  splitter_.clear();
+  detach();
+  enter(LifecycleEvent::close);
+}
+
+void VibroDriver::make_safe() noexcept {
+  rest();
+}
+
+void VibroDriver::rest() {
+  arming_ = false;
+  silence_.stop();
+  acceleration_.silence.stop();
+  sound_.silence.stop();
+}
+
+void VibroDriver::received(ByteView bytes, TimePoint arrival) {
+  const std::uint64_t before = splitter_.crc_errors();
+  splitter_.push(bytes);
+  while (attached() && splitter_.next(frame_)) on_frame(arrival);
+  damaged_ += splitter_.crc_errors() - before;
+  if (damaged_ != damaged_reported_ && attached()) report_damage(arrival);
+}
+
+void VibroDriver::on_frame(TimePoint arrival) {
+  if (frame_.kind == vibro::Kind::description) return on_description();
+  Channel& channel = frame_.kind == vibro::Kind::sound ? sound_ : acceleration_;
+  if (description_ && channel.wanted()) on_block(channel, arrival);
+}
+
+void VibroDriver::on_description() {
+  if (description_) {
+    if (*description_ == frame_.description) return;
+    return raise({Errc::device,
+                  "the sensor describes itself in another way than at first",
+                  {},
+                  "serial " + std::to_string(description_->serial) + ", the same channels",
+                  "serial " + std::to_string(frame_.description.serial),
+                  "Was it replaced or set up anew? Open it again"});
+  }
+  const vibro::Description& told = frame_.description;
+  if (settings_.serial != 0 && settings_.serial != told.serial)
+    return raise({Errc::device, "another serial number than configured", "/serial",
+                  std::to_string(settings_.serial), std::to_string(told.serial),
+                  "Correct the rig file, or look which sensor is on this port"});
+  if (auto wrong = unfit(acceleration_, told.acceleration)) return raise(*wrong);
+  if (auto wrong = unfit(sound_, told.sound)) return raise(*wrong);
+  description_ = told;
+  learn(acceleration_, told.acceleration);
+  learn(sound_, told.sound);
+  silence_.stop();
+  tell_identity();
+  enter(LifecycleEvent::opened);
+}
+
+/// Why a configured channel cannot be used as the sensor describes it.
+std::optional<Error> VibroDriver::unfit(const Channel& channel,
+                                        const vibro::ChannelDescription& told) const {
+  if (!channel.wanted()) return std::nullopt;
+  const std::string noun = noun_of(channel.kind), key = rate_key(channel.kind);
+  if (told.rate_mhz == 0)
+    return Error{Errc::device, "the sensor has no channel for " + noun,    key, {},
+                 {},           "A rate of 0 in the rig file leaves it out"};
+  if (std::abs(rate_of(told) - channel.rate_hz) > rate_tolerance * channel.rate_hz)
+    return Error{Errc::device,
+                 "the sensor sends " + noun + " at another rate than configured",
+                 key,
+                 std::to_string(channel.rate_hz) + " Hz",
+                 std::to_string(rate_of(told)) + " Hz",
+                 "Correct the rig file, or the sensor's settings"};
+  const std::size_t values = told.block_readings * vibro::values_per_reading(channel.kind);
+  if (told.range_micro == 0 || told.full_scale_counts == 0 || values == 0 ||
+      values > vibro::max_values)
+    return Error{Errc::device,
+                 "the sensor describes its channel for " + noun + " as nothing that can be",
+                 {},
+                 "a range, counts at full scale, 1 to 1536 values in a block",
+                 "range " + std::to_string(told.range_micro) + "e-6, full scale " +
+                     std::to_string(told.full_scale_counts) + ", " +
+                     std::to_string(told.block_readings) + " readings in a block",
+                 "Is its firmware the right one?"};
+  return std::nullopt;
+}
+
+void VibroDriver::learn(Channel& channel, const vibro::ChannelDescription& told) {
+  channel.described = told;
+  if (!channel.wanted()) return;
+  channel.unit_per_count = told.range_micro / micro / told.full_scale_counts;
+  channel.largest_count =
+      std::min<int>(told.full_scale_counts, std::numeric_limits<std::int16_t>::max());
+  channel.watch = {settings_.watch, rate_of(told) / told.block_readings, channel.largest_count};
+}
+
+void VibroDriver::tell_identity() {
+  const auto& firmware = description_->firmware;
+  DeviceIdentity identity;
+  identity.reported = {
+      {"serial", std::to_string(description_->serial)},
+      {"firmware", std::to_string(firmware[0]) + "." + std::to_string(firmware[1]) + "." +
+                       std::to_string(firmware[2])}};
+  for (const Channel* channel : {&acceleration_, &sound_}) {
+    if (!channel->wanted()) continue;
+    const std::string noun = noun_of(channel->kind);
+    identity.reported.emplace_back(noun + "_rate_hz", std::to_string(rate_of(channel->described)));
+    identity.reported.emplace_back(noun + "_block_readings",
+                                   std::to_string(channel->described.block_readings));
+    identity.scale.emplace_back(
+        channel->kind == vibro::Kind::sound ? "pa_per_count" : "mps2_per_count",
+        channel->unit_per_count);
+  }
+  host().identified(identity);
+}
+
+void VibroDriver::on_block(Channel& channel, TimePoint arrival) {
+  const std::size_t expected =
+      channel.described.block_readings * vibro::values_per_reading(channel.kind);
+  if (frame_.value_count != expected)
+    return raise({Errc::device,
+                  std::string("a block of ") + noun_of(channel.kind) +
+                      " has another number of values than the sensor says",
+                  {},
+                  std::to_string(expected),
+                  std::to_string(frame_.value_count),
+                  {}});
+  const BlockOrder::Step step = channel.order.observe(frame_);
+  if (step.verdict == BlockOrder::Verdict::late) {
+    if (!std::exchange(channel.late_told, true))
+      host().log(LogLevel::warning, std::string("a block of ") + noun_of(channel.kind) +
+                                        " came twice or late and was dropped");
+    return;
+  }
+  if (step.verdict == BlockOrder::Verdict::restarted) {
+    channel.watch.restart();
+    host().log(LogLevel::warning, std::string("the sensor's numbers of ") + noun_of(channel.kind) +
+                                      " jumped back: it has restarted");
+  }
+  if (!advance(channel)) return;
+  if (auto wrong = channel.watch.look(frame_, step.lost, arrival)) return raise(*wrong);
+  publish(channel, step.lost, arrival);
+}
+
+/// Moves along the lifecycle on a good block. False while nothing is to be published.
+bool VibroDriver::advance(Channel& channel) {
+  if (arming_) {
+    channel.came = true;
+    if (acceleration_.came && sound_.came) {
+      arming_ = false;
+      enter(LifecycleEvent::armed);
+    }
+  }
+  if (state() != DriverState::armed) return false;
+  channel.silence.expect_within(settings_.stale_after);
+  return true;
+}
+
+void VibroDriver::publish(const Channel& channel, std::uint32_t lost, TimePoint arrival) {
+  std::uint32_t clipped = 0;
+  for (std::size_t i = 0; i < frame_.value_count; ++i) {
+    const int counts = frame_.values[i];
+    clipped += std::abs(counts) >= channel.largest_count ? 1 : 0;
+    values_[i] = counts * channel.unit_per_count;
+  }
+  const std::span<const double> values = std::span(values_).first(frame_.value_count);
+  const double rate_hz = rate_of(channel.described);
+  Sample sample{arrival, frame_.sequence, lost,
+                SoundSample{values, rate_hz, frame_.device_us, clipped}};
+  if (channel.kind == vibro::Kind::acceleration)
+    sample.value = AccelerationSample{values, rate_hz, frame_.device_us, clipped};
+  host().publish(sample);
+}
+
+void VibroDriver::report_damage(TimePoint arrival) {
+  const bool first = damaged_reported_ == 0;
+  if (!first && arrival - damage_reported_at_ < damage_report_period) return;
+  damaged_reported_ = damaged_;
+  damage_reported_at_ = arrival;
+  host().log(LogLevel::warning, "damaged frames so far: " + std::to_string(damaged_));
+}
+
+void VibroDriver::on_silence() {
+  raise({Errc::timeout,
+         "no description came from the vibration sensor",
+         {},
+         "one each second",
+         "silence",
+         "Check the port and the sensor's power"});
+}
+
+void VibroDriver::on_channel_silence(const Channel& channel) {
+  raise({Errc::timeout,
+         std::string("no ") + noun_of(channel.kind) + " came from the vibration sensor",
+         {},
+         {},
+         "silence",
+         {}});
+}
+
+}  // namespace weft::drivers

@@ -1,0 +1,82 @@
+#pragma once
+// The state machine of one vibration sensor.
+
+#include <array>
+#include <optional>
+
+#include "drivers/api/driver_base.hpp"
+#include "drivers/api/timer.hpp"
+#include "drivers/vibro/block_order.hpp"
+#include "drivers/vibro/block_watch.hpp"
+#include "drivers/vibro/settings.hpp"
+#include "protocols/vibro/vibro.hpp"
+
+namespace weft::drivers {
+
+/// Publishes each block as an AccelerationSample or a SoundSample in SI. The sensor sends without
+/// being asked, so this driver only listens. Nothing allocates while streaming.
+class VibroDriver final : public DriverBase {
+ public:
+  VibroDriver(const VibroSettings& settings, DriverHost& driver_host);
+
+  /// Open when the sensor's description has come and is the configured one.
+  Status open() noexcept override;
+  /// Armed when a block of every configured channel has come.
+  Status arm() noexcept override;
+  /// Errors: wrong_state, unsupported: there is nothing to command.
+  Result<std::uint32_t> command(const Command& command) noexcept override;
+  /// Ends publishing: armed -> open.
+  void stop() noexcept override;
+  void close() noexcept override;
+
+ private:
+  /// One configured channel.
+  struct Channel {
+    Channel(VibroDriver& driver, protocols::vibro::Kind its_kind, double configured_hz);
+    [[nodiscard]] bool wanted() const { return rate_hz > 0; }
+
+    protocols::vibro::Kind kind;
+    double rate_hz;                                  ///< as configured; 0: not looked at
+    protocols::vibro::ChannelDescription described;  ///< by the sensor
+    double unit_per_count = 0;                       ///< [m/s2] or [Pa]
+    int largest_count = 0;                           ///< its size at either end of the range
+    BlockOrder order;
+    BlockWatch watch{{}, 1, 1};
+    Watchdog silence;
+    bool came = false;  ///< a block since arming began
+    bool late_told = false;
+  };
+
+  void received(ByteView bytes, TimePoint arrival) override;
+  void make_safe() noexcept override;
+
+  void on_frame(TimePoint arrival);
+  void on_description();
+  [[nodiscard]] std::optional<Error> unfit(const Channel& channel,
+                                           const protocols::vibro::ChannelDescription& told) const;
+  void learn(Channel& channel, const protocols::vibro::ChannelDescription& told);
+  void tell_identity();
+  void on_block(Channel& channel, TimePoint arrival);
+  bool advance(Channel& channel);
+  void publish(const Channel& channel, std::uint32_t lost, TimePoint arrival);
+  void report_damage(TimePoint arrival);
+  void on_silence();
+  void on_channel_silence(const Channel& channel);
+  void rest();
+
+  VibroSettings settings_;
+  protocols::vibro::Splitter splitter_;
+  protocols::vibro::Frame frame_;
+  std::optional<protocols::vibro::Description> description_;
+  Channel acceleration_, sound_;
+  std::array<double, protocols::vibro::max_values> values_{};  ///< of the block in SI
+  bool arming_ = false;
+
+  std::uint64_t damaged_ = 0;  ///< frames that could not be used
+  std::uint64_t damaged_reported_ = 0;
+  TimePoint damage_reported_at_{};
+
+  Watchdog silence_;  ///< for the description
+};
+
+}  // namespace weft::drivers
