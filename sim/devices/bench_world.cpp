@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace weft::sim {
 
 BenchWorld::BenchWorld(const WorldParams& params, std::uint64_t seed)
     : geometry_(params.geometry),
       stages_(params.stages.begin(), params.stages.end()),
-      plant_(params.plant, seed) {
+      plant_(params.plant, seed),
+      listens_(params.plant.level == Level::modal) {
   finished_.counts = plant_.pad_counts();
   plant_.mount(bare_plate(), pose({}));
 }
@@ -53,10 +55,29 @@ void BenchWorld::advance_to(TimePoint now) {
 void BenchWorld::mount(const Patch& patch, TimePoint now) {
   advance_to(now);
   const Pose there = pose(now);
+  if (listens_) hear_out(there, now);
   plant_.mount(patch, there, now);
   plant_time_ = std::max(plant_time_, now);
   motion_.reset();
   if (keep_motion_) motion_ = BenchMotion{patch, there, plant_time_, next_, {}};
+}
+
+/// A patch is taken off between two points of the grid, and the sensors go on: they hear the old
+/// one until then.
+void BenchWorld::hear_out(const Pose& there, TimePoint now) {
+  plant_.advance(there, std::max(0.0, to_seconds(now - plant_time_)));
+  VibrationReadings last = plant_.take_vibration();
+  std::ranges::move(last.acceleration, std::back_inserter(heard_.acceleration));
+  std::ranges::move(last.sound, std::back_inserter(heard_.sound));
+}
+
+VibrationReadings BenchWorld::take_vibration(TimePoint now) {
+  advance_to(now);
+  VibrationReadings taken = std::exchange(heard_, {});
+  VibrationReadings last = plant_.take_vibration();
+  std::ranges::move(last.acceleration, std::back_inserter(taken.acceleration));
+  std::ranges::move(last.sound, std::back_inserter(taken.sound));
+  return taken;
 }
 
 Stage& BenchWorld::stage(AxisId axis, TimePoint now) {

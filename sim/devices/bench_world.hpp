@@ -54,6 +54,9 @@ class BenchWorld {
   /// The last scan that was complete at `now`.
   const PadFrame& frame(TimePoint now);
   [[nodiscard]] const Plant& plant() const { return plant_; }
+  /// What accelerometer and microphone have read since this was last called, without a gap from one
+  /// patch to the next; nothing below level L3.
+  VibrationReadings take_vibration(TimePoint now);
 
   /// From the next mount() on, the stages' motion is kept, or not any more.
   void keep_motion(bool keep) { keep_motion_ = keep; }
@@ -68,10 +71,13 @@ class BenchWorld {
   static std::size_t index(AxisId axis) { return static_cast<std::size_t>(axis); }
   [[nodiscard]] Pose pose(TimePoint t) const;
   void take_grid_step();
+  void hear_out(const Pose& there, TimePoint now);
 
   BenchGeometry geometry_;
   std::vector<Stage> stages_;
   Plant plant_;
+  bool listens_;             ///< the plant hears vibrations
+  VibrationReadings heard_;  ///< under earlier patches
   TimePoint plant_time_{};
   GridPoint next_;  ///< of the grid
   PadFrame finished_;

@@ -8,6 +8,7 @@
 #include "protocols/base/units.hpp"
 #include "sim/plant/field_reader.hpp"
 #include "sim/rig/digital_config.hpp"
+#include "sim/rig/vibro_config.hpp"
 
 namespace weft::sim {
 
@@ -15,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kinds = "apt_stage, rdt, ati_digital or taxel";
+constexpr const char* kinds = "apt_stage, rdt, ati_digital, taxel or vibro";
 constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
 
 /// The controller that a stage usually has, and serial numbers as it has them (reference A.1).
@@ -149,9 +150,10 @@ Result<EmulatedDevice> no_emulator(const std::string& kind, const std::string& w
     std::string_view kind;
     Channel channel;
   };
-  for (const auto& [name, channel] : {Sensor{"accelerometer", Channel::accelerometer},
-                                      {"microphone", Channel::microphone},
-                                      {"imprint", Channel::imprint}}) {
+  if (kind == "accelerometer" || kind == "microphone")
+    return fail(Errc::parse, "a channel of a vibration sensor, not a device", where, "vibro", kind,
+                "acceleration_rate_hz or sound_rate_hz 0 leaves the other channel out");
+  for (const auto& [name, channel] : {Sensor{"imprint", Channel::imprint}}) {
     if (kind != name) continue;
     const auto level = least_level({"of one sensor", {channel}, {}});
     return fail(Errc::unsupported,
@@ -189,6 +191,10 @@ Result<EmulatedDevice> read_device(const json& device, const std::string& where,
     out.params = *params;
   } else if (kind == "taxel") {
     auto params = read_taxels(emulator, at);
+    if (!params) return pass(params.error());
+    out.params = *params;
+  } else if (kind == "vibro") {
+    auto params = read_vibro(emulator, at, config.world.plant.vibration);
     if (!params) return pass(params.error());
     out.params = *params;
   } else {

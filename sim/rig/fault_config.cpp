@@ -51,6 +51,8 @@ std::uint8_t exposure_of(const EmulatedDevice& device) {
   if (std::holds_alternative<AtiDigitalParams>(device.params)) return befalls::stream;
   if (std::holds_alternative<RdtEmulatorParams>(device.params))
     return befalls::force | befalls::datagram;
+  if (const auto* vibro = std::get_if<VibroEmulatorParams>(&device.params))
+    return befalls::vibration | (vibro->datagrams ? befalls::datagram : befalls::stream);
   const auto& taxels = std::get<TaxelEmulatorParams>(device.params);
   return befalls::taxels | (taxels.wire == TaxelWire::weft ? befalls::stream : befalls::datagram);
 }

@@ -58,6 +58,11 @@ struct Rig::Parts {
       return box_made(device.name, *box);
     if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
       return std::make_unique<AtiDigitalEmulator>(*digital, world, mix(seed, device.name));
+    if (const auto* vibro = std::get_if<VibroEmulatorParams>(&device.params)) {
+      VibroEmulatorParams with_seed = *vibro;
+      with_seed.chunk_seed = mix(seed, device.name);
+      return std::make_unique<VibroEmulator>(with_seed, world, now);
+    }
     TaxelEmulatorParams taxels = std::get<TaxelEmulatorParams>(device.params);
     taxels.chunk_seed = mix(seed, device.name);
     return std::make_unique<TaxelEmulator>(taxels, world, now);

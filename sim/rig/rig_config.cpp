@@ -227,24 +227,40 @@ Status read_simulation(const json& object, RigConfig& config) {
   return {};
 }
 
-Channel channel_of(const EmulatedDevice& device) {
-  if (std::holds_alternative<AptStageParams>(device.params)) return Channel::stages;
-  if (std::holds_alternative<TaxelEmulatorParams>(device.params)) return Channel::taxels;
-  return Channel::wrench;
+std::vector<Channel> channels_of(const EmulatedDevice& device) {
+  if (std::holds_alternative<AptStageParams>(device.params)) return {Channel::stages};
+  if (std::holds_alternative<TaxelEmulatorParams>(device.params)) return {Channel::taxels};
+  const auto* vibro = std::get_if<VibroEmulatorParams>(&device.params);
+  if (vibro == nullptr) return {Channel::wrench};
+  std::vector<Channel> channels;
+  if (vibro->acceleration.period_ns > 0) channels.push_back(Channel::accelerometer);
+  if (vibro->sound.period_ns > 0) channels.push_back(Channel::microphone);
+  return channels;
 }
 
 /// The scene's channels, and that the plant computes no more than they need.
 void watch(RigConfig& config) {
   std::vector<Channel>& channels = config.scene.channels;
   for (const EmulatedDevice& device : config.devices)
-    if (!asks_for(config.scene, channel_of(device))) channels.push_back(channel_of(device));
+    for (const Channel channel : channels_of(device))
+      if (!asks_for(config.scene, channel)) channels.push_back(channel);
   std::sort(channels.begin(), channels.end());
   Watched& watched = config.world.plant.watched;
   watched.pads = asks_for(config.scene, Channel::taxels);
   watched.contact = watched.pads || asks_for(config.scene, Channel::wrench);
+  const bool vibrations =
+      asks_for(config.scene, Channel::accelerometer) || asks_for(config.scene, Channel::microphone);
+  if (vibrations) {
+    config.scene.name = "vibrotactile";
+    watched.contact = true;  // it is what they hear
+  }
   VibrationParams& vibration = config.world.plant.vibration;
   if (!asks_for(config.scene, Channel::accelerometer)) vibration.accelerometer.reset();
   if (!asks_for(config.scene, Channel::microphone)) vibration.microphone.reset();
+}
+
+bool is_vibro(const EmulatedDevice& device) {
+  return std::holds_alternative<VibroEmulatorParams>(device.params);
 }
 
 Status read_devices(const json& devices, RigConfig& config) {
@@ -257,6 +273,9 @@ Status read_devices(const json& devices, RigConfig& config) {
       if (other.name == device->name)
         return fail(Errc::parse, "a device twice", "/devices/" + std::to_string(i) + "/name", {},
                     device->name);
+      else if (is_vibro(other) && is_vibro(*device))
+        return fail(Errc::unsupported, "the plant has one vibration sensor",
+                    "/devices/" + std::to_string(i), "one device of kind vibro", "two");
     config.devices.push_back(std::move(*device));
   }
   return {};

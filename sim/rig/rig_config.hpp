@@ -14,6 +14,7 @@
 #include "sim/devices/faults/fault.hpp"
 #include "sim/devices/rdt_emulator.hpp"
 #include "sim/devices/taxel_emulator.hpp"
+#include "sim/devices/vibro_emulator.hpp"
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/scene/scene.hpp"
 
@@ -21,7 +22,9 @@ namespace weft::sim {
 
 struct EmulatedDevice {
   std::string name;
-  std::variant<AptStageParams, RdtEmulatorParams, AtiDigitalParams, TaxelEmulatorParams> params;
+  std::variant<AptStageParams, RdtEmulatorParams, AtiDigitalParams, TaxelEmulatorParams,
+               VibroEmulatorParams>
+      params;
 };
 
 /// A fault and whom it befalls.

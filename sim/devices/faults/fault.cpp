@@ -8,7 +8,8 @@ namespace weft::sim {
 namespace {
 
 using enum FaultKind;
-constexpr std::uint8_t sensors = befalls::force | befalls::taxels;
+constexpr std::uint8_t blocks = befalls::taxels | befalls::vibration;
+constexpr std::uint8_t sensors = befalls::force | blocks;
 
 constexpr std::array types{
     FaultType{"drop", drop, befalls::wire, true, 0, "a message is lost"},
@@ -36,8 +37,8 @@ constexpr std::array types{
     FaultType{"silent", silent, sensors, false, 0, "the stream stops"},
     FaultType{"stuck_force", stuck_force, befalls::force, false, 0, "the values stay the same"},
     FaultType{"drift", drift, befalls::force, false, 0.05, "Fz drifts by `amount` N/s"},
-    FaultType{"saturation", saturation, befalls::force, false, 0,
-              "Fz stands at its range, status says so"},
+    FaultType{"saturation", saturation, befalls::force | befalls::vibration, false, 0,
+              "Fz stands at its range, status says so; all readings of a vibration do"},
     FaultType{"absurd_counts", absurd_counts, befalls::force, true, 0,
               "counts are the largest of 32 bits"},
     FaultType{"calibration_change", calibration_change, befalls::force, false, 1.25,
@@ -78,19 +79,19 @@ constexpr std::array types{
               "the count stays while the stage moves"},
     FaultType{"overshoot", overshoot, befalls::stage, false, 0.05,
               "moves end `amount` mm or degrees too far"},
-    FaultType{"crc_errors", crc_errors, befalls::taxels, true, 0, "a frame's check value is wrong"},
+    FaultType{"crc_errors", crc_errors, blocks, true, 0, "a frame's check value is wrong"},
     FaultType{"dead_pad", dead_pad, befalls::taxels, false, 5, "taxel `amount` stays as it is"},
     FaultType{"noisy_pad", noisy_pad, befalls::taxels, false, 5,
               "taxel `amount` jumps by thousands of counts"},
     FaultType{"saturated_pad", saturated_pad, befalls::taxels, false, 5,
               "taxel `amount` stands at 65535"},
-    FaultType{"frozen_frame", frozen_frame, befalls::taxels, false, 0,
-              "all taxels stay as they are"},
-    FaultType{"half_speed_clock", half_speed_clock, befalls::taxels, false, 0,
+    FaultType{"frozen_frame", frozen_frame, blocks, false, 0,
+              "all taxels or readings stay as they are"},
+    FaultType{"half_speed_clock", half_speed_clock, blocks, false, 0,
               "the sensor's clock runs at half speed"},
-    FaultType{"wrong_count", wrong_count, befalls::taxels, false, 15,
-              "frames have `amount` taxels"},
-    FaultType{"restart", restart, befalls::taxels, false, 0, "numbers and clock begin anew, once"},
+    FaultType{"wrong_count", wrong_count, blocks, false, 15,
+              "frames have `amount` taxels or readings"},
+    FaultType{"restart", restart, blocks, false, 0, "numbers and clock begin anew, once"},
 };
 
 constexpr bool in_order() {

@@ -78,6 +78,7 @@ inline constexpr std::uint8_t datagram = 2;  ///< UDP
 inline constexpr std::uint8_t force = 4;
 inline constexpr std::uint8_t stage = 8;
 inline constexpr std::uint8_t taxels = 16;
+inline constexpr std::uint8_t vibration = 32;
 inline constexpr std::uint8_t wire = stream | datagram;
 }  // namespace befalls
 

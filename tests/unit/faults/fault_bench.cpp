@@ -9,6 +9,7 @@
 #include "drivers/ati_netft/ati_netft.hpp"
 #include "drivers/taxel_array/taxel_array.hpp"
 #include "drivers/thorlabs_apt/thorlabs_apt.hpp"
+#include "drivers/vibro/vibro.hpp"
 
 namespace weft::testing {
 namespace {
@@ -27,6 +28,8 @@ std::string text_of(const std::string& path) {
 
 /// The device of bench17, and what of its configuration the table looks at.
 json device_of(const json& rig, const std::string& device) {
+  if (device == "vibro")
+    return {{"name", "vibro"}, {"config", json::object()}, {"emulator", {{"kind", "vibro"}}}};
   const bool stage = device.starts_with("lts") || device == "prm";
   const std::size_t index = device == "prm" ? 3 : stage ? 2 : device.starts_with("ft") ? 5 : 6;
   json entry = rig["devices"][index];
@@ -58,6 +61,7 @@ FaultBench::FaultBench(const std::string& device) {
   }
   const auto& plugin = stage_                     ? drivers::thorlabs_apt_entry
                        : device.starts_with("ft") ? drivers::ati_netft_entry
+                       : device == "vibro"        ? drivers::vibro_entry
                                                   : drivers::taxel_array_entry;
   auto driver = plugin.create(entry["config"].dump(), *this);
   if (!driver) FAIL(to_string(driver.error()));
@@ -122,7 +126,11 @@ void FaultBench::inject(const std::string& fault, const std::string& more) {
 }
 
 void FaultBench::publish(const Sample& sample) {
-  Seen seen{sample.host, sample.sequence, sample.lost, true, 0};
+  Seen seen{sample.host, sample.sequence, sample.lost, true, sample.value.index(), 0};
+  const auto take_block = [&](std::span<const double> values, std::uint32_t clipped) {
+    seen.valid = clipped == 0;
+    for (const double value : values) seen.value += value / static_cast<double>(values.size());
+  };
   if (const auto* stage = std::get_if<StageSample>(&sample.value)) {
     last_stage_ = *stage;
     seen.value = stage->position / unit_;
@@ -132,6 +140,10 @@ void FaultBench::publish(const Sample& sample) {
   } else if (const auto* taxels = std::get_if<TaxelSample>(&sample.value)) {
     for (const std::uint16_t counts : taxels->counts) seen.value += counts;
     seen.value /= static_cast<double>(taxels->counts.size());
+  } else if (const auto* shaken = std::get_if<AccelerationSample>(&sample.value)) {
+    take_block(shaken->acceleration_mps2, shaken->clipped);
+  } else if (const auto* heard = std::get_if<SoundSample>(&sample.value)) {
+    take_block(heard->pressure_pa, heard->clipped);
   }
   samples.push_back(seen);
 }

@@ -17,13 +17,15 @@ struct Seen {
   TimePoint at;
   std::uint32_t sequence = 0;
   std::uint32_t lost = 0;
-  bool valid = true;
-  double value = 0;  ///< position [mm or degrees], Fz [N], or the mean of the taxels [counts]
+  bool valid = true;     ///< of a vibration: nothing clipped
+  std::size_t kind = 0;  ///< which alternative of Sample::value
+  double value =
+      0;  ///< position [mm or degrees], Fz [N], or the mean of a block [counts, m/s2, Pa]
 };
 
 class FaultBench final : public DriverHost {
  public:
-  /// `device`: lts, lts_encoder, prm, ft, ft_page, taxels or cpm.
+  /// `device`: lts, lts_encoder, prm, ft, ft_page, taxels, cpm or vibro.
   explicit FaultBench(const std::string& device);
   ~FaultBench() override;
 

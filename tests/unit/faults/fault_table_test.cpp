@@ -5,7 +5,9 @@
 #include <cmath>
 #include <iomanip>
 #include <iostream>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "sim/devices/faults/fault.hpp"
 #include "tests/unit/faults/fault_bench.hpp"
@@ -164,13 +166,44 @@ const Row rows[] = {
     {"cpm", "noisy_pad", "", reported, "taxel 5 is noisy", 5},
     {"cpm", "saturated_pad", "", reported, "taxel 5 is saturated", 5},
     {"cpm", "frozen_frame", "", reported, "frozen", 5},
+    // vibration sensor on a serial line: 50 blocks a second of each channel
+    {"vibro", "drop", R"("probability": 0.2)", marked, "lost", 10},
+    {"vibro", "drop", R"("towards": "device", "probability": 1)", right, "it only listens", 10},
+    {"vibro", "truncate", R"("probability": 0.1)", marked, "lost", 10},
+    {"vibro", "bit_flip", R"("probability": 0.1)", marked, "lost", 10},
+    {"vibro", "garbage", R"("probability": 0.2)", right, "skipped", 10},
+    {"vibro", "delay", "", right, "late, in order", 10},
+    {"vibro", "jitter", "", right, "order is kept", 10},
+    {"vibro", "unplug", "", reported, "came from the vibration sensor", 0.5},
+    {"vibro", "unplug", R"("duration_s": 0.2)", marked, "lost", 10},
+    {"vibro", "unplug", "", reported, "no description", 3.2, true},
+    {"vibro", "link_stall", R"("duration_s": 0.2)", right, "late, in order", 10},
+    {"vibro", "link_stall", "", reported, "came from the vibration sensor", 0.5},
+    {"vibro", "merge", "", right, "any chunking", 10},
+    {"vibro", "split", "", right, "any chunking", 10},
+    {"vibro", "sequence_jump", "", marked, "lost", 10},
+    {"vibro", "sequence_back", "", marked, "restarted", 10},
+    {"vibro", "rate_halved", "", reported, "another rate", 7},
+    {"vibro", "silent", "", reported, "came from the vibration sensor", 0.5},
+    {"vibro", "crc_errors", R"("probability": 0.3)", marked, "lost", 10},
+    {"vibro", "crc_errors", "", reported, "came from the vibration sensor", 0.5},
+    {"vibro", "saturation", R"("duration_s": 0.5)", marked, "not valid", 10},
+    {"vibro", "saturation", "", reported, "saturated", 5},
+    {"vibro", "frozen_frame", "", reported, "frozen", 5},
+    {"vibro", "half_speed_clock", "", reported, "clock runs wrong", 7},
+    {"vibro", "wrong_count", "", reported, "another number of values", 0.2},
+    {"vibro", "restart", "", marked, "restarted", 10},
 };
 
-/// No sample out of order, none later than now, nothing wild that is not marked.
+/// No sample out of order, none later than now, nothing wild that is not marked. Each kind of
+/// sample has numbers of its own.
 std::string wrong_with(const FaultBench& bench, const Row& row) {
   const bool sensor = !bench.is_stage();
-  for (std::size_t i = 1; i < bench.samples.size(); ++i) {
-    const Seen &a = bench.samples[i - 1], &b = bench.samples[i];
+  std::map<std::size_t, Seen> last;
+  for (const Seen& b : bench.samples) {
+    const auto [before, first] = last.try_emplace(b.kind, b);
+    const Seen a = std::exchange(before->second, b);
+    if (first) continue;
     if (b.at < a.at) return "a sample before its time";
     const auto ahead = static_cast<std::int16_t>(b.sequence - a.sequence);
     if (sensor && ahead <= 0 && std::string_view(row.says) != "restarted")

@@ -1,0 +1,194 @@
+#include "sim/devices/vibro_emulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace weft::sim {
+
+namespace vibro = protocols::vibro;
+
+namespace {
+
+/// From a block's last reading to its frame on the wire [E]. More than the longest step of the
+/// plant's grid (3.072 ms), so that the readings are there.
+constexpr Duration block_latency = std::chrono::milliseconds(4);
+constexpr Duration description_period = std::chrono::seconds(1);
+constexpr double micro_per_unit = 1e6;
+
+vibro::ChannelDescription description_of(const VibroChannelParams& channel) {
+  if (channel.period_ns == 0) return {};
+  return {
+      .rate_mhz =
+          static_cast<std::uint32_t>(std::llround(1e12 / static_cast<double>(channel.period_ns))),
+      .range_micro = static_cast<std::uint32_t>(std::llround(channel.range * micro_per_unit)),
+      .full_scale_counts = static_cast<std::uint16_t>(std::lround(channel.range / channel.quantum)),
+      .block_readings = channel.block_readings};
+}
+
+std::int16_t counts_of(double value, double quantum) {
+  using Counts = std::numeric_limits<std::int16_t>;
+  return static_cast<std::int16_t>(
+      std::clamp<double>(std::round(value / quantum), Counts::min(), Counts::max()));
+}
+
+}  // namespace
+
+TimePoint VibroEmulator::Channel::due() const {
+  const std::uint64_t last = (next_block + 1) * params.block_readings - 1;
+  return TimePoint(Duration(static_cast<std::int64_t>(last) * params.period_ns)) + block_latency;
+}
+
+VibroEmulator::VibroEmulator(const VibroEmulatorParams& params, BenchWorld& world, TimePoint now)
+    : params_(params),
+      world_(&world),
+      power_on_(now),
+      next_description_(now),
+      chunks_(params.chunk_seed) {
+  channels_[0].kind = vibro::Kind::acceleration;
+  channels_[0].params = params.acceleration;
+  channels_[1].kind = vibro::Kind::sound;
+  channels_[1].params = params.sound;
+  for (Channel& channel : channels_) {
+    if (!channel.on()) continue;
+    const std::int64_t block_ns = channel.params.period_ns * channel.params.block_readings;
+    channel.next_block = static_cast<std::uint64_t>(ns_of(now) / block_ns + 1);
+  }
+}
+
+void VibroEmulator::receive(ByteView, TimePoint now, ByteSink& out) {
+  wake(now, out);
+}
+
+std::optional<TimePoint> VibroEmulator::next_wakeup() const {
+  TimePoint next = next_description_;
+  for (const Channel& channel : channels_)
+    if (channel.on()) next = std::min(next, channel.due());
+  return next;
+}
+
+void VibroEmulator::wake(TimePoint now, ByteSink& out) {
+  for (TimePoint at = *next_wakeup(); at <= now; at = *next_wakeup()) act(at, out);
+}
+
+void VibroEmulator::act(TimePoint at, ByteSink& out) {
+  suffer_numbers(at);
+  if (next_description_ == at) send_description(at, out);
+  for (Channel& channel : channels_)
+    if (channel.on() && channel.due() == at) send_block(channel, at, out);
+}
+
+void VibroEmulator::send_description(TimePoint at, ByteSink& out) {
+  next_description_ += description_period;
+  if (suffers(FaultKind::silent, at) != nullptr) return;
+  vibro::Frame frame;
+  frame.sequence = descriptions_++;
+  frame.device_us = device_us(at, at);
+  frame.description = {.serial = params_.serial,
+                       .firmware = params_.firmware,
+                       .acceleration = description_of(params_.acceleration),
+                       .sound = description_of(params_.sound)};
+  send(frame, at, out);
+}
+
+/// Takes what the plant has read. A gap, which a plant that is listened to does not make, would
+/// begin a new run.
+void VibroEmulator::listen(TimePoint now) {
+  const VibrationReadings readings = world_->take_vibration(now);
+  const auto add = [](Channel& channel, std::uint64_t index, const Reading& reading) {
+    if (index != channel.first_index + channel.waiting.size()) {
+      channel.waiting.clear();
+      channel.first_index = index;
+    }
+    channel.waiting.push_back(reading);
+  };
+  for (const AccelerationReading& r : readings.acceleration)
+    add(channels_[0], r.index, r.acceleration_mps2);
+  for (const SoundReading& r : readings.sound) add(channels_[1], r.index, {r.pressure_pa, 0, 0});
+}
+
+void VibroEmulator::send_block(Channel& channel, TimePoint at, ByteSink& out) {
+  listen(at);
+  const std::uint64_t number = channel.next_block++, size = channel.params.block_readings;
+  const std::uint64_t first = number * size;
+  for (; !channel.waiting.empty() && channel.first_index < first; ++channel.first_index)
+    channel.waiting.pop_front();
+  if (channel.first_index != first || channel.waiting.size() < size) return;
+  vibro::Frame frame;
+  frame.kind = channel.kind;
+  const std::size_t axes = vibro::values_per_reading(channel.kind);
+  for (std::size_t i = 0; i < size; ++i, ++channel.first_index) {
+    for (std::size_t axis = 0; axis < axes; ++axis)
+      frame.values[frame.value_count++] =
+          counts_of(channel.waiting.front()[axis], channel.params.quantum);
+    channel.waiting.pop_front();
+  }
+  if (suffers(FaultKind::silent, at) != nullptr) return;
+  if (number % 2 == 1 && suffers(FaultKind::rate_halved, at) != nullptr) return;
+  frame.sequence = channel.sequence++;
+  frame.device_us = device_us(
+      TimePoint(Duration(static_cast<std::int64_t>(first) * channel.params.period_ns)), at);
+  suffer(channel, frame, at);
+  send(frame, at, out);
+}
+
+/// Of the moment `of`, told at `at`.
+std::uint32_t VibroEmulator::device_us(TimePoint of, TimePoint at) const {
+  Duration passed = of - power_on_;
+  if (const Fault* slow = suffers(FaultKind::half_speed_clock, at))
+    passed -= (of - std::max(slow->from, power_on_)) / 2;
+  return static_cast<std::uint32_t>(passed.count() / 1000);
+}
+
+void VibroEmulator::suffer_numbers(TimePoint at) {
+  const auto once = [](const Fault* fault, std::optional<TimePoint>& done) {
+    if (fault == nullptr || done == fault->from) return false;
+    done = fault->from;
+    return true;
+  };
+  const auto shift = [this](double by) {
+    for (Channel& channel : channels_)
+      channel.sequence = static_cast<std::uint16_t>(channel.sequence + static_cast<int>(by));
+  };
+  if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
+    shift(ahead->amount);
+  if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))
+    shift(-back->amount);
+  if (!once(suffers(FaultKind::restart, at), restarted_)) return;
+  for (Channel& channel : channels_) channel.sequence = 0;
+  power_on_ = next_description_ = at;
+}
+
+void VibroEmulator::suffer(Channel& channel, vibro::Frame& frame, TimePoint at) {
+  const std::size_t axes = vibro::values_per_reading(channel.kind);
+  if (suffers(FaultKind::frozen_frame, at) == nullptr)
+    channel.frozen.reset();
+  else if (!channel.frozen)
+    channel.frozen = {frame.values[0], frame.values[1], frame.values[2]};
+  const std::int16_t full = counts_of(channel.params.range, channel.params.quantum);
+  const bool saturated = suffers(FaultKind::saturation, at) != nullptr;
+  for (std::size_t i = 0; i < frame.value_count; ++i) {
+    if (channel.frozen) frame.values[i] = (*channel.frozen)[i % axes];
+    if (saturated) frame.values[i] = full;
+  }
+  if (const Fault* wrong = suffers(FaultKind::wrong_count, at))
+    frame.value_count = static_cast<std::uint16_t>(
+        static_cast<double>(axes) *
+        std::floor(std::clamp(wrong->amount, 1.0, static_cast<double>(vibro::max_values / axes))));
+}
+
+void VibroEmulator::send(const vibro::Frame& frame, TimePoint at, ByteSink& out) {
+  buffer_.clear();
+  vibro::append(buffer_, frame);
+  if (struck_by(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;
+  ByteView bytes = buffer_;
+  if (params_.largest_chunk_bytes == 0 || params_.datagrams) return out(bytes);
+  while (!bytes.empty()) {
+    const std::size_t wanted = 1 + chunks_.bits() % params_.largest_chunk_bytes;
+    const ByteView chunk = bytes.first(std::min(wanted, bytes.size()));
+    bytes = bytes.subspan(chunk.size());
+    out(chunk);
+  }
+}
+
+}  // namespace weft::sim

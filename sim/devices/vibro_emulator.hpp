@@ -1,0 +1,79 @@
+#pragma once
+// A vibration sensor's microcontroller: blocks of accelerometer and microphone readings and, once a
+// second, who it is, from power-on, without being asked. The readings are the plant's (level L3).
+
+#include <array>
+#include <cstdint>
+#include <deque>
+
+#include "protocols/vibro/vibro.hpp"
+#include "sim/devices/bench_world.hpp"
+#include "sim/devices/emulator.hpp"
+#include "sim/plant/random.hpp"
+
+namespace weft::sim {
+
+/// One channel: how the plant's converter samples it, and how many readings make a block.
+struct VibroChannelParams {
+  std::int64_t period_ns = 0;  ///< of its readings; 0: the sensor has no such channel
+  double range = 0;            ///< [m/s2] or [Pa]
+  double quantum = 0;          ///< of one count
+  std::uint16_t block_readings = 0;
+};
+
+struct VibroEmulatorParams {
+  VibroChannelParams acceleration, sound;
+  std::uint32_t serial = 17000001;
+  std::array<std::uint8_t, 3> firmware{1, 2, 3};
+  /// Frames are cut into pieces of 1 to this many bytes, at random; 0 sends them whole.
+  std::size_t largest_chunk_bytes = 0;
+  std::uint64_t chunk_seed = 0;
+  bool datagrams = false;  ///< each frame is a datagram, not a piece of a stream
+};
+
+class VibroEmulator final : public Emulator {
+ public:
+  /// `world` outlives the emulator; its plant is at level L3 and samples as `params` say. Powered
+  /// on at `now`: the first block of a channel is the first whole one.
+  VibroEmulator(const VibroEmulatorParams& params, BenchWorld& world, TimePoint now);
+
+  /// The sensor takes no commands: bytes are ignored.
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+  [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
+  void wake(TimePoint now, ByteSink& out) override;
+
+ private:
+  using Reading = std::array<double, protocols::vibro::axes>;  ///< sound: the first
+  struct Channel {
+    protocols::vibro::Kind kind{};
+    VibroChannelParams params;
+    std::uint64_t next_block = 0;  ///< number since time zero
+    std::uint16_t sequence = 0;
+    std::uint64_t first_index = 0;  ///< of waiting[0]
+    std::deque<Reading> waiting;    ///< readings without a gap
+    std::optional<std::array<std::int16_t, protocols::vibro::axes>> frozen;
+
+    [[nodiscard]] bool on() const { return params.period_ns > 0; }
+    [[nodiscard]] TimePoint due() const;
+  };
+
+  void listen(TimePoint now);
+  void act(TimePoint at, ByteSink& out);
+  void send_description(TimePoint at, ByteSink& out);
+  void send_block(Channel& channel, TimePoint at, ByteSink& out);
+  void suffer(Channel& channel, protocols::vibro::Frame& frame, TimePoint at);
+  void suffer_numbers(TimePoint at);
+  void send(const protocols::vibro::Frame& frame, TimePoint at, ByteSink& out);
+  [[nodiscard]] std::uint32_t device_us(TimePoint of, TimePoint at) const;
+
+  VibroEmulatorParams params_;
+  BenchWorld* world_;
+  TimePoint power_on_, next_description_;
+  std::array<Channel, 2> channels_;
+  std::uint16_t descriptions_ = 0;
+  Random chunks_;
+  Bytes buffer_;
+  std::optional<TimePoint> jumped_, restarted_;  ///< onset of the fault that was carried out
+};
+
+}  // namespace weft::sim
