@@ -6,6 +6,7 @@
 #include <ostream>
 #include <span>
 
+#include "daemon/cli/align_command.hpp"
 #include "daemon/cli/check_command.hpp"
 #include "daemon/cli/classify_command.hpp"
 #include "daemon/cli/daemon_commands.hpp"
@@ -27,6 +28,7 @@ struct Commands {
   RunArgs run;
   CheckArgs check;
   DoctorArgs doctor;
+  AlignArgs align;
   ImportArgs import;
   ExportArgs exported;
   InfoArgs info;
@@ -67,6 +69,8 @@ void add_commands(CLI::App& root, Commands& all) {
   add(root, all, "check", "check a recipe against a rig, without moving", all.check, run_check);
   add(root, all, "doctor", "look over a rig: devices, ports, machine; what to fix", all.doctor,
       run_doctor);
+  add(root, all, "align", "find the plate's tilt by touching, level it, touch again", all.align,
+      run_align);
   CLI::App* dataset = root.add_subcommand("dataset", "import, export and describe data sets");
   dataset->fallthrough()->require_subcommand(1);
   add(*dataset, all, "import", "other people's recordings into a data set", all.import, run_import);

@@ -8,10 +8,9 @@
 #include <memory>
 #include <optional>
 
-#include "daemon/run/bench.hpp"
+#include "daemon/run/bench_actions.hpp"
 #include "daemon/run/trial_recording.hpp"
 #include "recipes/control/force_loop.hpp"
-#include "recipes/control/guard_watch.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -62,36 +61,9 @@ class Supervisor {
   void cycle();
   bool guarded(Duration since_last);
   void trip(recipes::Event event);
-  std::optional<recipes::GuardTrip> look_at_guards(Duration since_last);
-  [[nodiscard]] recipes::WatchInput watched(const Snapshot& seen) const;
-  void look_at_motion();
-  void look_at_descent();
-  void look_at_bias();
+  [[nodiscard]] GuardContext guard_context(Duration since_last) const;
   void regulate(Duration since_last);
-  void poll();
 
-  // A servo command ends by itself after this time, whatever the rate of the cycle.
-  static constexpr Duration servo_horizon = std::chrono::milliseconds(100);
-  void drive(StageAxis axis, double velocity);
-  std::uint32_t command(StageAxis axis, const Command& command);
-  void stand_still(StageAxis axis);
-
-  /// A motion command under way and the number that confirms it.
-  struct Awaited {
-    StageAxis axis;
-    std::uint32_t move_id;
-  };
-  struct Motion {
-    recipes::Ticket ticket;
-    std::vector<Awaited> moves;
-  };
-  struct Biasing {
-    recipes::Ticket ticket;
-    TimePoint since;
-    unsigned quiet_readings;
-    WrenchSample sum;  ///< of the quiet readings
-    std::optional<TimePoint> last_reading;
-  };
   struct Regulation {
     recipes::HoldForce order;
     recipes::ForceLoopState loop;
@@ -109,8 +81,7 @@ class Supervisor {
   bool dispatching_ = false;
   std::optional<recipes::CampaignDone> result_;
 
-  recipes::GuardLimits guard_limits_;
-  recipes::GuardWatch watch_;
+  BenchActions actions_;
   std::size_t trips_ = 0;
   recipes::ForceLoopConfig force_config_;
   Duration period_{};
@@ -120,9 +91,6 @@ class Supervisor {
   TimerId cycle_timer_ = 0;
   TimerId engine_timer_ = 0;
   std::optional<TimePoint> deadline_;  ///< of the step that the engine is in
-  std::optional<Motion> motion_;
-  std::optional<recipes::Descend> descent_;
-  std::optional<Biasing> biasing_;
   std::optional<Regulation> regulation_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  ///< for a mount that ends late
 };

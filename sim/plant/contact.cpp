@@ -15,8 +15,37 @@ constexpr double cubic = 1e-6;             // so that of the residual no more th
 constexpr double nothing_n = 1e-12;        // more shows that a corner (of the mount) lay between
 constexpr double settled = 1e-13;          // in s: such a guess needs no step
 constexpr double largest_pressure_pa = 1e12;
+constexpr double largest_angle_rad = 1;  // of a plate or a face: no bench leans further
+
+/// Of an angle that is mostly exactly zero.
+double slope_of(double angle_rad) {
+  if (angle_rad == 0) return 0;
+  return std::tan(std::clamp(angle_rad, -largest_angle_rad, largest_angle_rad));
+}
 
 }  // namespace
+
+// The plate is a plane through (plate_centre, axis): turned by its own tilt, then with the platform
+// about the axis. Its normal is R_x(rx) (-tan ty / cos tx, -tan tx, 1).
+Vector2 ContactGeometry::plate_slope(const Pose& pose) const {
+  const double lean_rad = plate_tilt_x_rad + pose.rx_rad;
+  if (plate_tilt_y_rad == 0) return {0, slope_of(lean_rad)};
+  const double along_y = slope_of(lean_rad);
+  return {slope_of(plate_tilt_y_rad) * std::hypot(1, along_y), along_y};
+}
+
+double ContactGeometry::plate_rise_m(const Pose& pose) const {
+  const Vector2 slope = plate_slope(pose);
+  double rise_m = slope[0] * (pose.x_m - plate_centre_x_m) + slope[1] * (pose.y_m - tilt_axis_y_m);
+  if (tilt_axis_depth_m != 0 && pose.rx_rad != 0)
+    rise_m += tilt_axis_depth_m * (std::cos(pose.rx_rad) - 1 + slope[1] * std::sin(pose.rx_rad));
+  return rise_m;
+}
+
+Vector2 ContactGeometry::face_slope(const Pose& pose) const {
+  const Vector2 plate = plate_slope(pose);
+  return {tilt_x + plate[0] - slope_of(pose.ry_rad), tilt_y + plate[1]};
+}
 
 /// weight + mount force - cloth force as a function of the exponent s. Falls monotonically.
 struct ContactModel::Balance {
@@ -95,8 +124,7 @@ struct ContactModel::Balance {
 };
 
 double ContactModel::surface_z_m(const Pose& pose) const {
-  return geometry_.plate_z_m - material_.thickness_m -
-         pose.rx_rad * (pose.y_m - geometry_.tilt_axis_y_m);
+  return geometry_.plate_z_m - material_.thickness_m - geometry_.plate_rise_m(pose);
 }
 
 /// ln of the average of e^{(waviness + slope r)/lambda} over the face.
@@ -175,8 +203,9 @@ WEFT_SIM_CLONES void ContactModel::advance(ContactState& state, const Pose& pose
   if (!reachable(pose)) return;
   const Before before{state.pose.x_m, state.pose.y_m, state.normal_n};
   state.pose = pose;
-  state.slope_x = geometry_.tilt_x - pose.ry_rad;
-  state.slope_y = geometry_.tilt_y + pose.rx_rad;
+  const Vector2 slope = geometry_.face_slope(pose);
+  state.slope_x = slope[0];
+  state.slope_y = slope[1];
   const double average = log_average(state);
   const double at_touch =
       pose.z_m - (surface_z_m(pose) - material_.law.lambda_m * average);  // extension at s = 0

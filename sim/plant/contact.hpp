@@ -31,10 +31,22 @@ struct ContactGeometry {
   double plate_z_m = 0;             ///< z stage reading with the probe's face on the bare plate
   double face_half_width_m = 8e-3;  ///< 4 x 4 pads at 4 mm: 16 x 16 mm
   double tilt_axis_y_m = 0;         ///< where the plate's axis of rotation rx is
-  double tilt_x = 0;  ///< slope of the face against the plate along x at rx = ry = 0 [E]
+  double tilt_axis_depth_m = 0;     ///< how far it lies under the plate's surface
+  double tilt_x = 0;  ///< slope of the face against its guide along x at rx = ry = 0 [E]
   double tilt_y = 0;
+  /// How the plate lies on its platform [rad]: x > 0 raises it at larger y, as rx does; y > 0 at
+  /// larger x, as ry does the face. rx = -x and ry = y make plate and face parallel.
+  double plate_tilt_x_rad = 0;
+  double plate_tilt_y_rad = 0;
+  double plate_centre_x_m = 0;  ///< with plate_z_m where x meets the axis of rx: plate_tilt pivots
 
   [[nodiscard]] double face_area_m2() const { return 4 * face_half_width_m * face_half_width_m; }
+  /// Rise of the plate per metre along x and y, in the room.
+  [[nodiscard]] Vector2 plate_slope(const Pose& pose) const;
+  /// Rise of the plate at a point of the room over plate_z_m [m].
+  [[nodiscard]] double plate_rise_m(const Pose& pose) const;
+  /// Extra indentation of the face per metre along x and y.
+  [[nodiscard]] Vector2 face_slope(const Pose& pose) const;
 };
 
 /// State at the end of a step, and what follows from it.

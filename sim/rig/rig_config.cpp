@@ -45,15 +45,18 @@ Status read_plate(const json& plate, RigConfig& config) {
   BenchGeometry& geometry = config.world.geometry;
   double width_m = 0.15, depth_m = 0.15;
   json known = json::object();
-  for (const char* key : {"origin_mm", "size_mm", "surface_z_mm", "tilt_axis_y_mm"})
+  for (const char* key :
+       {"origin_mm", "size_mm", "surface_z_mm", "tilt_axis_y_mm", "tilt_axis_depth_mm"})
     if (plate.is_object() && plate.contains(key)) known[key] = plate[key];
   FieldReader reader(known, "/plate");
   reader.pair("origin_mm", geometry.origin_x_m, geometry.origin_y_m, -1000, 1000, m_per_mm);
   reader.pair("size_mm", width_m, depth_m, 1, 2000, m_per_mm);
   ContactGeometry& contact = config.world.plant.geometry;
   contact.tilt_axis_y_m = depth_m / 2;
+  contact.plate_centre_x_m = width_m / 2;
   reader.required("surface_z_mm", contact.plate_z_m, -1000, 1000, m_per_mm);
   reader.number("tilt_axis_y_mm", contact.tilt_axis_y_m, -1000, 1000, m_per_mm);
+  reader.number("tilt_axis_depth_mm", contact.tilt_axis_depth_m, -1000, 1000, m_per_mm);
   for (EmulatedDevice& device : config.devices)
     if (FtSensorParams* sensor = sensor_of(device)) {
       sensor->centre_x_m = width_m / 2;
@@ -210,6 +213,8 @@ Status read_simulation(const json& object, RigConfig& config) {
   reader.number("stop_stiffness_n_m", plant.mount.stop_stiffness_n_m, 1, 1e9);
   reader.number("slack_mm", plant.mount.slack_m, 0, 50, m_per_mm);
   reader.number("rig_tilt_mrad", plant.rig_tilt, 0, 100, 1e-3);
+  reader.pair("plate_tilt_deg", plant.geometry.plate_tilt_x_rad, plant.geometry.plate_tilt_y_rad,
+              -30, 30, rad_per_deg);
   const json* dynamics = reader.child("dynamics");
   const json* pads = reader.child("pads");
   const json* switches = reader.child("switches");

@@ -111,3 +111,8 @@ endif()
 add_test(NAME scenario_weftd_runs
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_runs PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# The plate's tilt found by touching and levelled: simulated, on ports in real time, and where it has to give up.
+add_test(NAME scenario_align
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/align.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_align PROPERTIES TIMEOUT 600 COST 800 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -38,8 +38,9 @@ ContactState AlgebraicContact::step(const ContactState& from, const Pose& to) co
   if (!reachable(to)) return from;
   ContactState state;
   state.pose = to;
-  state.slope_x = geometry_.tilt_x - to.ry_rad;
-  state.slope_y = geometry_.tilt_y + to.rx_rad;
+  const Vector2 slope = geometry_.face_slope(to);
+  state.slope_x = slope[0];
+  state.slope_y = slope[1];
   const double depth_m = to.z_m - statics_.surface_z_m(to);
   state.indentation_m = depth_m;
   if (!(depth_m >= 0)) return state;

@@ -114,23 +114,25 @@ Approach DynamicContact::approach(const ContactState& from, const Pose& to, doub
   const Waviness::Tangent waves = material_.waviness.tangent(middle.x_m, middle.y_m);
   const auto touch = [&](const Pose& pose, double side) {
     Pose face = pose;
+    face.x_m -= lag[0];
     face.y_m -= lag[1];
     const double half = geometry_.face_half_width_m / lambda_m;
-    const double tilt = log_sinhc((geometry_.tilt_x - pose.ry_rad) * half) +
-                        log_sinhc((geometry_.tilt_y + pose.rx_rad) * half);
+    const Vector2 slope = geometry_.face_slope(pose);
+    const double tilt = log_sinhc(slope[0] * half) + log_sinhc(slope[1] * half);
     return statics_.surface_z_m(face) - lambda_m * tilt - waves.height_m -
            side * 0.5 * (waves.slope_x * moved[0] + waves.slope_y * moved[1]);
   };
   const double at_begin = jump ? touch(to, 0) : touch(from.pose, -1);
   const double at_end = jump ? at_begin : touch(to, 1);
   const Pose& start = jump ? to : from.pose;
+  const Vector2 plate = geometry_.plate_slope(from.pose);
   return {.stage_z_m = start.z_m,
           .stage_z_mps = (to.z_m - from.pose.z_m) * per_s,
           .stage_m = {start.x_m, start.y_m},
           .stage_mps = {moved[0] * per_s, moved[1] * per_s},
           .touch_z_m = at_begin,
           .touch_mps = (at_end - at_begin) * per_s,
-          .touch_per_lag = {waves.slope_x, waves.slope_y + from.pose.rx_rad},
+          .touch_per_lag = {waves.slope_x + plate[0], waves.slope_y + plate[1]},
           .lag_m = lag};
 }
 
@@ -150,8 +152,9 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, co
                                     const Approach& approach, double dt_s) const {
   ContactState state = from;
   state.pose = to;
-  state.slope_x = geometry_.tilt_x - to.ry_rad;
-  state.slope_y = geometry_.tilt_y + to.rx_rad;
+  const Vector2 slope = geometry_.face_slope(to);
+  state.slope_x = slope[0];
+  state.slope_y = slope[1];
   state.lag_m = motion.glide.lag_m;
   state.velocity_mps = {motion.glide.room_mps[0], motion.glide.room_mps[1], motion.v_mps};
   state.exponent = (motion.z_m - approach.touch_at(dt_s, motion.glide.lag_m)) * law_.per_lambda;
@@ -162,6 +165,7 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, co
   state.normal_n = motion.normal_n;
   state.extension_m = to.z_m - motion.z_m;
   Pose face = to;
+  face.x_m = state.face_x_m();
   face.y_m = state.face_y_m();
   state.indentation_m = motion.z_m - statics_.surface_z_m(face);
   state.load_ratio =

@@ -11,8 +11,12 @@ Status check_geometry(const ContactGeometry& geometry) {
                       {{"the plate's height in m", geometry.plate_z_m, -10, 10},
                        {"half the face's width in m", geometry.face_half_width_m, 1e-5, 1},
                        {"the tilt axis in m", geometry.tilt_axis_y_m, -10, 10},
+                       {"the tilt axis' depth in m", geometry.tilt_axis_depth_m, -10, 10},
                        {"the tilt along x", geometry.tilt_x, -1, 1},
-                       {"the tilt along y", geometry.tilt_y, -1, 1}});
+                       {"the tilt along y", geometry.tilt_y, -1, 1},
+                       {"the plate's tilt about x", geometry.plate_tilt_x_rad, -1, 1},
+                       {"the plate's tilt about y", geometry.plate_tilt_y_rad, -1, 1},
+                       {"the plate's middle in m", geometry.plate_centre_x_m, -10, 10}});
 }
 
 Status check_mount(const Mount& mount) {

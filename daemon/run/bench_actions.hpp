@@ -1,0 +1,84 @@
+#pragma once
+// What a machine (campaign, alignment) asks of a bench, carried out and watched once per scan
+// cycle: moves, guarded descents, zeros, and the guards that stand before every command.
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "daemon/run/bench.hpp"
+#include "recipes/control/guard_watch.hpp"
+#include "recipes/engine/engine.hpp"
+
+namespace weft::daemon {
+
+/// What the guards need and only the caller knows.
+struct GuardContext {
+  std::optional<TimePoint> deadline;  ///< of the machine's step
+  Duration since_last{};              ///< cycle
+  std::optional<std::uint64_t> free_bytes;
+  bool zero_moves = false;  ///< somebody touches the plate, or the sensor takes its zero
+};
+
+/// Thread-bound to the bench's loop. Answers are told as the engine's events, each with the ticket
+/// of what it answers; a command that a driver refuses is told as a Fault.
+class BenchActions {
+ public:
+  using Tell = std::function<void(recipes::Event)>;
+  BenchActions(const recipes::RigLimits& limits, Loop& loop, Bench& bench, Tell tell);
+
+  void begin(const recipes::MoveTo& order);
+  void begin(const recipes::BiasSensors& order);
+  void begin(const recipes::Descend& order);
+  void end_descent() { descent_.reset(); }
+  /// All axes stand still, nothing is awaited any more.
+  void stop();
+
+  /// One cycle's look at what is under way.
+  void look_at_motion();
+  void look_at_descent();
+  void look_at_bias();
+  /// What trips a guard in this cycle, if anything.
+  std::optional<recipes::GuardTrip> look_at_guards(const GuardContext& context);
+
+  /// A velocity that ends by itself after `servo_horizon`, whatever the rate of the cycle.
+  void drive(StageAxis axis, double velocity);
+  void stand_still(StageAxis axis);
+  /// Asks z for a reading in every cycle and the other stages once in a row of stage positions.
+  void poll(std::uint64_t cycle);
+
+ private:
+  static constexpr Duration servo_horizon = std::chrono::milliseconds(100);
+
+  /// A motion command under way and the number that confirms it.
+  struct Awaited {
+    StageAxis axis;
+    std::uint32_t move_id;
+  };
+  struct Motion {
+    recipes::Ticket ticket;
+    std::vector<Awaited> moves;
+  };
+  struct Biasing {
+    recipes::Ticket ticket;
+    TimePoint since;
+    unsigned quiet_readings;
+    WrenchSample sum;  ///< of the quiet readings
+    std::optional<TimePoint> last_reading;
+  };
+
+  std::uint32_t command(StageAxis axis, const Command& command);
+  [[nodiscard]] recipes::WatchInput watched(bool zero_moves) const;
+
+  Loop* loop_;
+  Bench* bench_;
+  Tell tell_;
+  Duration period_{};
+  recipes::GuardLimits guard_limits_;
+  recipes::GuardWatch watch_;
+  std::optional<Motion> motion_;
+  std::optional<recipes::Descend> descent_;
+  std::optional<Biasing> biasing_;
+};
+
+}  // namespace weft::daemon

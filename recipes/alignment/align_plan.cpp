@@ -1,0 +1,138 @@
+#include "recipes/alignment/align_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "protocols/base/units.hpp"
+
+namespace weft::recipes {
+namespace {
+
+/// Side of the grid where nobody says otherwise.
+constexpr double usual_span_m = 0.1;
+/// A grid narrower than this says little: 1 um across it is 0.1 mrad.
+constexpr double least_span_m = 0.01;
+/// A touch must stand clear of the sensor's noise, 12 mN a reading (reference sim.md 1.3).
+constexpr double least_contact_force_n = 0.05;
+constexpr double least_touch_speed_mps = 1e-6;
+
+tl::unexpected<Error> does_not_fit(std::string message, std::string expected, std::string got,
+                                   std::string hint = {}) {
+  return fail(Errc::range, std::move(message), "alignment", std::move(expected), std::move(got),
+              std::move(hint));
+}
+
+std::string in_mm(double metres) {
+  return std::to_string(metres / m_per_mm) + " mm";
+}
+
+/// Room for the face's centre along one axis, and its middle: what plate and travel both allow.
+Range room(const RigLimits& limits, Axis axis, double origin_m, double size_m, double face_m) {
+  const Range& travel = limits.geometry.travel[index(axis)];
+  return {std::max(travel.min - origin_m, 0.5 * face_m),
+          std::min(travel.max - origin_m, size_m - 0.5 * face_m)};
+}
+
+double middle(const Range& range) {
+  return 0.5 * (range.min + range.max);
+}
+
+/// Row by row, every other row backwards: neighbours in the list are neighbours on the plate.
+std::vector<Vec2> grid(Vec2 centre_m, double span_m, unsigned per_side) {
+  const auto along = [&](unsigned i) { return span_m * (double(i) / (per_side - 1) - 0.5); };
+  std::vector<Vec2> points;
+  for (unsigned row = 0; row < per_side; ++row)
+    for (unsigned i = 0; i < per_side; ++i) {
+      const unsigned column = row % 2 == 0 ? i : per_side - 1 - i;
+      points.push_back({centre_m.x_m + along(column), centre_m.y_m + along(row)});
+    }
+  return points;
+}
+
+Status check_touch(const RigLimits& limits, const AlignSettings& s) {
+  const double half_cap_n = 0.5 * limits.force_cap_n;
+  if (!(s.contact_force_n >= least_contact_force_n && s.contact_force_n <= half_cap_n))
+    return does_not_fit("the force of a touch is in the noise or too near the cap",
+                        std::to_string(least_contact_force_n) + " N to " +
+                            std::to_string(half_cap_n) + " N, half of limits.force_cap_N",
+                        std::to_string(s.contact_force_n) + " N");
+  if (!(s.touch_speed_mps >= least_touch_speed_mps && s.touch_speed_mps <= limits.max_speed_mps))
+    return does_not_fit("the speed of a touch is not usable",
+                        in_mm(least_touch_speed_mps) + "/s to " + in_mm(limits.max_speed_mps) +
+                            "/s, limits.speed_mm_s",
+                        in_mm(s.touch_speed_mps) + "/s");
+  return {};
+}
+
+Status check_judgement(const AlignSettings& s, double largest_tilt_rad) {
+  if (s.per_side < 2 || s.per_side > 9)
+    return does_not_fit("the grid of touches is not usable", "2 to 9 a side",
+                        std::to_string(s.per_side));
+  if (!(s.largest_residual_m > 0 && s.largest_residual_m <= 1e-2))
+    return does_not_fit("the residual of a plane is not usable", "over 0, up to 10 mm",
+                        in_mm(s.largest_residual_m));
+  if (!(s.tolerance_rad > 0 && s.tolerance_rad <= largest_tilt_rad))
+    return does_not_fit("the tilt that may be left is not usable",
+                        "over 0, up to the largest tilt that is looked for",
+                        std::to_string(s.tolerance_rad) + " rad");
+  if (!(largest_tilt_rad <= 0.5))
+    return does_not_fit("the largest tilt is not usable", "up to 0.5 rad",
+                        std::to_string(largest_tilt_rad) + " rad");
+  return {};
+}
+
+/// Both rotary stages reach this far to both sides.
+double rotary_reach_rad(const Geometry& geometry) {
+  double reach = 0.5;
+  for (const Axis axis : {Axis::rx, Axis::ry}) {
+    const Range& travel = geometry.travel[index(axis)];
+    reach = std::min({reach, travel.max, -travel.min});
+  }
+  return reach;
+}
+
+Status check_heights(const AlignPlan& plan) {
+  const RigLimits& limits = plan.limits;
+  const Range& z = limits.geometry.travel[index(Axis::z)];
+  const double top = limits.clear_z_m() - plan.rise_m();
+  if (top >= z.min) return {};
+  return does_not_fit("z has no room over a plate that may be so tilted",
+                      "z from " + in_mm(z.min) + " on", in_mm(top),
+                      "Look for less tilt or touch a smaller span");
+}
+
+}  // namespace
+
+double AlignPlan::rise_m() const {
+  return reach_m * std::tan(largest_tilt_rad);
+}
+
+Result<AlignPlan> plan_alignment(const RigLimits& limits, const AlignSettings& settings) {
+  const Geometry& g = limits.geometry;
+  const Range x = room(limits, Axis::x, g.origin_m.x_m, g.plate_size_m.x_m, limits.footprint_m.x_m);
+  const Range y = room(limits, Axis::y, g.origin_m.y_m, g.plate_size_m.y_m, limits.footprint_m.y_m);
+  const double widest = std::min(x.width(), y.width());
+  const double span_m = settings.span_m.value_or(std::min(usual_span_m, widest));
+  if (!(span_m >= least_span_m && span_m <= widest))
+    return does_not_fit("the grid of touches does not fit the plate",
+                        in_mm(least_span_m) + " to " + in_mm(widest), in_mm(span_m));
+  AlignPlan plan;
+  plan.limits = limits;
+  plan.largest_tilt_rad = settings.largest_tilt_rad.value_or(rotary_reach_rad(g));
+  if (Status s = check_judgement(settings, plan.largest_tilt_rad); !s) return pass(s.error());
+  if (Status s = check_touch(limits, settings); !s) return pass(s.error());
+  plan.points_m = grid({middle(x), middle(y)}, span_m, settings.per_side);
+  plan.reach_m =
+      std::hypot(0.5 * (span_m + limits.footprint_m.x_m), 0.5 * (span_m + limits.footprint_m.y_m));
+  plan.contact_force_n = settings.contact_force_n;
+  plan.approach_speed_mps = std::min(plan.approach_speed_mps, limits.max_speed_mps);
+  plan.transfer_speed_mps = limits.max_speed_mps;
+  plan.touch_speed_mps = settings.touch_speed_mps;
+  plan.largest_residual_m = settings.largest_residual_m;
+  plan.tolerance_rad = settings.tolerance_rad;
+  if (Status s = check_heights(plan); !s) return pass(s.error());
+  return plan;
+}
+
+}  // namespace weft::recipes

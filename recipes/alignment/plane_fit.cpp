@@ -1,0 +1,93 @@
+#include "recipes/alignment/plane_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::recipes {
+namespace {
+
+/// Points narrower across than this share of their length are a line.
+constexpr double least_width_share = 1e-3;
+
+/// Second moments of the points about their mean.
+struct Moments {
+  double xx = 0, xy = 0, yy = 0, xh = 0, yh = 0;
+
+  [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
+  /// Of the extent across to the extent along, squared.
+  [[nodiscard]] double width_share() const {
+    const double half_sum = 0.5 * (xx + yy);
+    const double greatest = half_sum + std::hypot(0.5 * (xx - yy), xy);
+    return greatest > 0 ? determinant() / (greatest * greatest) : 0;
+  }
+};
+
+bool usable(const TouchPoint& p) {
+  return std::isfinite(p.contact_m.x_m) && std::isfinite(p.contact_m.y_m) &&
+         std::isfinite(p.height_m);
+}
+
+PlaneFit mean_of(std::span<const TouchPoint> points) {
+  PlaneFit fit;
+  fit.points = points.size();
+  const double share = 1 / static_cast<double>(points.size());
+  for (const TouchPoint& p : points) {
+    fit.centre_m.x_m += share * p.contact_m.x_m;
+    fit.centre_m.y_m += share * p.contact_m.y_m;
+    fit.height_m += share * p.height_m;
+  }
+  return fit;
+}
+
+Moments moments_about(const PlaneFit& mean, std::span<const TouchPoint> points) {
+  Moments m;
+  for (const TouchPoint& p : points) {
+    const double x = p.contact_m.x_m - mean.centre_m.x_m;
+    const double y = p.contact_m.y_m - mean.centre_m.y_m;
+    const double h = p.height_m - mean.height_m;
+    m.xx += x * x;
+    m.xy += x * y;
+    m.yy += y * y;
+    m.xh += x * h;
+    m.yh += y * h;
+  }
+  return m;
+}
+
+/// Residuals of the finished plane, and from them the slopes' spread.
+void judge(PlaneFit& fit, std::span<const TouchPoint> points, const Moments& m,
+           double resolution_m) {
+  double sum = 0;
+  for (const TouchPoint& p : points) {
+    const double residual = p.height_m - fit.height_at(p.contact_m);
+    fit.residual_worst_m = std::max(fit.residual_worst_m, std::abs(residual));
+    sum += residual * residual;
+  }
+  if (points.size() > 3)
+    fit.residual_rms_m = std::sqrt(sum / static_cast<double>(points.size() - 3));
+  const double touch_sd = std::max(fit.residual_rms_m, resolution_m / std::sqrt(12.0));
+  fit.slope_x_sd = touch_sd * std::sqrt(m.yy / m.determinant());
+  fit.slope_y_sd = touch_sd * std::sqrt(m.xx / m.determinant());
+}
+
+}  // namespace
+
+Result<PlaneFit> fit_plane(std::span<const TouchPoint> points, double resolution_m) {
+  if (points.size() < 3)
+    return fail(Errc::invalid_argument, "too few touches for a plane", "alignment", "at least 3",
+                std::to_string(points.size()));
+  if (!std::ranges::all_of(points, usable) || !(resolution_m >= 0) || !std::isfinite(resolution_m))
+    return fail(Errc::invalid_argument, "the touches are not usable", "alignment",
+                "finite positions");
+  PlaneFit fit = mean_of(points);
+  const Moments m = moments_about(fit, points);
+  if (!(m.width_share() > least_width_share * least_width_share) || !std::isfinite(m.xx + m.yy))
+    return fail(Errc::invalid_argument, "the touches lie on one line", "alignment",
+                "points that span a plane");
+  fit.slope_x = (m.xh * m.yy - m.yh * m.xy) / m.determinant();
+  fit.slope_y = (m.yh * m.xx - m.xh * m.xy) / m.determinant();
+  judge(fit, points, m, resolution_m);
+  return fit;
+}
+
+}  // namespace weft::recipes

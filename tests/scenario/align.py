@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""`weft align` on a simulated and on an emulated bench whose plates lie askew, and where it has to give up.
+
+    align.py WEFT WEFT_RIG SOURCE_ROOT
+"""
+import json
+import math
+import pathlib
+import shutil
+import sys
+import tempfile
+
+from cli_support import Checks
+from emulated_support import ServedRig, rig_file
+
+
+def simulated_rig(root, d, name, tilt_deg, **changes):
+    rig = json.loads((root / "sim/rigs/bench17.json").read_text())
+    rig["simulation"].update(fabrics=str(root / "sim/fabrics.json"), plate_tilt_deg=tilt_deg, **changes)
+    (d / name).write_text(json.dumps(rig))
+    return name
+
+
+def aligned(t, d, rig, *more):
+    ran = t.run("align", "--rig", rig, "--json", *more, cwd=d)
+    t.expect(ran.returncode == 0, f"{rig}: status {ran.returncode}: {ran.stdout} {ran.stderr}")
+    return json.loads(ran.stdout)
+
+
+def found(t, report, tilt_deg, step_rad):
+    """What was found is the rig file's plate, and what is left is within the steps in which touches are read."""
+    for axis, degrees in zip("xy", tilt_deg):
+        error = report["before"][f"tilt_{axis}_rad"] - math.radians(degrees)
+        t.expect(abs(error) < step_rad, f"tilt about {axis} is {error * 1e6:.1f} urad off")
+    t.expect(report["bench"] == "simulated" and report["outcome"] == "complete", f"{report}")
+    t.expect(report["after"]["lean_rad"] < 2 * step_rad, f"left: {report['after']}")
+    t.expect(len(report["rounds"]) == 2 and report["before"]["lean_sd_rad"] > 0, f"{report}")
+
+
+def gives_up(t, d, rig, sentence, *more):
+    ran = t.run("align", "--rig", rig, *more, cwd=d)
+    t.expect(ran.returncode == 1 and sentence in ran.stderr, f"no '{sentence}' ({ran.returncode}): {ran.stderr}")
+
+
+def main():
+    weft, weft_rig, root = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
+    t = Checks(weft)
+    d = pathlib.Path(tempfile.mkdtemp())
+    try:
+        tilt = [1.7, -1.2]
+        found(t, aligned(t, d, simulated_rig(root, d, "askew.json", tilt)), tilt, 1e-6 / 0.1)
+        text = t.run("align", "--rig", "askew.json", cwd=d).stdout
+        t.expect(text.startswith("SIMULATED") and "tilt left" in text, text)
+
+        gives_up(t, d, simulated_rig(root, d, "steep.json", [6, 0]), "beyond the travel of rx", "--max-tilt-deg", 7)
+        gives_up(t, d, "steep.json", "no surface was found", "--max-tilt-deg", 1)
+        gives_up(t, d, "askew.json", "does not fit the plate", "--span-mm", 500)
+        jump = [{"device": "ft", "fault": "bias_jump", "start_s": 100, "amount": 50}]
+        gives_up(t, d, simulated_rig(root, d, "struck.json", tilt, faults=jump), "force")
+        gives_up(t, d, "nowhere.json", "nowhere.json")
+
+        # The same on ports in real time: a small grid, so that it takes about a minute.
+        tilt = [0.4, -0.3]
+        path, rig = rig_file(root, d, plate_tilt_deg=tilt)
+        with ServedRig(weft_rig, path, rig):
+            report = aligned(t, d, path, "--points", 2, "--span-mm", 20, "--max-tilt-deg", 1, "--tolerance-mrad", 0.3,
+                             "--touch-speed-mm-s", 0.1)
+        print(f"SIMULATED, on ports: {report['bench_time_s']:.0f} s; found {report['before']}; left {report['after']}")
+        found(t, report, tilt, 5e-6 / 0.02)  # a touch is heard some milliseconds late: up to 5 um at 0.1 mm/s
+    finally:
+        shutil.rmtree(d)
+    t.finish()
+
+
+if __name__ == "__main__":
+    main()
