@@ -186,7 +186,7 @@ void Conversation::dispatch(const rpc::Methods::Entry& entry, const rpc::Request
     --pending_;
     answer(id, outcome);
   };
-  entry.handler({*request.params, caller_, this}, respond);
+  entry.handler({*request.params, caller_, peer_.stays ? this : nullptr}, respond);
 }
 
 void Conversation::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {

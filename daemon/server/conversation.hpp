@@ -23,6 +23,7 @@ struct Peer {
   bool local = false;                ///< came through the Unix socket
   std::string user;                  ///< by the peer's credentials; empty on TCP
   std::optional<access::Role> role;  ///< by the peer's credentials; TCP needs a token
+  bool stays = true;                 ///< can be sent events; a single HTTP request cannot
 };
 
 /// Whose token this is.

@@ -7,6 +7,7 @@
 #include "daemon/access/tokens.hpp"
 #include "daemon/api/services.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/server/http_server.hpp"
 #include "daemon/server/socket_server.hpp"
 
 namespace weft::daemon::server {
@@ -47,7 +48,7 @@ Result<TokenOwner> owner_of(const access::TokenFile& tokens, std::string_view to
 class Daemon {
  public:
   static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options);
-  void run(const std::atomic<bool>& stop, const std::function<void(std::uint16_t)>& ready);
+  void run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready);
 
  private:
   Daemon(access::TokenFile tokens, control::RunStore log)
@@ -66,6 +67,7 @@ class Daemon {
   Shared shared_;
   control::RunStore log_;
   std::unique_ptr<SocketServer> server_;
+  std::unique_ptr<HttpServer> http_;
   std::unique_ptr<control::RunDesk> desk_;  // gone first: its threads post to the server
 };
 
@@ -127,7 +129,17 @@ Status Daemon::begin(const DaemonOptions& options) {
           .changed = [this](const control::RunView& run) { changed(run); }},
       log_);
   services_.desk = desk_.get();
-  hub_.on_news([this] { server_->pump(); });
+  if (options.http_port) {
+    auto http = HttpServer::open(
+        *options.http_port, shared_,
+        [this](std::function<void()> work) { server_->post(std::move(work)); }, {});
+    if (!http) return pass(http.error());
+    http_ = std::move(*http);
+  }
+  hub_.on_news([this] {
+    server_->pump();
+    if (http_) http_->pump();
+  });
   for (const control::RunView& run : desk_->all()) changed(run);
   return log_.journal(utc_us(), "", "daemon.started", "auto:daemon");
 }
@@ -137,13 +149,14 @@ void Daemon::changed(const control::RunView& run) {
 }
 
 void Daemon::tick() {
+  if (http_) http_->pump();
   desk_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))
     hub_.publish("lease:" + lease.scope, {{"expired", lease.id}, {"by", "auto:time"}}, utc_us());
 }
 
-void Daemon::run(const std::atomic<bool>& stop, const std::function<void(std::uint16_t)>& ready) {
-  ready(server_->port());
+void Daemon::run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready) {
+  ready({server_->port(), http_ ? http_->port() : std::uint16_t{0}});
   server_->run([this, &stop] {
     tick();
     if (stop.load(std::memory_order_relaxed)) server_->stop();
@@ -153,7 +166,7 @@ void Daemon::run(const std::atomic<bool>& stop, const std::function<void(std::ui
 }  // namespace
 
 Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
-                  const std::function<void(std::uint16_t)>& ready) {
+                  const std::function<void(const Ports&)>& ready) {
   auto daemon = Daemon::open(options);
   if (!daemon) return pass(daemon.error());
   (*daemon)->run(stop, ready);

@@ -14,15 +14,20 @@ namespace weft::daemon::server {
 struct DaemonOptions {
   std::filesystem::path rig;
   std::filesystem::path recipes;
-  std::filesystem::path data;         ///< runs, journal; made when missing
-  std::filesystem::path socket;       ///< `data`/weftd.sock where it is empty
-  std::filesystem::path tokens;       ///< `data`/tokens.json where it is empty
-  std::optional<std::uint16_t> port;  ///< TCP on 127.0.0.1
+  std::filesystem::path data;              ///< runs, journal; made when missing
+  std::filesystem::path socket;            ///< `data`/weftd.sock where it is empty
+  std::filesystem::path tokens;            ///< `data`/tokens.json where it is empty
+  std::optional<std::uint16_t> port;       ///< TCP on 127.0.0.1
+  std::optional<std::uint16_t> http_port;  ///< HTTP on 127.0.0.1
+};
+
+struct Ports {
+  std::uint16_t tcp = 0, http = 0;
 };
 
 /// Serves until `stop` is true; then the run under way is aborted, its probe up and its data kept.
-/// `ready` is told the TCP port, or 0, once clients can connect.
+/// `ready` is told the ports, 0 for none, once clients can connect.
 Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
-                  const std::function<void(std::uint16_t port)>& ready);
+                  const std::function<void(const Ports&)>& ready);
 
 }  // namespace weft::daemon::server

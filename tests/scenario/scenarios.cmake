@@ -110,7 +110,9 @@ endif()
 # The daemon over its socket: a run started, paused, resumed, halted, killed, with the standard library alone.
 add_test(NAME scenario_weftd_runs
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_weftd_runs PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+add_test(NAME scenario_weftd_http
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_http.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_runs scenario_weftd_http PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The plate's tilt found by touching and levelled: simulated, on ports in real time, and where it has to give up.
 add_test(NAME scenario_align

@@ -19,11 +19,14 @@ int main(int argc, char** argv) {
   app.add_option("--socket", options.socket, "Unix socket, DATA/weftd.sock");
   app.add_option("--tokens", options.tokens, "file of tokens, DATA/tokens.json");
   app.add_option("--port", options.port, "TCP port on 127.0.0.1, for clients with a token");
+  app.add_option("--http", options.http_port,
+                 "HTTP port on 127.0.0.1: POST /rpc and GET /events, with a token");
   CLI11_PARSE(app, argc, argv);
   const weft::daemon::cli::StopSignals signals;
-  const auto ready = [](std::uint16_t port) {
+  const auto ready = [](const weft::daemon::server::Ports& ports) {
     std::cout << "weftd: ready";
-    if (port != 0) std::cout << " on 127.0.0.1:" << port;
+    if (ports.tcp != 0) std::cout << " on 127.0.0.1:" << ports.tcp;
+    if (ports.http != 0) std::cout << ", http://127.0.0.1:" << ports.http;
     std::cout << std::endl;
   };
   const weft::Status ended = weft::daemon::server::run_daemon(options, signals.asked(), ready);
