@@ -73,7 +73,7 @@ class CampaignCheck {
           static_cast<std::uint64_t>(std::max<std::int64_t>(query->integer(7), 0));
       if (query->is_null(0))
         found("table chunk", "a chunk belongs to no trial");
-      else if (stream < 0 || stream > 2)
+      else if (stream < 0 || stream >= std::int64_t{stream_count})
         found(place(*query), "a stream that there is not");
       else if (crc32(query->blob(6)) != query->integer(5))
         found(place(*query), "altered: its CRC-32 disagrees");
@@ -82,7 +82,7 @@ class CampaignCheck {
 
   static std::string place(const sqlite::Statement& row) {
     const std::int64_t stream = row.integer(3);
-    const bool known = stream >= 0 && stream <= 2;
+    const bool known = stream >= 0 && stream < std::int64_t{stream_count};
     return "trial " + row.text(0) + " (" + row.text(2) + ", attempt " + row.text(1) + "), " +
            (known ? std::string(to_string(static_cast<Stream>(stream))) : row.text(3)) + " chunk " +
            row.text(4);

@@ -36,6 +36,14 @@ constexpr std::array plain_tables{
     TableQuery{"journal", 4,
                "SELECT sequence, t_ns, kind, payload_json FROM journal ORDER BY sequence"}};
 
+/// In campaigns with vibrations.
+constexpr TableQuery block_table{
+    "block_stream", 6,
+    "SELECT stream, printf('%!.17g', rate_hz), readings, axes, unit, printf('%!.17g', per_unit) "
+    "FROM block_stream ORDER BY stream"};
+constexpr const char* has_block_table_sql =
+    "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'block_stream'";
+
 constexpr int trial_columns = 13;
 constexpr const char* trial_sql =
     "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
@@ -65,10 +73,13 @@ Status add_chunk_rows(sqlite::Statement& chunks, Sha256& hash, CataloguedTrial& 
     if (!row) return pass(row.error(), "chunk");
     if (!*row) return {};
     add_row(hash, chunks, chunk_columns);
+    const std::int64_t stream = chunks.integer(0);
+    const bool known = stream >= 0 && stream < std::int64_t{stream_count};
     if (chunks.integer(4) > 0)
-      trial.gaps.push_back({std::string(to_string(static_cast<Stream>(chunks.integer(0) & 3))),
-                            static_cast<std::uint32_t>(chunks.integer(2)),
-                            static_cast<std::uint32_t>(chunks.integer(4))});
+      trial.gaps.push_back(
+          {known ? std::string(to_string(static_cast<Stream>(stream))) : std::to_string(stream),
+           static_cast<std::uint32_t>(chunks.integer(2)),
+           static_cast<std::uint32_t>(chunks.integer(4))});
   }
 }
 
@@ -81,6 +92,14 @@ Result<std::vector<CertifiedTable>> table_digests(sqlite::Database& campaign) {
     if (!digest) return pass(digest.error());
     out.push_back({table.name, std::move(*digest)});
   }
+  auto has_blocks = campaign.prepare(has_block_table_sql);
+  if (!has_blocks) return pass(has_blocks.error());
+  const auto row = has_blocks->step();
+  if (!row) return pass(row.error());
+  if (!*row) return out;
+  auto digest = digest_of_table(campaign, block_table);
+  if (!digest) return pass(digest.error());
+  out.push_back({block_table.name, std::move(*digest)});
   return out;
 }
 

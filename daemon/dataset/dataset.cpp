@@ -42,7 +42,23 @@ Status check_taxels(const classifier::Trial& trial) {
   return {};
 }
 
-Status check_record(const TrialRecord& record, std::size_t samples, std::size_t axes) {
+Status check_blocks(const BlockStream& stream, const BlockFormat& format, std::size_t axes,
+                    const std::string& what) {
+  const std::size_t blocks = stream.blocks();
+  if (stream.quanta.size() != blocks * format.readings * axes)
+    return sizes_disagree("values of " + what, blocks * format.readings * axes,
+                          stream.quanta.size());
+  for (const std::vector<std::uint32_t>* column :
+       {&stream.device_us, &stream.lost, &stream.clipped})
+    if (column->size() != blocks)
+      return sizes_disagree("blocks of " + what, blocks, column->size());
+  if (blocks > 0 && (format.readings == 0 || !(format.rate_hz > 0)))
+    return fail(Errc::invalid_argument, "blocks of " + what + " without readings or rate");
+  return {};
+}
+
+Status check_record(const TrialRecord& record, std::size_t samples, const DatasetInfo& info) {
+  const std::size_t axes = info.axes.size();
   const TrialQuality& quality = record.quality;
   if (!std::isfinite(quality.force_rms_error_n.value_or(0)) ||
       !std::isfinite(quality.force_in_band_fraction.value_or(0)))
@@ -56,7 +72,11 @@ Status check_record(const TrialRecord& record, std::size_t samples, std::size_t 
   if (record.stages.quanta.size() != record.stages.samples() * axes)
     return sizes_disagree("stage positions", record.stages.samples() * axes,
                           record.stages.quanta.size());
-  return {};
+  if (auto fine =
+          check_blocks(record.acceleration, info.acceleration, acceleration_axes, "acceleration");
+      !fine)
+    return fine;
+  return check_blocks(record.sound, info.sound, 1, "sound");
 }
 
 }  // namespace
@@ -100,7 +120,7 @@ Status check(const Dataset& dataset) {
       return fail(Errc::invalid_argument, "trials of different taxel counts", where,
                   std::to_string(dataset.trials.front().taxels), std::to_string(trial.taxels));
     if (auto fine = check_taxels(trial); !fine) return pass(std::move(fine).error(), where);
-    auto fine = check_record(dataset.records[i], trial.samples(), dataset.info.axes.size());
+    auto fine = check_record(dataset.records[i], trial.samples(), dataset.info);
     if (!fine) return pass(std::move(fine).error(), where);
   }
   return {};

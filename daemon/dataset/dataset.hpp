@@ -72,6 +72,31 @@ struct StageStream {
   bool operator==(const StageStream&) const = default;
 };
 
+/// Vibrations, likewise in quanta: 1 um/s2 and 1 uPa, both finer than one count of their sensors.
+constexpr double acceleration_quanta_per_mps2 = 1e6;
+constexpr double sound_quanta_per_pa = 1e6;
+constexpr std::size_t acceleration_axes = 3;
+
+/// Readings of a fast sensor, block by block as they came: evenly spaced in a block by the sensor's
+/// clock, reading k taken k / rate_hz after device_us. Each block has as many readings as its
+/// BlockFormat says; an acceleration reading is three numbers, x y z.
+struct BlockStream {
+  std::vector<std::int64_t> t_ns;  ///< [blocks] arrival on the host clock, after the last reading
+  std::vector<std::uint32_t> device_us;  ///< [blocks] sensor's clock at the first reading, wraps
+  std::vector<std::uint32_t> lost;       ///< [blocks] missing right before this one
+  std::vector<std::uint32_t> clipped;    ///< [blocks] values that stand at an end of the range
+  std::vector<std::int32_t> quanta;      ///< [blocks x readings x axes]
+  [[nodiscard]] std::size_t blocks() const { return t_ns.size(); }
+  bool operator==(const BlockStream&) const = default;
+};
+
+/// The same for all trials of a data set. No readings: there is no such stream.
+struct BlockFormat {
+  double rate_hz = 0;          ///< readings a second by the sensor's clock
+  std::uint32_t readings = 0;  ///< in each block
+  bool operator==(const BlockFormat&) const = default;
+};
+
 /// Everything about one trial that is not in classifier::Trial.
 struct TrialRecord {
   TrialSpec spec;
@@ -82,6 +107,7 @@ struct TrialRecord {
   std::vector<std::uint32_t> device_us;  ///< [samples], or empty when the source has none
   WrenchStream wrench;                   ///< may be empty
   StageStream stages;                    ///< may be empty
+  BlockStream acceleration, sound;       ///< may be empty
 };
 
 /// A stage axis; `rotary` decides the quantum (angle or position).
@@ -115,6 +141,7 @@ struct DatasetInfo {
   double taxel_rate_hz = 0;  ///< nominal; 0 means not known
   double wrench_rate_hz = 0;
   double stage_rate_hz = 0;
+  BlockFormat acceleration, sound;
   std::vector<Axis> axes;  ///< of every StageStream
   std::vector<DeviceInfo> devices;
   bool operator==(const DatasetInfo&) const = default;

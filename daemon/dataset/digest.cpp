@@ -41,6 +41,17 @@ void add_list(Sha256& hash, const std::vector<Number>& values) {
   hash.number(static_cast<std::uint64_t>(values.size())).numbers(std::span<const Number>(values));
 }
 
+/// A trial without the stream has the digest that it had before there were such streams.
+void add_blocks(Sha256& hash, std::string_view heading, const BlockStream& stream) {
+  if (stream.blocks() == 0) return;
+  hash.text(heading);
+  add_list(hash, stream.t_ns);
+  add_list(hash, stream.device_us);
+  add_list(hash, stream.lost);
+  add_list(hash, stream.clipped);
+  add_list(hash, stream.quanta);
+}
+
 Sha256Digest trial_digest(const classifier::Trial& trial, const TrialRecord& record) {
   Sha256 hash;
   hash.text("weft trial 1\n");
@@ -52,6 +63,8 @@ Sha256Digest trial_digest(const classifier::Trial& trial, const TrialRecord& rec
   add_list(hash, record.wrench.quanta);
   add_list(hash, record.stages.t_ns);
   add_list(hash, record.stages.quanta);
+  add_blocks(hash, "weft acceleration 1\n", record.acceleration);
+  add_blocks(hash, "weft sound 1\n", record.sound);
   return hash.finish();
 }
 

@@ -228,6 +228,58 @@ Status read_streams(Reader& in, Dataset& dataset) {
                      dataset.info.axes.size(), dataset, &TrialRecord::stages);
 }
 
+constexpr std::uint64_t most_block_readings = 65536;
+
+/// How the blocks of a stream are made, where the file has the stream.
+void read_block_format(Reader& in, const std::string& group, BlockFormat& format) {
+  if (!in.has(group.c_str())) return;
+  format.rate_hz = in.real_attribute(group.c_str(), "rate_hz");
+  const std::uint64_t readings = in.integer_attribute(group.c_str(), "block_readings");
+  in.require(readings > 0 && readings <= most_block_readings && format.rate_hz > 0, group.c_str(),
+             "impossible blocks");
+  format.readings = static_cast<std::uint32_t>(readings);
+}
+
+Status read_blocks(Reader& in, const std::string& group, std::size_t axes,
+                   const BlockFormat& format, Dataset& dataset, BlockStream TrialRecord::*member) {
+  if (format.readings == 0) return in.status();
+  const std::string times = group + "/t_ns", values = group + "/quanta";
+  const auto t_ns = in.column<std::int64_t>(times.c_str());
+  const auto quanta = in.column<std::int32_t>(values.c_str(), axes == 1 ? 0 : axes);
+  in.require(quanta.size() == t_ns.size() * format.readings * axes, values.c_str(),
+             "another length than its times");
+  const auto extents = read_extents(in, ("/trials" + group + "_blocks_samples").c_str(),
+                                    dataset.trials.size(), t_ns.size());
+  const auto stream = [&](std::size_t i) -> BlockStream& { return dataset.records[i].*member; };
+  const auto numbers = [&](const char* name, std::vector<std::uint32_t> BlockStream::*column) {
+    const auto all = in.column<std::uint32_t>((group + name).c_str());
+    if (!in.require(all.size() == t_ns.size(), (group + name).c_str(),
+                    "another length than its times") ||
+        !in.status())
+      return;
+    split(
+        all, extents, 1, [&](std::size_t i) -> auto& { return stream(i).*column; });
+  };
+  if (!in.status()) return in.status();
+  split(
+      t_ns, extents, 1, [&](std::size_t i) -> auto& { return stream(i).t_ns; });
+  split(
+      quanta, extents,
+      format.readings * axes, [&](std::size_t i) -> auto& { return stream(i).quanta; });
+  numbers("/device_us", &BlockStream::device_us);
+  numbers("/lost", &BlockStream::lost);
+  numbers("/clipped", &BlockStream::clipped);
+  return in.status();
+}
+
+Status read_vibrations(Reader& in, Dataset& dataset) {
+  const DatasetInfo& info = dataset.info;
+  auto done = read_blocks(in, "/acceleration", acceleration_axes, info.acceleration, dataset,
+                          &TrialRecord::acceleration);
+  if (!done) return done;
+  return read_blocks(in, "/sound", 1, info.sound, dataset, &TrialRecord::sound);
+}
+
 /// Trial by trial first, so that the error can say which.
 Status verify_digests(Reader& in, const Dataset& dataset) {
   const auto expected = in.texts("/trials/sha256");
@@ -255,7 +307,13 @@ Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOption
   if (done) done = read_axes(*in, dataset.info);
   if (done) done = read_trial_table(*in, dataset);
   if (done) done = read_taxels(*in, dataset);
+  if (done) {
+    read_block_format(*in, "/acceleration", dataset.info.acceleration);
+    read_block_format(*in, "/sound", dataset.info.sound);
+    done = in->status();
+  }
   if (done && options.streams) done = read_streams(*in, dataset);
+  if (done && options.streams) done = read_vibrations(*in, dataset);
   if (done) {
     done = check(dataset);
     if (!done) done.error().code = Errc::corrupt;

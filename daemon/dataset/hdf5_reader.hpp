@@ -37,6 +37,8 @@ class Reader {
   std::vector<std::string> texts(const char* name);
   std::string document(const char* name);
 
+  /// Whether the file has a group or column of this name; its parents must exist.
+  bool has(const char* name);
   /// Whether a column holds whole numbers; and the second extent of a two-dimensional one.
   bool is_integer(const char* name);
   std::size_t width_of(const char* name);

@@ -227,6 +227,61 @@ void write_stages(Writer& out, const Dataset& dataset) {
   write_extents(out, dataset, "stages", [&](std::size_t i) { return records[i].stages.samples(); });
 }
 
+/// What differs between acceleration and sound.
+struct BlockLayout {
+  std::string group;  ///< "/sound"
+  BlockStream TrialRecord::*stream;
+  BlockFormat DatasetInfo::*format;
+  std::size_t axes;
+  const char* unit;
+  double per_unit;
+};
+
+void write_block_columns(Writer& out, const Dataset& dataset, const BlockLayout& layout) {
+  const auto column = [&](const char* name, auto member) {
+    out.column((layout.group + name).c_str(), concatenate(
+                                                  dataset, [&](std::size_t i) -> const auto& {
+                                                    return dataset.records[i].*layout.stream.*
+                                                           member;
+                                                  }));
+  };
+  column("/t_ns", &BlockStream::t_ns);
+  out.attribute((layout.group + "/t_ns").c_str(), "unit", "ns");
+  column("/device_us", &BlockStream::device_us);
+  out.attribute((layout.group + "/device_us").c_str(), "unit", "us");
+  column("/lost", &BlockStream::lost);
+  column("/clipped", &BlockStream::clipped);
+  const std::string quanta = layout.group + "/quanta";
+  out.column(
+      quanta.c_str(),
+      concatenate(
+          dataset,
+          [&](std::size_t i) -> const auto& { return (dataset.records[i].*layout.stream).quanta; }),
+      layout.axes == 1 ? 0 : layout.axes);
+  out.attribute(quanta.c_str(), "unit", std::string(layout.unit) + ", after division by per_unit");
+  out.attribute(quanta.c_str(), "per_unit", layout.per_unit);
+}
+
+/// A set without the stream has no group for it.
+void write_blocks(Writer& out, const Dataset& dataset, const BlockLayout& layout) {
+  const BlockFormat& format = dataset.info.*layout.format;
+  if (format.readings == 0) return;
+  out.group(layout.group.c_str());
+  out.attribute(layout.group.c_str(), "rate_hz", format.rate_hz);
+  out.attribute(layout.group.c_str(), "block_readings", format.readings);
+  write_block_columns(out, dataset, layout);
+  write_extents(out, dataset, layout.group.substr(1) + "_blocks",
+                [&](std::size_t i) { return (dataset.records[i].*layout.stream).blocks(); });
+}
+
+void write_vibrations(Writer& out, const Dataset& dataset) {
+  write_blocks(out, dataset,
+               {"/acceleration", &TrialRecord::acceleration, &DatasetInfo::acceleration,
+                acceleration_axes, "m/s2", acceleration_quanta_per_mps2});
+  write_blocks(out, dataset,
+               {"/sound", &TrialRecord::sound, &DatasetInfo::sound, 1, "Pa", sound_quanta_per_pa});
+}
+
 }  // namespace
 
 Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
@@ -243,6 +298,7 @@ Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::pa
   write_phase_runs(out, dataset);
   write_wrench(out, dataset);
   write_stages(out, dataset);
+  write_vibrations(out, dataset);
   if (auto done = out.close(); !done) return pass(std::move(done).error(), path.string());
   if (auto done = atomic.publish(); !done) return pass(std::move(done).error());
   return std::move(digest.dataset_sha256);

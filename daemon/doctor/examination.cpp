@@ -18,7 +18,7 @@ double median(std::vector<double> values) {
 }
 
 bool is_stage(const Examination::Patient& patient) {
-  return patient.report->configured_rate_hz == 0;
+  return patient.report->configured_rate_hz == 0 && patient.report->role != "vibro";
 }
 
 }  // namespace

@@ -58,6 +58,15 @@ Finding latency(const DeviceReport& device) {
       "an idle one"};
 }
 
+/// Of blocks; their driver has compared the rates of the readings with the configured ones.
+Finding blocks(const DeviceReport& device) {
+  return {Severity::ok,
+          device.name,
+          fixed(device.rate_hz, 1) + " blocks/s seen, longest gap " +
+              fixed(device.longest_gap_s * 1e3, 1) + " ms",
+          {}};
+}
+
 void judge_one(const DeviceReport& device, std::vector<Finding>& out) {
   if (device.answered)
     out.push_back({Severity::ok,
@@ -71,7 +80,10 @@ void judge_one(const DeviceReport& device, std::vector<Finding>& out) {
   if (device.samples == 0)
     return out.push_back({Severity::problem, device.name, "is armed and sends nothing",
                           "Look at the device's own settings"});
-  out.push_back(device.configured_rate_hz > 0 ? rate(device) : latency(device));
+  if (device.role == "vibro")
+    out.push_back(blocks(device));
+  else
+    out.push_back(device.configured_rate_hz > 0 ? rate(device) : latency(device));
   if (device.lost > 0)
     out.push_back({Severity::warning, device.name,
                    std::to_string(device.lost) + " of " +

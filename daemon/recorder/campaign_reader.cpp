@@ -41,6 +41,31 @@ Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
   return database;
 }
 
+constexpr std::int64_t most_block_readings = 65536;
+
+/// Streams of blocks, where the file has any.
+Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
+  const auto tables = read_integer(
+      database,
+      "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'block_stream'");
+  if (!tables) return pass(tables.error());
+  if (*tables == 0) return {};
+  auto query = database.prepare("SELECT stream, rate_hz, readings FROM block_stream");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  for (; row && *row; row = query->step()) {
+    const std::int64_t readings = query->integer(2);
+    if (readings < 1 || readings > most_block_readings || !(query->real(1) > 0))
+      return fail(Errc::corrupt, "a stream of impossible blocks", "block_stream");
+    BlockFormat& format = query->integer(0) == static_cast<std::int64_t>(Stream::sound)
+                              ? info.sound
+                              : info.acceleration;
+    format = {query->real(1), static_cast<std::uint32_t>(readings)};
+  }
+  if (!row) return pass(std::move(row).error());
+  return {};
+}
+
 std::uint64_t unsigned_of(const std::string& text) {
   std::uint64_t value = 0;
   std::from_chars(text.data(), text.data() + text.size(), value);
@@ -135,23 +160,26 @@ Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
 class ChunkReader {
  public:
   static Result<ChunkReader> prepare(sqlite::Database& database, const CampaignLoadOptions& options,
-                                     std::size_t taxels, std::size_t axes) {
+                                     std::size_t taxels, const DatasetInfo& info) {
     const std::string streams = options.streams ? "" : " AND stream = 0";
     auto query = database.prepare(
         "SELECT stream, number, rows, lost_before, crc32, data FROM chunk WHERE trial = ?" +
         streams + " ORDER BY stream, number");
     if (!query) return pass(std::move(query).error());
-    return ChunkReader(std::move(*query), options, taxels, axes);
+    return ChunkReader(std::move(*query), options,
+                       {taxels, 6, info.axes.size(), info.acceleration.readings * acceleration_axes,
+                        std::size_t{info.sound.readings}});
   }
 
   Status read(std::int64_t trial_id, classifier::Trial& trial, TrialRecord& record) {
-    std::array<std::int64_t, 3> expected_number{};
+    std::array<std::int64_t, stream_count> expected_number{};
     query_.bind(1, trial_id);
     auto row = query_.step();
     for (; row && *row; row = query_.step()) {
       const std::int64_t stream = query_.integer(0);
       const std::int64_t number = query_.integer(1);
-      if (stream < 0 || stream > 2) return fail(Errc::corrupt, "a chunk of an unknown stream");
+      if (stream < 0 || stream >= std::int64_t{stream_count})
+        return fail(Errc::corrupt, "a chunk of an unknown stream");
       const std::string where =
           std::string(to_string(static_cast<Stream>(stream))) + " chunk " + std::to_string(number);
       if (number != expected_number[static_cast<std::size_t>(stream)]++)
@@ -164,13 +192,16 @@ class ChunkReader {
   }
 
  private:
-  ChunkReader(sqlite::Statement query, const CampaignLoadOptions& options, std::size_t taxels,
-              std::size_t axes)
-      : query_(std::move(query)), options_(options), taxels_(taxels), axes_(axes) {}
+  using Widths = std::array<std::size_t, stream_count>;  ///< by Stream
+
+  ChunkReader(sqlite::Statement query, const CampaignLoadOptions& options, const Widths& widths)
+      : query_(std::move(query)), options_(options), widths_(widths) {}
 
   Status decode(Stream stream, classifier::Trial& trial, TrialRecord& record) {
     const ByteView data = query_.blob(5);
-    const std::size_t width = stream == Stream::taxel ? taxels_ : axes_;
+    const std::size_t width = widths_[static_cast<std::size_t>(stream)];
+    if (width == 0 && stream != Stream::stages)
+      return fail(Errc::corrupt, "a chunk of a stream that the file does not describe");
     const std::size_t expected_bytes =
         static_cast<std::size_t>(query_.integer(2)) * row_bytes(stream, width);
     if (query_.integer(2) < 1 || data.size() != expected_bytes)
@@ -178,27 +209,37 @@ class ChunkReader {
                   std::to_string(data.size()));
     if (crc32(data) != query_.integer(4))
       return fail(Errc::corrupt, "altered: its CRC-32 disagrees");
-    if (stream == Stream::wrench) {
-      decode_wrench(data, record.wrench);
-    } else if (stream == Stream::stages) {
-      decode_stages(data, axes_, record.stages);
-    } else {
-      record.lost_samples += static_cast<std::uint32_t>(query_.integer(3));
-      if (!decode_taxels(data, options_.transfers, trial, record))
-        return fail(Errc::corrupt, "an unknown phase");
+    const auto lost = static_cast<std::uint32_t>(query_.integer(3));
+    switch (stream) {
+      case Stream::wrench:
+        decode_wrench(data, record.wrench);
+        return {};
+      case Stream::stages:
+        decode_stages(data, width, record.stages);
+        return {};
+      case Stream::acceleration:
+        decode_blocks(data, width, lost, record.acceleration);
+        return {};
+      case Stream::sound:
+        decode_blocks(data, width, lost, record.sound);
+        return {};
+      case Stream::taxel:
+        break;
     }
+    record.lost_samples += lost;
+    if (!decode_taxels(data, options_.transfers, trial, record))
+      return fail(Errc::corrupt, "an unknown phase");
     return {};
   }
 
   sqlite::Statement query_;
   CampaignLoadOptions options_;
-  std::size_t taxels_;
-  std::size_t axes_;
+  Widths widths_;
 };
 
 Status read_trials(sqlite::Database& database, const CampaignLoadOptions& options,
                    std::size_t taxels, Dataset& dataset) {
-  auto chunks = ChunkReader::prepare(database, options, taxels, dataset.info.axes.size());
+  auto chunks = ChunkReader::prepare(database, options, taxels, dataset.info);
   if (!chunks) return pass(std::move(chunks).error());
   auto query = database.prepare(
       "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
@@ -233,6 +274,7 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
   auto taxels = read_header(*database, dataset.info);
   if (!taxels) return pass(std::move(taxels).error(), path.string());
   Status done = read_axes_and_devices(*database, dataset.info);
+  if (done) done = read_block_streams(*database, dataset.info);
   if (done) done = read_trials(*database, options, *taxels, dataset);
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;

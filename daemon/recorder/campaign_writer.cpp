@@ -133,6 +133,19 @@ Status CampaignWriter::begin_trial(const TrialSpec& spec, TimePoint now) {
   return commit();
 }
 
+Status CampaignWriter::block_stream(const BlockStreamRecord& stream) {
+  if (Status open = begin(); !open) return open;
+  if (Status made = guard(database_.execute(block_stream_schema_sql)); !made) return made;
+  auto insert = database_.prepare(
+      "INSERT INTO block_stream (stream, rate_hz, readings, axes, unit, per_unit) VALUES (?, ?, ?, "
+      "?, ?, ?)");
+  if (!insert) return guard(pass(std::move(insert).error()));
+  insert->bind(1, stream.stream).bind(2, stream.format.rate_hz);
+  insert->bind(3, std::int64_t{stream.format.readings}).bind(4, stream.axes);
+  insert->bind(5, std::string_view(stream.unit)).bind(6, stream.per_unit);
+  return run(*insert);
+}
+
 Status CampaignWriter::chunk(const ChunkRecord& chunk) {
   if (Status open = begin(); !open) return open;
   insert_chunk_.bind(1, trial_).bind(2, chunk.stream);

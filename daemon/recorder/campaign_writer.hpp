@@ -25,6 +25,15 @@ struct ChunkRecord {
   ByteView bytes;
 };
 
+/// What the rows of a stream of blocks are.
+struct BlockStreamRecord {
+  std::int64_t stream = 0;
+  BlockFormat format;
+  std::int64_t axes = 1;
+  const char* unit = "";
+  double per_unit = 1;
+};
+
 /// After a failed write every further call returns that first error.
 class CampaignWriter {
  public:
@@ -34,6 +43,8 @@ class CampaignWriter {
 
   Status device(const DeviceInfo& device);
   Status begin_trial(const TrialSpec& spec, TimePoint now);  ///< and commits
+  /// Before the first chunk of a stream of blocks.
+  Status block_stream(const BlockStreamRecord& stream);
   Status chunk(const ChunkRecord& chunk);
   Status end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now);
   Status journal(TimePoint now, std::string_view kind, std::string_view payload_json);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace weft::daemon {
 namespace {
@@ -40,6 +41,10 @@ std::string_view to_string(Stream stream) {
       return "taxel";
     case Stream::wrench:
       return "wrench";
+    case Stream::acceleration:
+      return "acceleration";
+    case Stream::sound:
+      return "sound";
     case Stream::stages:
       break;
   }
@@ -104,6 +109,17 @@ Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<cons
   return {};
 }
 
+Status encode_block(std::span<std::uint8_t> row, TimePoint host, const BlockRow& block) {
+  RowWriter out(row);
+  out.put(ns_of(host)).put(block.device_us).put(block.clipped);
+  for (const double value : block.values) {
+    const auto quanta = to_quanta(value, block.quanta_per_unit, "a vibration [m/s2 or Pa]");
+    if (!quanta) return pass(quanta.error());
+    out.put(*quanta);
+  }
+  return {};
+}
+
 bool decode_taxels(ByteView rows, bool transfers, classifier::Trial& trial, TrialRecord& record) {
   LittleReader in(rows);
   while (in.remaining() > 0) {
@@ -137,6 +153,18 @@ void decode_stages(ByteView rows, std::size_t axes, StageStream& stream) {
   while (in.remaining() > 0) {
     stream.t_ns.push_back(in.read<std::int64_t>());
     for (std::size_t k = 0; k < axes; ++k) stream.quanta.push_back(in.read<std::int32_t>());
+  }
+}
+
+void decode_blocks(ByteView rows, std::size_t values, std::uint32_t lost_before,
+                   BlockStream& stream) {
+  LittleReader in(rows);
+  while (in.remaining() > 0) {
+    stream.t_ns.push_back(in.read<std::int64_t>());
+    stream.device_us.push_back(in.read<std::uint32_t>());
+    stream.clipped.push_back(in.read<std::uint32_t>());
+    stream.lost.push_back(std::exchange(lost_before, 0));
+    for (std::size_t k = 0; k < values; ++k) stream.quanta.push_back(in.read<std::int32_t>());
   }
 }
 

@@ -12,16 +12,21 @@
 
 namespace weft::daemon {
 
-enum class Stream : std::uint8_t { taxel = 0, wrench = 1, stages = 2 };
+enum class Stream : std::uint8_t { taxel = 0, wrench = 1, stages = 2, acceleration = 3, sound = 4 };
+constexpr std::size_t stream_count = 5;
 std::string_view to_string(Stream stream);
 
-/// Bytes of one row; `width` is the number of taxels or axes, and ignored for the wrench.
+/// Bytes of one row; `width` is the number of taxels, of axes or of values in a block, and ignored
+/// for the wrench.
 constexpr std::size_t row_bytes(Stream stream, std::size_t width) {
   switch (stream) {
     case Stream::taxel:
       return 8 + 4 + 2 + 2 + 1 + 2 * width;
     case Stream::wrench:
       return 8 + 4 + 1 + 4 * 6;
+    case Stream::acceleration:
+    case Stream::sound:
+      return 8 + 4 + 4 + 4 * width;
     case Stream::stages:
       break;
   }
@@ -73,10 +78,22 @@ Status encode_wrench(std::span<std::uint8_t> row, TimePoint host, const WrenchSa
 Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<const double> positions,
                      std::span<const Axis> axes);
 
+/// One block of a vibration: a row, whatever its number of readings.
+struct BlockRow {
+  std::uint32_t device_us = 0;
+  std::uint32_t clipped = 0;
+  std::span<const double> values;  ///< [m/s2] or [Pa]
+  double quanta_per_unit = 1;
+};
+Status encode_block(std::span<std::uint8_t> row, TimePoint host, const BlockRow& block);
+
 /// Appends rows of one chunk to a trial. `width` as above; `rows` holds whole rows. Taxel rows of
 /// Phase::none are left out unless `transfers`. False when a phase byte is unknown.
 bool decode_taxels(ByteView rows, bool transfers, classifier::Trial& trial, TrialRecord& record);
 void decode_wrench(ByteView rows, WrenchStream& stream);
 void decode_stages(ByteView rows, std::size_t axes, StageStream& stream);
+/// `lost_before`: of the chunk, and so of its first row.
+void decode_blocks(ByteView rows, std::size_t values, std::uint32_t lost_before,
+                   BlockStream& stream);
 
 }  // namespace weft::daemon

@@ -9,6 +9,20 @@ namespace {
 
 /// Rows per stream before a chunk is closed: 82 s at 100 Hz, a whole trial in most recipes.
 constexpr std::size_t chunk_rows = 8192;
+/// Of blocks: 20 s at 50 a second.
+constexpr std::size_t chunk_blocks = 1024;
+constexpr std::size_t most_block_values = 65536;
+
+/// How a stream of blocks is stored.
+struct BlockKind {
+  Stream stream;
+  std::size_t axes;
+  const char* unit;
+  double quanta_per_unit;
+};
+constexpr BlockKind acceleration_blocks{Stream::acceleration, acceleration_axes, "m/s2",
+                                        acceleration_quanta_per_mps2};
+constexpr BlockKind sound_blocks{Stream::sound, 1, "Pa", sound_quanta_per_pa};
 
 }  // namespace
 
@@ -20,13 +34,16 @@ struct Recorder::Impl {
         axes(header.info.axes),
         buffers{ChunkBuffer(Stream::taxel, header.taxels, chunk_rows),
                 ChunkBuffer(Stream::wrench, 6, chunk_rows),
-                ChunkBuffer(Stream::stages, header.info.axes.size(), chunk_rows)} {}
+                ChunkBuffer(Stream::stages, header.info.axes.size(), chunk_rows),
+                ChunkBuffer(Stream::acceleration, 0, 0), ChunkBuffer(Stream::sound, 0, 0)} {}
 
   std::unique_ptr<CampaignWriter> writer;
   std::filesystem::path folder;
   std::vector<Axis> axes;
-  std::array<ChunkBuffer, 3> buffers;  ///< by Stream
-  std::array<std::int64_t, 3> next_chunk_number{};
+  /// By Stream; those of blocks get their size with their first block.
+  std::array<ChunkBuffer, stream_count> buffers;
+  std::array<std::int64_t, stream_count> next_chunk_number{};
+  std::array<double, stream_count> block_rate_hz{};
   bool trial_open = false;
   bool finished = false;
   std::optional<Error> failure;  ///< the first; ends all recording
@@ -43,6 +60,8 @@ struct Recorder::Impl {
   ChunkBuffer& buffer(Stream stream) { return buffers[static_cast<std::size_t>(stream)]; }
   /// The buffer, with room for a row of this stamp.
   Result<ChunkBuffer*> open_buffer(Stream stream, const Stamp& stamp);
+  Status begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz);
+  Status block(const Stamp& stamp, const BlockKind& kind, const BlockRow& row, double rate_hz);
 };
 
 Status Recorder::Impl::ready(bool in_trial) {
@@ -99,6 +118,41 @@ Result<ChunkBuffer*> Recorder::Impl::open_buffer(Stream stream, const Stamp& sta
   if (chunk.full() || !chunk.continues(stamp.sequence, stamp.lost))
     if (auto done = write_chunk(chunk); !done) return pass(std::move(done).error());
   return &chunk;
+}
+
+Status Recorder::Impl::begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz) {
+  if (values == 0 || values > most_block_values || values % kind.axes != 0 || !(rate_hz > 0))
+    return fail(Errc::invalid_argument, "a block that cannot be",
+                std::string(to_string(kind.stream)), "whole readings at a rate",
+                std::to_string(values) + " values at " + std::to_string(rate_hz) + " Hz");
+  const BlockStreamRecord record{static_cast<std::int64_t>(kind.stream),
+                                 {rate_hz, static_cast<std::uint32_t>(values / kind.axes)},
+                                 static_cast<std::int64_t>(kind.axes),
+                                 kind.unit,
+                                 kind.quanta_per_unit};
+  if (auto done = write([w = writer.get(), record] { return w->block_stream(record); }); !done)
+    return done;
+  block_rate_hz[static_cast<std::size_t>(kind.stream)] = rate_hz;
+  buffer(kind.stream) = ChunkBuffer(kind.stream, values, chunk_blocks);
+  return {};
+}
+
+Status Recorder::Impl::block(const Stamp& stamp, const BlockKind& kind, const BlockRow& row,
+                             double rate_hz) {
+  if (auto fine = ready(true); !fine) return pass(std::move(fine).error(), to_string(kind.stream));
+  double& known_hz = block_rate_hz[static_cast<std::size_t>(kind.stream)];
+  if (known_hz == 0)
+    if (auto begun = begin_blocks(kind, row.values.size(), rate_hz); !begun) return begun;
+  auto chunk = open_buffer(kind.stream, stamp);
+  if (!chunk) return pass(std::move(chunk).error());
+  if (row.values.size() != (*chunk)->width() || rate_hz != known_hz)
+    return fail(
+        Errc::invalid_argument, "a block unlike the first", std::string(to_string(kind.stream)),
+        std::to_string((*chunk)->width()) + " values at " + std::to_string(known_hz) + " Hz",
+        std::to_string(row.values.size()) + " values at " + std::to_string(rate_hz) + " Hz");
+  if (auto done = encode_block((*chunk)->slot(), stamp.host, row); !done) return done;
+  (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
+  return {};
 }
 
 Recorder::Recorder(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -170,6 +224,19 @@ Status Recorder::stages(const Stamp& stamp, std::span<const double> positions) {
     return done;
   (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
   return {};
+}
+
+Status Recorder::acceleration(const Stamp& stamp, const AccelerationSample& sample) {
+  return impl_->block(
+      stamp, acceleration_blocks,
+      {sample.device_us, sample.clipped, sample.acceleration_mps2, acceleration_quanta_per_mps2},
+      sample.rate_hz);
+}
+
+Status Recorder::sound(const Stamp& stamp, const SoundSample& sample) {
+  return impl_->block(stamp, sound_blocks,
+                      {sample.device_us, sample.clipped, sample.pressure_pa, sound_quanta_per_pa},
+                      sample.rate_hz);
 }
 
 Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now) {

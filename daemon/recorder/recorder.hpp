@@ -63,6 +63,11 @@ class Recorder {
   Status wrench(const Stamp& stamp, const WrenchSample& sample);
   /// `positions`: one per axis of the header, [m] or [rad].
   Status stages(const Stamp& stamp, std::span<const double> positions);
+  /// A block of a vibration. The first of a campaign says how many readings its stream's blocks
+  /// have and at which rate, and allocates; another number or rate later is refused with
+  /// Errc::invalid_argument, and values beyond 2147 m/s2 or Pa or not finite with Errc::range.
+  Status acceleration(const Stamp& stamp, const AccelerationSample& sample);
+  Status sound(const Stamp& stamp, const SoundSample& sample);
   /// Writes what is buffered, marks the trial and commits.
   Status end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now);
 
@@ -94,6 +99,8 @@ struct RecordingForecast {
   double taxel_rate_hz = 0;
   double wrench_rate_hz = 0;
   double stage_rate_hz = 0;
+  double acceleration_rate_hz = 0;
+  double sound_rate_hz = 0;
 };
 std::uint64_t forecast_bytes(const RecordingForecast& forecast);
 
@@ -103,7 +110,7 @@ Status check_space(const std::filesystem::path& folder, std::uint64_t needed_byt
 
 struct CampaignLoadOptions {
   bool all_outcomes = false;  ///< true keeps stopped, failed and interrupted trials, marked as such
-  bool streams = true;        ///< wrench and stages
+  bool streams = true;        ///< wrench, stages, acceleration and sound
   bool transfers = false;     ///< true keeps taxel samples of Phase::none (approach and retreat)
 };
 

@@ -46,4 +46,13 @@ CREATE TABLE journal (
 ) STRICT;
 )sql";
 
+/// Made with the first block of a campaign: a file without vibrations is as it was before there
+/// were any.
+constexpr const char* block_stream_schema_sql = R"sql(
+CREATE TABLE IF NOT EXISTS block_stream (
+  stream INTEGER PRIMARY KEY, rate_hz REAL NOT NULL, readings INTEGER NOT NULL,
+  axes INTEGER NOT NULL, unit TEXT NOT NULL, per_unit REAL NOT NULL
+) STRICT;
+)sql";
+
 }  // namespace weft::daemon

@@ -75,24 +75,32 @@ void Bench::connect(Device& device) {
     });
   } else if (role == "wrench") {
     wrench_ = &device;
-    device.on_sample([this](Sample sample) {
-      auto& wrench = std::get<WrenchSample>(sample.value);
-      for (std::size_t i = 0; i < 3; ++i) {
-        wrench.force_n[i] -= zero_.force_n[i];
-        wrench.torque_nm[i] -= zero_.torque_nm[i];
-      }
-      snapshot_.wrench = wrench;
-      snapshot_.wrench_at = sample.host;
-      if (sensor_sink_) sensor_sink_(sample);
-    });
-  } else {
+    device.on_sample([this](const Sample& sample) { take_wrench(sample); });
+  } else if (role == "taxels") {
     taxels_ = &device;
+    device.on_sample([this](const Sample& sample) { take_taxels(sample); });
+  } else {
     device.on_sample([this](const Sample& sample) {
-      snapshot_.taxels_at = sample.host;
-      snapshot_.taxel_digest = digest_of_counts(std::get<TaxelSample>(sample.value));
       if (sensor_sink_) sensor_sink_(sample);
     });
   }
+}
+
+void Bench::take_wrench(Sample sample) {
+  auto& wrench = std::get<WrenchSample>(sample.value);
+  for (std::size_t i = 0; i < 3; ++i) {
+    wrench.force_n[i] -= zero_.force_n[i];
+    wrench.torque_nm[i] -= zero_.torque_nm[i];
+  }
+  snapshot_.wrench = wrench;
+  snapshot_.wrench_at = sample.host;
+  if (sensor_sink_) sensor_sink_(sample);
+}
+
+void Bench::take_taxels(const Sample& sample) {
+  snapshot_.taxels_at = sample.host;
+  snapshot_.taxel_digest = digest_of_counts(std::get<TaxelSample>(sample.value));
+  if (sensor_sink_) sensor_sink_(sample);
 }
 
 const Error* Bench::fault() const {

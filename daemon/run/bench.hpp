@@ -1,5 +1,6 @@
 #pragma once
-// The devices of one rig behind the roles that a campaign needs: five stages, a wrench, taxels.
+// The devices of one rig behind the roles that a campaign needs: five stages, a wrench, taxels; and
+// vibrations, where it has them.
 
 #include <array>
 #include <functional>
@@ -49,7 +50,7 @@ class Bench {
   Device& wrench() { return *wrench_; }
   Device& taxels() { return *taxels_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
-  /// Sees every sample of wrench and taxels after the snapshot was updated.
+  /// Sees every sample of wrench, taxels and vibrations after the snapshot was updated.
   void on_sensor_sample(Device::SampleSink sink) { sensor_sink_ = std::move(sink); }
   /// Hears every line of every driver's log.
   void on_log(const Device::LogSink& sink);
@@ -57,6 +58,8 @@ class Bench {
  private:
   explicit Bench(Loop& loop) : loop_(&loop) {}
   void connect(Device& device);
+  void take_wrench(Sample sample);
+  void take_taxels(const Sample& sample);
   void await(std::function<bool()> ready, Duration limit, std::string what,
              std::function<void()> then);
   void look();

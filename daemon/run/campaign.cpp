@@ -280,6 +280,8 @@ std::uint64_t disk_forecast(const recipes::Plan& plan) {
   forecast.taxel_rate_hz = limits.taxel_rate_hz;
   forecast.wrench_rate_hz = limits.wrench_rate_hz;
   forecast.stage_rate_hz = limits.stage_rate_hz();
+  forecast.acceleration_rate_hz = limits.acceleration_rate_hz;
+  forecast.sound_rate_hz = limits.sound_rate_hz;
   return forecast_bytes(forecast);
 }
 

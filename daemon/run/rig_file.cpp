@@ -14,6 +14,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wrench", "taxels"};
+constexpr std::string_view vibro_role = "vibro";  // a bench may do without
 
 // Keys that this or another reader of the rig file understands: recipes::parse_rig_limits and
 // sim::Rig look into their own sections, drivers into `config`.
@@ -68,9 +69,10 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
     if (!value) return pass(value.error());
     *member = *value;
   }
-  if (std::find(roles.begin(), roles.end(), device.role) == roles.end())
+  if (device.role != vibro_role &&
+      std::find(roles.begin(), roles.end(), device.role) == roles.end())
     return fail(Errc::invalid_argument, "unknown role", where + "/role",
-                "x, y, z, rx, ry, wrench or taxels", device.role);
+                "x, y, z, rx, ry, wrench, taxels or vibro", device.role);
   device.config_json = object.value("config", json::object()).dump();
   Result<LinkSettings> link =
       parse_link(object.value("link", json::object()).dump(), where + "/link");
@@ -135,9 +137,15 @@ Result<Endpoint> console_of(const json& root) {
 }
 
 Status every_role_once(const std::vector<DeviceEntry>& devices) {
+  const auto filled = [&](std::string_view role) {
+    return std::count_if(devices.begin(), devices.end(),
+                         [&](const DeviceEntry& d) { return d.role == role; });
+  };
+  if (filled(vibro_role) > 1)
+    return fail(Errc::invalid_argument, "role vibro is filled twice", "/devices",
+                "at most one device", std::to_string(filled(vibro_role)) + " devices");
   for (const std::string_view role : roles) {
-    const auto count = std::count_if(devices.begin(), devices.end(),
-                                     [&](const DeviceEntry& d) { return d.role == role; });
+    const auto count = filled(role);
     if (count != 1)
       return fail(Errc::invalid_argument, "role " + std::string(role) + " is not filled once",
                   "/devices", "one device", std::to_string(count) + " devices");

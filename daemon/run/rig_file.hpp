@@ -18,7 +18,7 @@ namespace weft::daemon {
 
 struct DeviceEntry {
   std::string name;         ///< "stage.z"
-  std::string role;         ///< "x", "y", "z", "rx", "ry", "wrench", "taxels"
+  std::string role;         ///< "x", "y", "z", "rx", "ry", "wrench", "taxels", "vibro"
   std::string driver;       ///< name of a driver plugin
   std::string config_json;  ///< handed to the driver as it stands
   LinkSettings link;

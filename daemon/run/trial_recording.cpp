@@ -74,7 +74,11 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
 void TrialRecording::sensor(const Sample& sample) {
   if (phase_ == Phase::none) return;
   const Stamp stamp{sample.host, sample.sequence, sample.lost};
-  if (const auto* taxels = std::get_if<TaxelSample>(&sample.value)) {
+  if (const auto* shaken = std::get_if<AccelerationSample>(&sample.value)) {
+    write([&] { return recorder_->acceleration(stamp, *shaken); });
+  } else if (const auto* heard = std::get_if<SoundSample>(&sample.value)) {
+    write([&] { return recorder_->sound(stamp, *heard); });
+  } else if (const auto* taxels = std::get_if<TaxelSample>(&sample.value)) {
     sampled_.push_back(sample.host);
     write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
   } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {

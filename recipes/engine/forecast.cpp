@@ -23,6 +23,7 @@ constexpr double confirm_s = 0.1;
 constexpr double taxel_row_overhead_bytes = 17;
 constexpr double wrench_row_bytes = 37;
 constexpr double stage_row_bytes = 28;
+constexpr double vibration_value_bytes = 4.8;  // 4, and a fifth for the heads of blocks
 
 struct Moves {
   double acceleration_mps2;
@@ -51,7 +52,8 @@ double recording_s(const Plan& plan, const Exploration& exploration) {
 double bytes_per_second(const RigLimits& limits) {
   const double taxel_row = taxel_row_overhead_bytes + 2 * static_cast<double>(limits.taxels);
   return limits.taxel_rate_hz * taxel_row + limits.wrench_rate_hz * wrench_row_bytes +
-         limits.stage_rate_hz() * stage_row_bytes;
+         limits.stage_rate_hz() * stage_row_bytes +
+         vibration_value_bytes * (3 * limits.acceleration_rate_hz + limits.sound_rate_hz);
 }
 
 void widen(Range& range, double value) {

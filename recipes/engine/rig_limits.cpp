@@ -156,6 +156,7 @@ class RigReader {
       const json& device = devices[i];
       if (!device.is_object() || !device.contains("config")) continue;
       const json role = device.value("role", json());
+      if (role == "vibro") read_vibration(device["config"], child("/devices", i) + "/config");
       if (role != "wrench" && role != "taxels") continue;
       ObjectReader config(device["config"], child("/devices", i) + "/config", problems_);
       const Quantity rate{"rate_hz", {{"rate_hz", 1}}};
@@ -167,6 +168,17 @@ class RigReader {
           limits_.taxels = static_cast<std::size_t>(*taxels);
       }
     }
+  }
+
+  void read_vibration(const json& object, const std::string& where) {
+    limits_.acceleration_rate_hz = 200;
+    limits_.sound_rate_hz = 8000;
+    ObjectReader config(object, where, problems_);
+    set(limits_.acceleration_rate_hz,
+        config.quantity({"acceleration_rate", {{"acceleration_rate_hz", 1}}}, {0, 1e5, {}},
+                        Need::optional));
+    set(limits_.sound_rate_hz,
+        config.quantity({"sound_rate", {{"sound_rate_hz", 1}}}, {0, 4e5, {}}, Need::optional));
   }
 
   void read_fabrics(ObjectReader& rig) {

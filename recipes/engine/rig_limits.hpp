@@ -30,6 +30,8 @@ struct RigLimits {
   std::size_t taxels = 16;
   double taxel_rate_hz = 37;  ///< of the sensors' streams, as their drivers are configured
   double wrench_rate_hz = 100;
+  double acceleration_rate_hz = 0;  ///< of the vibration sensor, where the rig has one
+  double sound_rate_hz = 0;
   std::vector<std::string> fabrics;  ///< names the rig can mount; empty when it takes any
 
   /// Positions are recorded, all axes in one row, once in so many cycles.

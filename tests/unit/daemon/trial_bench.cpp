@@ -43,8 +43,10 @@ CampaignRequest request_in(const TemporaryFolder& folder, const std::string& rec
   return {folder / "recipe.json", folder / "rig.json", folder / "out", std::nullopt};
 }
 
-TrialBench::TrialBench(const std::string& recipe)
-    : checked(check_request(request_in(folder, recipe)).value()) {
+TrialBench::TrialBench(const std::string& recipe) : TrialBench(recipe, bench17()) {}
+
+TrialBench::TrialBench(const std::string& recipe, const json& rig_json)
+    : checked(check_request(request_in(folder, recipe, rig_json)).value()) {
   const RigFile rig = parse_rig_file(checked.rig_text).value();
   const std::string fabrics = read_fabrics(rig, folder / "rig.json").value();
   sim.rig = std::move(sim::Rig::create(rig.text, fabrics, 1).value());

@@ -54,7 +54,8 @@ struct TrialBench {
   std::vector<recipes::Outcome> outcomes;
   std::optional<Error> trial_error;  ///< of the trial that ended last
 
-  explicit TrialBench(const std::string& recipe);
+  explicit TrialBench(const std::string& recipe);  ///< on bench17
+  TrialBench(const std::string& recipe, const nlohmann::json& rig_json);
   /// Mounts on the simulated plate, and keeps what trial_done says.
   SupervisorHooks hooks();
 

@@ -138,7 +138,8 @@ inline bool same_content(const Dataset& a, const Dataset& b) {
         q.quality.force_rms_error_n != r.quality.force_rms_error_n ||
         q.quality.force_in_band_fraction != r.quality.force_in_band_fraction ||
         q.lost_samples != r.lost_samples || q.t_ns != r.t_ns || q.device_us != r.device_us ||
-        q.wrench != r.wrench || q.stages != r.stages)
+        q.wrench != r.wrench || q.stages != r.stages || q.acceleration != r.acceleration ||
+        q.sound != r.sound)
       return false;
   }
   return true;

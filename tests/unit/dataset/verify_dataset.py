@@ -46,6 +46,13 @@ def trial_digest(file, i):
     parts += [numbers(file["taxel/t_ns"][taxel], "<i8"), numbers(file["taxel/device_us"][clock], "<u4")]
     for name, part in (("wrench", wrench), ("stages", stages)):
         parts += [numbers(file[name + "/t_ns"][part], "<i8"), numbers(file[name + "/quanta"][part], "<i4")]
+    for name in ("acceleration", "sound"):
+        if name not in file or not int(t[name + "_blocks_samples"][i]):
+            continue
+        blocks, readings = rows(file, name + "_blocks", i), int(file[name].attrs["block_readings"])
+        parts += [f"weft {name} 1\n".encode(), numbers(file[name + "/t_ns"][blocks], "<i8")]
+        parts += [numbers(file[f"{name}/{column}"][blocks], "<u4") for column in ("device_us", "lost", "clipped")]
+        parts += [numbers(file[name + "/quanta"][blocks.start * readings:blocks.stop * readings], "<i4")]
     return hashlib.sha256(b"".join(parts)).digest()
 
 

@@ -44,7 +44,7 @@ struct Case {
 }  // namespace
 
 TEST_CASE("The library's recipes pass schema and parser") {
-  for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016"}) {
+  for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016", "vibro-slide"}) {
     const std::string recipe = source_file("recipes/library/" + std::string(name) + ".json");
     INFO(name);
     CHECK(schema_accepts(recipe));
