@@ -47,6 +47,29 @@ Outcome ordered(const Services& services, const Call& call, Order order) {
   return text_of(run_json(*run));
 }
 
+json preview_json(const ResumePreview& preview) {
+  return {{"will", preview.will},
+          {"trials_planned", preview.planned},
+          {"trials_done", preview.complete},
+          {"trials_left", preview.left}};
+}
+
+/// A run that is held goes on; one that the daemon's death interrupted needs a lease again.
+Outcome resume(const Services& services, const Call& call) {
+  const auto run = services.desk->get(run_of(call));
+  if (!run) return refused(run.error());
+  const bool preview = call.params.value("preview", false);
+  if (preview) {
+    const auto left = services.desk->preview(run_of(call));
+    return left ? Outcome(text_of(preview_json(*left))) : refused(left.error());
+  }
+  if (run->machine.state != RunState::interrupted) return ordered(services, call, Order::resume);
+  if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
+  const auto gone_on = services.desk->recover(run_of(call), by(call.caller));
+  if (!gone_on) return refused(gone_on.error());
+  return text_of(run_json(*gone_on));
+}
+
 Outcome pause(const Services& services, const Call& call) {
   const std::string at = call.params.value("at", "boundary");
   if (at != "boundary" && at != "now")
@@ -127,8 +150,17 @@ void add_run_methods(rpc::Methods& methods, const Services& services) {
                {run_param, {"at", ParamType::text, false, "boundary (default) or now"}},
                "the run"},
               [s](const Call& call) { return pause(*s, call); });
-  add_order(methods, s, "run.resume", "goes on: up, position, bias, then the next repetition",
-            Order::resume);
+  methods.add({"run.resume",
+               "goes on: up, position, bias, then the next repetition; an interrupted run with the "
+               "repetition that was cut short",
+               Role::operator_,
+               Effect::change,
+               {run_param,
+                {"preview", ParamType::flag, false,
+                 "interrupted runs: answers what it would do, and does nothing"},
+                {"lease", ParamType::text, false, "of the rig; interrupted runs need it"}},
+               "the run, or will, trials_planned, trials_done, trials_left"},
+              [s](const Call& call) { return resume(*s, call); });
   add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
   add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
   methods.add({"run.withdraw",

@@ -4,6 +4,7 @@
 
 #include "daemon/certificate/campaign_check.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/recorder/campaign_past.hpp"
 #include "daemon/recorder/recorder.hpp"
 
 namespace weft::daemon {
@@ -70,7 +71,9 @@ Result<VerifyReport> looked_at(const fs::path& path) {
     return report;
   }
   if (!there(path)) return fail(Errc::not_found, "no such file or folder", path.string());
-  (is_campaign_file(path) ? report.campaign : report.dataset) = path;
+  // A campaign file whose first bytes are gone is still one by its name.
+  const bool campaign = is_campaign_file(path) || path.filename() == "campaign.sqlite";
+  (campaign ? report.campaign : report.dataset) = path;
   return report;
 }
 
@@ -86,10 +89,6 @@ Result<VerifyReport> verify(const fs::path& path) {
     report->findings.push_back({certificate_file_name, to_string(read.error())});
   else if (*read)
     certificate = &**read;
-  // A file whose first bytes are gone is still the certified one by its name.
-  if (certificate != nullptr && report->campaign.empty() && report->dataset == path &&
-      path.filename() == "campaign.sqlite")
-    std::swap(report->campaign, report->dataset);
   for (const fs::path& each : {report->campaign, report->dataset}) {
     if (each.empty()) continue;
     const FilePrint* then = certificate == nullptr ? nullptr : certified_file(*certificate, each);
@@ -102,6 +101,8 @@ Result<VerifyReport> verify(const fs::path& path) {
       report->findings.push_back({each.filename().string(),
                                   "was written to after it had been certified: its log is not "
                                   "empty"});
+    // One that was killed before it had written anything holds nothing that could be wrong.
+    if (is_campaign && then == nullptr && is_blank_campaign(each)) continue;
     if (is_campaign)
       check_campaign(each, then == nullptr ? nullptr : certificate, *report);
     else

@@ -76,6 +76,17 @@ std::string ready_text(const json& ready) {
   return text;
 }
 
+Result<int> recovered(Client& daemon, const std::string& id, Console& console) {
+  const auto lease = call(daemon, "lease.acquire", {{"note", "weft resume " + id}});
+  if (!lease) return pass(lease.error());
+  const auto run = call(daemon, "run.resume", {{"run", id}, {"lease", lease->at("lease")}});
+  const auto released = call(daemon, "lease.release", {{"lease", lease->at("lease")}});
+  if (!run) return pass(run.error());
+  if (!released) return pass(released.error());
+  print(console, run_line(*run), *run);
+  return exit_ok;
+}
+
 Result<int> waited(Client& daemon, const json& run, Console& console) {
   const auto ended = call(daemon, "run.wait", {{"run", run.at("run")}});
   if (!ended) return pass(ended.error());
@@ -101,6 +112,8 @@ void add_options(CLI::App& command, PauseArgs& args) {
 }
 void add_options(CLI::App& command, ResumeArgs& args) {
   add_run(command, args);
+  command.add_flag("--preview", args.preview,
+                   "an interrupted run: what it would do, nothing moves");
 }
 void add_options(CLI::App& command, StopArgs& args) {
   add_run(command, args);
@@ -166,8 +179,26 @@ Result<int> run_start(const StartArgs& args, Console& console) {
 Result<int> run_pause(const PauseArgs& args, Console& console) {
   return ordered(args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
 }
+
 Result<int> run_resume(const ResumeArgs& args, Console& console) {
-  return ordered(args, "run.resume", json::object(), console);
+  auto daemon = Client::open(args.socket);
+  if (!daemon) return pass(daemon.error());
+  const auto id = run_of(*daemon, args.run);
+  if (!id) return pass(id.error());
+  const auto run = call(*daemon, "run.get", {{"run", *id}});
+  if (!run) return pass(run.error());
+  if (run->value("state", "") != "interrupted" && !args.preview)
+    return ordered(args, "run.resume", json::object(), console);
+  const auto left = call(*daemon, "run.resume", {{"run", *id}, {"preview", true}});
+  if (!left) return pass(left.error());
+  std::string text;
+  for (const json& step : left->at("will")) text += "  " + step.get<std::string>() + "\n";
+  if (args.preview) {
+    print(console, text, *left);
+    return exit_ok;
+  }
+  console.err << text;
+  return recovered(*daemon, *id, console);
 }
 Result<int> run_stop(const StopArgs& args, Console& console) {
   return ordered(args, "run.stop", json::object(), console);

@@ -32,7 +32,9 @@ struct RunOrderArgs : SocketArgs {
   bool now = false;
 };
 struct PauseArgs : RunOrderArgs {};
-struct ResumeArgs : RunOrderArgs {};
+struct ResumeArgs : RunOrderArgs {
+  bool preview = false;
+};
 struct StopArgs : RunOrderArgs {};
 struct AbortArgs : RunOrderArgs {};
 struct HaltArgs : SocketArgs {};
@@ -68,6 +70,7 @@ Result<int> run_status(const StatusArgs& args, Console& console);
 /// where it is complete.
 Result<int> run_start(const StartArgs& args, Console& console);
 Result<int> run_pause(const PauseArgs& args, Console& console);
+/// A run that is held, or one that the daemon's death interrupted: what is left is told first.
 Result<int> run_resume(const ResumeArgs& args, Console& console);
 Result<int> run_stop(const StopArgs& args, Console& console);
 Result<int> run_abort(const AbortArgs& args, Console& console);

@@ -17,6 +17,7 @@
 #include "daemon/report/report.hpp"
 #include "daemon/report/simulation_words.hpp"
 #include "daemon/run/campaign.hpp"
+#include "daemon/run/resume.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -70,6 +71,32 @@ struct Ran {
   int signal;  ///< that asked the campaign to stop, or 0
 };
 
+CampaignRequest request_of(const RunArgs& args, Console& console) {
+  return {args.recipe,
+          args.rig,
+          args.out,
+          args.seed,
+          asked_of(args.fidelity),
+          args.error_check,
+          settings_of(args.plugins, console),
+          args.resume};
+}
+
+std::string preview_text(const ResumePreview& preview) {
+  std::string text = std::to_string(preview.complete) + " of " + std::to_string(preview.planned) +
+                     " trials are complete. To resume:\n";
+  for (const std::string& step : preview.will) text += "  " + step + "\n";
+  return text;
+}
+
+json preview_json(const ResumePreview& preview) {
+  return {{"command", "run"},
+          {"will", preview.will},
+          {"trials_planned", preview.planned},
+          {"trials_complete", preview.complete},
+          {"trials_left", preview.left}};
+}
+
 Ran run_until_stopped(const RunArgs& args, Console& console) {
   ProgressPrinter progress(console.err, console.terminal);
   const StopSignals signals;
@@ -82,10 +109,7 @@ Ran run_until_stopped(const RunArgs& args, Console& console) {
                 << std::endl;
   };
   hooks.stop = &signals.asked();
-  Result<CampaignSummary> summary =
-      run_campaign({args.recipe, args.rig, args.out, args.seed, asked_of(args.fidelity),
-                    args.error_check, settings_of(args.plugins, console)},
-                   hooks);
+  Result<CampaignSummary> summary = run_campaign(request_of(args, console), hooks);
   progress.finish();
   return {std::move(summary), signals.number()};
 }
@@ -141,6 +165,9 @@ void add_options(CLI::App& command, RunArgs& args) {
                    "do not play the first trial of each fabric and exploration again, more finely, "
                    "for the error of the simulation");
   command.add_flag("!--no-evaluate", args.evaluate, "record only: no classification, no report");
+  command.add_flag("--resume", args.resume,
+                   "go on with the campaign in the folder, with the repetition that was cut short");
+  command.add_flag("--preview", args.preview, "with --resume: what is left, step by step; no move");
   command.add_option("--repeats", args.repeats, "random splits of the classification")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
@@ -153,6 +180,18 @@ Result<int> run_run(const RunArgs& args, Console& console) {
                 settings_of(args.plugins, console));
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
+  if (args.preview && !args.resume)
+    return fail(Errc::invalid_argument, "only a resume is previewed", "--preview", {}, {},
+                "Give --resume too; weft check looks at a recipe");
+  if (args.resume) {
+    const auto preview = preview_resume(request_of(args, console));
+    if (!preview) return pass(preview.error());
+    if (args.preview) {
+      print(console, preview_text(*preview), preview_json(*preview));
+      return exit_ok;
+    }
+    console.err << preview_text(*preview);
+  }
   const auto [summary, signal] = run_until_stopped(args, console);
   if (!summary && signal == 0) return pass(summary.error());
   if (!summary) {

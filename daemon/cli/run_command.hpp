@@ -24,6 +24,8 @@ struct RunArgs {
   PluginArgs plugins;
   bool error_check = true;
   bool evaluate = true;
+  bool resume = false;       ///< go on with the campaign in `out`
+  bool preview = false;      ///< with resume: say what is left, move nothing
   std::size_t repeats = 30;  ///< random splits of the evaluation
 };
 void add_options(CLI::App& command, RunArgs& args);

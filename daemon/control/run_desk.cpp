@@ -97,6 +97,41 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
   return added.view;
 }
 
+// A folder that is there already is that of a run which somebody goes on with.
+CampaignRequest RunDesk::request_of(const StoredRun& run) {
+  CampaignRequest request{run.recipe, run.rig, run.folder, run.seed};
+  std::error_code ignored;
+  request.resume = std::filesystem::exists(run.folder, ignored);
+  return request;
+}
+
+Result<ResumePreview> RunDesk::preview(std::string_view id) const {
+  const Run* run = find(id);
+  if (run == nullptr)
+    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+  if (run->state() != RunState::interrupted)
+    return fail(Errc::wrong_state, "only an interrupted run is gone on with", "/params/run",
+                "interrupted", std::string(to_string(run->state())));
+  return preview_resume(request_of(run->view.stored));
+}
+
+Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
+  const auto left = preview(id);
+  if (!left) return pass(left.error());
+  Run& run = *find(id);
+  StoredRun& stored = run.view.stored;
+  stored.outcome = stored.cleanup = stored.rig_fact = stored.error = "";
+  run.view.trials_planned = left->planned;
+  run.view.trials_done = left->complete;
+  const auto checked = check_request(request_of(stored));
+  if (!checked) return pass(checked.error());
+  const double forecast_s = checked->plan.forecast.duration_s;
+  run.limits = Deadlines::of(forecast_s, forecast_s / static_cast<double>(left->planned));
+  apply(run, {{RunState::queued, RunMachine::Clock::max()}, {}, false}, by);
+  begin_next();
+  return run.view;
+}
+
 void RunDesk::begin_next() {
   if (latched_ || active()) return;
   const auto next = std::find_if(runs_.begin(), runs_.end(),
@@ -122,7 +157,7 @@ void RunDesk::begin_next() {
         tell(run);
       });
     };
-    auto summary = run_campaign({stored.recipe, stored.rig, stored.folder, stored.seed}, hooks);
+    auto summary = run_campaign(request_of(stored), hooks);
     around_.post([this, &run, summary = std::move(summary)] { ended(run, summary); });
   });
 }

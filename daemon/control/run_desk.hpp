@@ -16,6 +16,7 @@
 #include "daemon/control/run_machine.hpp"
 #include "daemon/control/run_store.hpp"
 #include "daemon/run/campaign.hpp"
+#include "daemon/run/resume.hpp"
 
 namespace weft::daemon::control {
 
@@ -62,6 +63,11 @@ class RunDesk {
   Status withdraw(std::string_view id, std::string_view by);
   /// Errors: not_found; wrong_state, with what the state takes.
   Result<RunView> order(std::string_view id, Order order, std::string_view by);
+  /// What going on with an interrupted run would do; nothing moves. Errors: not_found; wrong_state;
+  /// preview_resume()'s.
+  [[nodiscard]] Result<ResumePreview> preview(std::string_view id) const;
+  /// Puts an interrupted run in line again, to go on where it was. Errors: as preview().
+  Result<RunView> recover(std::string_view id, std::string_view by);
   /// Stops motion now, whatever runs, and latches the rig until reset().
   void halt(std::string_view by);
   Status reset(std::string_view reason, std::string_view by);
@@ -78,6 +84,7 @@ class RunDesk {
  private:
   struct Run;
   void begin_next();
+  [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);
   void ended(Run& run, const Result<CampaignSummary>& summary);
   void tell(Run& run);

@@ -280,6 +280,18 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
   return dataset;
 }
 
+Result<CampaignHeader> load_header(const std::filesystem::path& path) {
+  auto database = open_campaign(path);
+  if (!database) return pass(std::move(database).error());
+  CampaignHeader header;
+  auto taxels = read_header(*database, header.info);
+  if (!taxels) return pass(std::move(taxels).error(), path.string());
+  header.taxels = *taxels;
+  if (Status done = read_axes_and_devices(*database, header.info); !done)
+    return pass(std::move(done).error(), path.string());
+  return header;
+}
+
 bool is_campaign_file(const std::filesystem::path& path) {
   constexpr std::string_view magic("SQLite format 3\0", 16);
   std::string begin(magic.size(), '\0');

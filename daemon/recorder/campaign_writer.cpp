@@ -14,15 +14,15 @@ constexpr const char* insert_chunk_sql =
 
 /// Write-ahead log: readers are never blocked and a killed process leaves whole transactions.
 /// NORMAL: an operating system that goes down may take the latest commits with it, never the file.
-Status configure(sqlite::Database& database) {
+constexpr const char* connection_sql =
+    "PRAGMA page_size=16384; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
+    "PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=2000";
+
+Status make_tables(sqlite::Database& database) {
   const std::string identity = "PRAGMA application_id=" + std::to_string(campaign_application_id) +
                                "; PRAGMA user_version=" + std::to_string(campaign_schema_version);
-  for (const std::string& sql :
-       {std::string("PRAGMA page_size=16384; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
-                    "PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=2000"),
-        identity, std::string(campaign_schema_sql)})
-    if (auto done = database.execute(sql.c_str()); !done) return done;
-  return {};
+  if (Status done = database.execute(identity.c_str()); !done) return done;
+  return database.execute(campaign_schema_sql);
 }
 
 Status write_header(sqlite::Database& database, const CampaignHeader& header) {
@@ -64,11 +64,23 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
                                                                const CampaignHeader& header) {
   auto database = sqlite::Database::open(path, sqlite::Mode::create);
   if (!database) return pass(std::move(database).error());
-  Status done = configure(*database);
+  Status done = database->execute(connection_sql);
+  // One transaction: a file that a kill left behind has all of this or nothing at all.
   if (done) done = database->execute("BEGIN");
+  if (done) done = make_tables(*database);
   if (done) done = write_header(*database, header);
   if (done) done = write_axes(*database, header.info.axes);
   if (done) done = database->execute("COMMIT");
+  std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
+  if (done) done = writer->prepare();
+  if (!done) return pass(std::move(done).error());
+  return writer;
+}
+
+Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesystem::path& path) {
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_write);
+  if (!database) return pass(std::move(database).error());
+  Status done = database->execute(connection_sql);
   std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
   if (done) done = writer->prepare();
   if (!done) return pass(std::move(done).error());
@@ -121,6 +133,14 @@ Status CampaignWriter::device(const DeviceInfo& device) {
   return run(insert_device_);
 }
 
+Status CampaignWriter::resumed(TimePoint now, std::string_view payload_json) {
+  if (Status open = begin(); !open) return open;
+  Status done =
+      guard(database_.execute("UPDATE trial SET outcome = 'interrupted' WHERE outcome IS NULL;"
+                              "UPDATE campaign SET finished = 0"));
+  return done ? journal(now, "resumed", payload_json) : done;
+}
+
 Status CampaignWriter::begin_trial(const TrialSpec& spec, TimePoint now) {
   if (Status open = begin(); !open) return open;
   const std::string patch_seed = std::to_string(spec.patch_seed);
@@ -137,7 +157,8 @@ Status CampaignWriter::block_stream(const BlockStreamRecord& stream) {
   if (Status open = begin(); !open) return open;
   if (Status made = guard(database_.execute(block_stream_schema_sql)); !made) return made;
   auto insert = database_.prepare(
-      "INSERT INTO block_stream (stream, rate_hz, readings, axes, unit, per_unit) VALUES (?, ?, ?, "
+      "INSERT OR IGNORE INTO block_stream (stream, rate_hz, readings, axes, unit, per_unit) VALUES "
+      "(?, ?, ?, "
       "?, ?, ?)");
   if (!insert) return guard(pass(std::move(insert).error()));
   insert->bind(1, stream.stream).bind(2, stream.format.rate_hz);

@@ -41,7 +41,12 @@ class CampaignWriter {
   static Result<std::unique_ptr<CampaignWriter>> create(const std::filesystem::path& path,
                                                         const CampaignHeader& header);
 
+  /// Goes on with a file that create() made; nothing in it changes until resumed().
+  static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
+
   Status device(const DeviceInfo& device);
+  /// The run goes on: what was under way when it ended is marked as interrupted, and kept.
+  Status resumed(TimePoint now, std::string_view payload_json);
   Status begin_trial(const TrialSpec& spec, TimePoint now);  ///< and commits
   /// Before the first chunk of a stream of blocks.
   Status block_stream(const BlockStreamRecord& stream);

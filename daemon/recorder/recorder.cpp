@@ -1,7 +1,9 @@
 #include "daemon/recorder/recorder.hpp"
 
+#include "daemon/recorder/campaign_past.hpp"
 #include "daemon/recorder/campaign_writer.hpp"
 #include "daemon/recorder/chunk.hpp"
+#include "daemon/recorder/played_again.hpp"
 #include "daemon/recorder/writer_thread.hpp"
 
 namespace weft::daemon {
@@ -48,12 +50,18 @@ struct Recorder::Impl {
   bool finished = false;
   std::optional<Error> failure;  ///< the first; ends all recording
   std::optional<std::chrono::nanoseconds> last_commit;
+  std::map<std::uint32_t, std::uint32_t> next_attempts;  ///< of a file that was gone on with
+  Continuation continuation;
+  std::optional<PlayedAgain> again;      ///< while the past is played
+  bool resumed = true;                   ///< false: the file still says that the run has ended
   std::unique_ptr<WriterThread> thread;  ///< gone before the writer; none: all is written at once
 
   Status ready(bool in_trial);
   /// Does it now, or hands it to the thread. Keeps the first failure.
   template <class Job>
   Status write(Job job);
+  /// Nothing is written while the past is played, and nothing before the file says that it goes on.
+  Status go_on(TimePoint now);
   Status write_chunk(ChunkBuffer& buffer);
   Status write_chunks();
 
@@ -81,8 +89,28 @@ Status Recorder::Impl::write(Job job) {
   return done;
 }
 
+Status Recorder::Impl::go_on(TimePoint now) {
+  if (resumed) return {};
+  if (continuation.before_writing)
+    if (Status ok = continuation.before_writing(); !ok) {
+      failure = ok.error();
+      return ok;
+    }
+  const bool plays_again = again.has_value();
+  again.reset();
+  resumed = true;
+  const std::string payload = R"({"first_trial":)" + std::to_string(continuation.first_trial) +
+                              R"(,"plays_again":)" + (plays_again ? "true}" : "false}");
+  return write([w = writer.get(), now, payload] { return w->resumed(now, payload); });
+}
+
 Status Recorder::Impl::write_chunk(ChunkBuffer& chunk) {
   if (chunk.empty()) return {};
+  if (again) {
+    again->hear(chunk.stream(), chunk.bytes());
+    chunk.clear();
+    return {};
+  }
   const auto stream = static_cast<std::size_t>(chunk.stream());
   const ChunkRecord record{static_cast<std::int64_t>(stream),
                            next_chunk_number[stream]++,
@@ -130,8 +158,9 @@ Status Recorder::Impl::begin_blocks(const BlockKind& kind, std::size_t values, d
                                  static_cast<std::int64_t>(kind.axes),
                                  kind.unit,
                                  kind.quanta_per_unit};
-  if (auto done = write([w = writer.get(), record] { return w->block_stream(record); }); !done)
-    return done;
+  if (!again)  // else it is on record
+    if (auto done = write([w = writer.get(), record] { return w->block_stream(record); }); !done)
+      return done;
   block_rate_hz[static_cast<std::size_t>(kind.stream)] = rate_hz;
   buffer(kind.stream) = ChunkBuffer(kind.stream, values, chunk_blocks);
   return {};
@@ -178,19 +207,60 @@ Result<Recorder> Recorder::create(const std::filesystem::path& path, const Campa
   return recorder;
 }
 
+Result<Recorder> Recorder::resume(const std::filesystem::path& path, const CampaignPast& past,
+                                  Continuation how) {
+  auto writer = CampaignWriter::reopen(path);
+  if (!writer) return pass(std::move(writer).error(), path.string());
+  CampaignHeader header;
+  header.info = past.info;
+  header.taxels = past.taxels;
+  auto impl = std::make_unique<Impl>(std::move(*writer), header, path);
+  impl->next_attempts = past.next_attempts();
+  impl->resumed = false;
+  if (how.plays_again) {
+    auto again = PlayedAgain::open(path, past, how.first_trial);
+    if (!again) return pass(again.error(), path.string());
+    impl->again.emplace(std::move(*again));
+  }
+  impl->continuation = std::move(how);
+  return Recorder(std::move(impl));
+}
+
+bool Recorder::plays_again() const {
+  return impl_->again.has_value();
+}
+
+Status Recorder::go_on(TimePoint now) {
+  if (impl_->failure) return tl::unexpected<Error>(*impl_->failure);
+  if (impl_->again && !impl_->again->whole())
+    return fail(Errc::wrong_state, "the run ended before it had come to the trials that are left",
+                "resume", {}, {}, "Nothing was changed: resume it again");
+  return impl_->go_on(now);
+}
+
 void Recorder::write_behind() {
   if (!impl_->thread) impl_->thread = std::make_unique<WriterThread>();
 }
 
 Status Recorder::device(const DeviceInfo& device) {
+  if (impl_->again) return {};
   return impl_->write([w = impl_->writer.get(), device] { return w->device(device); });
 }
 
 Status Recorder::begin_trial(const TrialSpec& spec, TimePoint now) {
   if (auto fine = impl_->ready(false); !fine) return fine;
   impl_->next_chunk_number = {};
-  Status done =
-      impl_->write([w = impl_->writer.get(), spec, now] { return w->begin_trial(spec, now); });
+  if (impl_->again && impl_->again->covers(spec.index)) {
+    impl_->again->begin(spec.index);
+    impl_->trial_open = true;
+    return {};
+  }
+  if (Status ok = go_on(now); !ok) return ok;
+  TrialSpec counted = spec;
+  if (const auto next = impl_->next_attempts.find(spec.index); next != impl_->next_attempts.end())
+    counted.attempt += next->second;
+  Status done = impl_->write(
+      [w = impl_->writer.get(), counted, now] { return w->begin_trial(counted, now); });
   impl_->trial_open = done.has_value();
   return done;
 }
@@ -243,6 +313,11 @@ Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, Ti
   if (auto fine = impl_->ready(true); !fine) return fine;
   impl_->trial_open = false;
   if (Status done = impl_->write_chunks(); !done) return done;
+  if (impl_->again) {
+    Status same = impl_->again->end(outcome);
+    if (!same) impl_->failure = same.error();
+    return same;
+  }
   return impl_->write([w = impl_->writer.get(), outcome, quality, now] {
     return w->end_trial(outcome, quality, now);
   });
@@ -251,6 +326,7 @@ Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, Ti
 Status Recorder::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
   if (!impl_->failure && impl_->finished)
     return fail(Errc::wrong_state, "the campaign file has been finished");
+  if (impl_->again) return {};
   return impl_->write(
       [w = impl_->writer.get(), now, what = std::string(kind),
        payload = std::string(payload_json)] { return w->journal(now, what, payload); });

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,6 +14,8 @@
 #include "drivers/api/sample.hpp"
 
 namespace weft::daemon {
+
+struct CampaignPast;  // daemon/recorder/campaign_past.hpp
 
 /// What a campaign file says about itself from its first byte on.
 struct CampaignHeader {
@@ -43,6 +46,24 @@ class Recorder {
   static Status refuse_existing(const std::filesystem::path& path);
   /// Refuses a path that exists.
   static Result<Recorder> create(const std::filesystem::path& path, const CampaignHeader& header);
+
+  /// How to go on with a file.
+  struct Continuation {
+    std::uint32_t first_trial = 0;  ///< of the plan, to be recorded
+    /// The trials before it are given too, on a simulated bench that does all again: they are
+    /// compared with what is on record and not written.
+    bool plays_again = false;
+    std::function<Status()> before_writing = {};  ///< once, before the file changes
+  };
+  /// Goes on with a file that create() made. Attempts count on from those on record; what was under
+  /// way is marked as interrupted. Errors: load_campaign()'s; with `plays_again` later wrong_state,
+  /// when the past is another one.
+  static Result<Recorder> resume(const std::filesystem::path& path, const CampaignPast& past,
+                                 Continuation how);
+  /// Whether the past is still being played; nothing has been written then.
+  [[nodiscard]] bool plays_again() const;
+  /// The past is over, though no trial is left to be recorded.
+  Status go_on(TimePoint now);
 
   Recorder(Recorder&&) noexcept;
   Recorder& operator=(Recorder&&) noexcept;
@@ -118,6 +139,9 @@ struct CampaignLoadOptions {
 /// Errors: not_found, parse (not a campaign file), corrupt (names trial, stream and chunk).
 Result<Dataset> load_campaign(const std::filesystem::path& path,
                               const CampaignLoadOptions& options = {});
+
+/// Its header with axes and devices; no trials, no times.
+Result<CampaignHeader> load_header(const std::filesystem::path& path);
 
 /// Whether the file begins as SQLite files do; load_campaign() tells whether it is Weft's.
 bool is_campaign_file(const std::filesystem::path& path);

@@ -22,6 +22,13 @@ tl::unexpected<Error> database_error(sqlite3* database, std::string what) {
               full ? "Free some space on the disk" : "");
 }
 
+/// A process died while it changed the file's kind of journal: nobody can read before the change is
+/// taken back, and that is a write.
+bool needs_rollback(sqlite3* database) {
+  return sqlite3_exec(database, "PRAGMA schema_version", nullptr, nullptr, nullptr) != SQLITE_OK &&
+         sqlite3_extended_errcode(database) == SQLITE_READONLY_ROLLBACK;
+}
+
 }  // namespace
 
 Statement& Statement::bind(int index, std::int64_t value) {
@@ -99,8 +106,9 @@ ByteView Statement::blob(int column) const {
 }
 
 Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
-  const int flags =
-      mode == Mode::create ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  const int flags = mode == Mode::read_only    ? SQLITE_OPEN_READONLY
+                    : mode == Mode::read_write ? SQLITE_OPEN_READWRITE
+                                               : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   sqlite3* raw = nullptr;
   const int code = sqlite3_open_v2(path.c_str(), &raw, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   Database database;
@@ -108,7 +116,10 @@ Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
   if (raw == nullptr) return fail(Errc::io, "no memory to open the campaign file", path.string());
   if (code != SQLITE_OK)
     return pass(database_error(raw, "cannot open the campaign file").value(), path.string());
-  return database;
+  if (mode != Mode::read_only || !needs_rollback(raw)) return database;
+  auto writable = open(path, Mode::read_write);
+  if (writable) static_cast<void>(writable->execute("PRAGMA schema_version; PRAGMA query_only=ON"));
+  return writable;
 }
 
 Status Database::execute(const char* sql) {

@@ -15,7 +15,7 @@
 
 namespace weft::daemon::sqlite {
 
-enum class Mode { read_only, create };
+enum class Mode { read_only, read_write, create };
 
 /// A prepared statement. Bound text and blobs must outlive the next run() or step().
 class Statement {
@@ -51,6 +51,8 @@ class Statement {
 /// An open database file, used by one thread at a time.
 class Database {
  public:
+  /// A file that a kill left in the middle of a change is first put back as it was, also to be
+  /// read.
   static Result<Database> open(const std::filesystem::path& path, Mode mode);
 
   /// Runs statements that return nothing of interest.

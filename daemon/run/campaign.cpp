@@ -5,18 +5,18 @@
 
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
-#include "daemon/dataset/sha256.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/recorder/campaign_writer.hpp"
 #include "daemon/run/bench_session.hpp"
+#include "daemon/run/campaign_folder.hpp"
 #include "daemon/run/error_check.hpp"
+#include "daemon/run/resume.hpp"
 #include "daemon/run/supervisor.hpp"
 
 namespace weft::daemon {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::uintmax_t most_plugin_bytes = std::uintmax_t{1} << 28;
 
 double seconds_since(std::chrono::nanoseconds begin) {
   return std::chrono::duration<double>(steady_wall_now() - begin).count();
@@ -71,7 +71,10 @@ class Run {
     return fail(Errc::timeout, "the bench fell silent", "bench");
   }
 
-  CampaignSummary execute(Recorder& recorder) {
+  /// From trial `first` on; those before it are on record.
+  CampaignSummary execute(Recorder& recorder, std::size_t first, std::size_t complete) {
+    first_ = first;
+    complete_ = complete;
     TrialRecording recording(recorder, *plan_);
     log_.journal_to(&recording);
     SupervisorHooks hooks;
@@ -85,7 +88,7 @@ class Run {
       tell(done, force, recording);
     };
     Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
-    supervisor.start();
+    supervisor.start(first);
     session_->run_until([&] {
       if (signalled() && !std::exchange(stopping_, true)) abort(supervisor, recording);
       tell_step(supervisor);
@@ -158,7 +161,7 @@ class Run {
     line.virtual_s = to_seconds(session_->loop().now());
     line.wall_s = seconds_since(began_);
     line.wall_left_s = line.wall_s * static_cast<double>(line.planned - line.done) /
-                       static_cast<double>(line.done);
+                       static_cast<double>(line.done - first_);
     hooks_->progress(line);
   }
 
@@ -191,38 +194,11 @@ class Run {
   ErrorCheck errors_;
   bool stopping_ = false;
   recipes::Step last_step_ = recipes::Step::ready;
+  std::size_t first_ = 0;  ///< trial of this run
   std::size_t complete_ = 0;
   TimePoint brought_up_;
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
-
-/// Which code drove a device, where it was not this program's own.
-Status record_plugin(Recorder& recorder, const DeviceEntry& entry, DriverCatalog& drivers) {
-  const Result<DriverSource> source = drivers.source(entry.driver);
-  if (!source || source->file.empty()) return {};
-  const Result<std::string> bytes = read_text_file(source->file, most_plugin_bytes);
-  const json line{{"device", entry.name},
-                  {"driver", entry.driver},
-                  {"file", source->file},
-                  {"fingerprint", source->fingerprint},
-                  {"sha256", bytes ? sha256_hex(*bytes) : to_string(bytes.error())}};
-  return recorder.journal(TimePoint{}, "plugin", line.dump());
-}
-
-/// What the loop's zero was in the world's time, so that a file can be laid beside other records.
-Status record_clock(Recorder& recorder, const Loop& loop) {
-  return recorder.journal(loop.now(), "clock", json{{"utc_ns", utc_now().count()}}.dump());
-}
-
-Status record_devices(Recorder& recorder, const Bench& bench, DriverCatalog& drivers) {
-  for (const auto& device : bench.devices()) {
-    const DeviceEntry& entry = device->entry();
-    if (Status ok = recorder.device({entry.name, entry.driver, to_json(device->identity())}); !ok)
-      return ok;
-    if (Status ok = record_plugin(recorder, entry, drivers); !ok) return ok;
-  }
-  return {};
-}
 
 Result<std::string> export_dataset(const std::filesystem::path& campaign,
                                    const std::filesystem::path& dataset) {
@@ -244,14 +220,82 @@ Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRe
   return std::move(chosen->note);
 }
 
-// All that can be refused about the folder, before anything moves.
-Status prepare_folder(const std::filesystem::path& folder, const std::filesystem::path& campaign,
-                      std::uint64_t bytes) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
-  if (Status free = Recorder::refuse_existing(campaign); !free) return free;
-  return check_space(folder, bytes);
+/// The campaign that the folder holds, where it is to be gone on with.
+Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
+                                          const std::filesystem::path& campaign,
+                                          const SettledRequest& settled) {
+  if (request.resume) {
+    auto found = resumption(campaign, settled.checked, settled.rig.mode);
+    if (!found || *found) return found;
+    std::error_code none;
+    for (const char* part : {"", "-wal", "-shm"})
+      std::filesystem::remove(campaign.string() + part, none);
+  }
+  if (Status free = Recorder::refuse_existing(campaign); !free) return pass(free.error());
+  return std::optional<Resumption>{};
+}
+
+Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,
+                         BenchSession& session, const RigFile& rig) {
+  Result<Recorder> recorder = Recorder::create(file, header_of(checked, rig));
+  if (!recorder) return recorder;
+  if (session.real_time()) recorder->write_behind();
+  if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
+  if (Status ok = record_devices(*recorder, session.bench(), *rig.drivers); !ok)
+    return pass(ok.error());
+  return recorder;
+}
+
+Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& how,
+                          BenchSession& session) {
+  if (Status same = same_devices(how.past.info.devices, session.bench()); !same)
+    return pass(same.error());
+  const auto forget_certificate = [certificate = file.parent_path() / certificate_file_name] {
+    std::error_code none;  // it is of the state that ends here
+    std::filesystem::remove(certificate, none);
+    return Status{};
+  };
+  Result<Recorder> recorder =
+      Recorder::resume(file, how.past, {how.first_trial, how.plays_again, forget_certificate});
+  if (!recorder || recorder->plays_again()) return recorder;
+  if (session.real_time()) recorder->write_behind();
+  if (Status ok = recorder->go_on(session.loop().now()); !ok) return pass(ok.error());
+  if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
+  return recorder;
+}
+
+/// Data set and certificate of a campaign file that is finished.
+Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
+  const auto began = steady_wall_now();
+  if (summary.trials_complete > 0) {
+    summary.dataset_file = folder / "dataset.h5";
+    Result<std::string> digest = export_dataset(summary.campaign_file, summary.dataset_file);
+    if (!digest) return pass(digest.error());
+    summary.dataset_sha256 = *digest;
+  }
+  Status ok = write_certificate(summary.campaign_file, summary.dataset_file);
+  summary.time.export_s = seconds_since(began);
+  return ok;
+}
+
+/// Of a campaign whose every trial is on record, but whose process died before it had told.
+Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
+                                  const RigFile& rig, const CampaignPast& past) {
+  CampaignSummary summary;
+  summary.name = plan.name;
+  summary.bench = rig.bench;
+  summary.level = rig.plant_level;
+  summary.trials_planned = plan.trials.size();
+  summary.trials_complete = past.complete();
+  if (summary.trials_complete < summary.trials_planned) summary.outcome = recipes::Outcome::failed;
+  summary.forecast_s = plan.forecast.duration_s;
+  summary.campaign_file = folder / "campaign.sqlite";
+  // It may have died before its log was folded in.
+  auto file = CampaignWriter::reopen(summary.campaign_file);
+  if (!file) return pass(file.error());
+  if (Status ok = (*file)->finish(); !ok) return pass(ok.error());
+  if (Status ok = conclude(folder, summary); !ok) return pass(ok.error());
+  return summary;
 }
 
 }  // namespace
@@ -285,7 +329,7 @@ std::uint64_t disk_forecast(const recipes::Plan& plan) {
   return forecast_bytes(forecast);
 }
 
-Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks) {
+Result<SettledRequest> settled_request(const CampaignRequest& request) {
   Result<CheckedRequest> checked = check_request(request);
   if (!checked) return pass(checked.error());
   Result<RigFile> rig = parse_rig_file(checked->rig_text);
@@ -293,43 +337,44 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   use_plugins(*rig, request.rig, request.plugins);
   Result<SimulationNote> simulation = settle_fidelity(request, *checked, *rig);
   if (!simulation) return pass(simulation.error(), request.rig.string());
+  return SettledRequest{std::move(*checked), std::move(*rig), std::move(*simulation)};
+}
+
+Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks) {
+  Result<SettledRequest> settled = settled_request(request);
+  if (!settled) return pass(settled.error());
+  const CheckedRequest& checked = settled->checked;
+  RigFile& rig = settled->rig;
   const auto began = steady_wall_now();
-  const auto session = open_session(
-      {*rig, request.rig, checked->plan.limits, checked->plan.seed, hooks.person_mounts});
+  const auto session =
+      open_session({rig, request.rig, checked.plan.limits, checked.plan.seed, hooks.person_mounts});
   if (!session) return pass(session.error(), request.rig.string());
   const std::filesystem::path campaign_file = request.out / "campaign.sqlite";
-  if (Status ok = prepare_folder(request.out, campaign_file, disk_forecast(checked->plan)); !ok)
-    return pass(ok.error());
+  const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));
+  if (!folder) return pass(folder.error());
+  const auto past = past_of(request, campaign_file, *settled);
+  if (!past) return pass(past.error());
+  if (*past && (*past)->only_concludes)
+    return concluded(request.out, checked.plan, rig, (*past)->past);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});
-  Run run(*checked, **session, hooks, request.error_check);
+  Run run(checked, **session, hooks, request.error_check);
   if (Status up = run.bring_up(); !up) return pass(up.error());
-  Result<Recorder> recorder = Recorder::create(campaign_file, header_of(*checked, *rig));
+  Result<Recorder> recorder = *past ? reopened(campaign_file, **past, **session)
+                                    : created(campaign_file, checked, **session, rig);
   if (!recorder) return pass(recorder.error());
-  if ((*session)->real_time()) recorder->write_behind();
-  if (Status ok = record_clock(*recorder, (*session)->loop()); !ok) return pass(ok.error());
-  if (Status ok = record_devices(*recorder, (*session)->bench(), *rig->drivers); !ok)
-    return pass(ok.error());
-  CampaignSummary summary = run.execute(*recorder);
-  summary.simulation = std::move(*simulation);
+  const bool from_now = *past && !(*past)->plays_again;
+  CampaignSummary summary = run.execute(*recorder, from_now ? (*past)->first_trial : 0,
+                                        from_now ? (*past)->past.complete() : 0);
+  if (Status ok = recorder->go_on((*session)->loop().now()); !ok) return pass(ok.error());
+  summary.simulation = std::move(settled->simulation);
   if (Status ok = run.look_at_errors(*recorder, summary); !ok) return pass(ok.error());
   if (Status ok = recorder->finish(); !ok) return pass(ok.error());
   summary.wall_s = seconds_since(began) - summary.time.error_check_s;
-  summary.bench = rig->bench;
-  summary.level = rig->plant_level;
+  summary.bench = rig.bench;
+  summary.level = rig.plant_level;
   summary.campaign_file = campaign_file;
-  if (summary.trials_complete == 0) {
-    if (Status ok = write_certificate(campaign_file, {}); !ok) return pass(ok.error());
-    return summary;
-  }
-  const auto export_began = steady_wall_now();
-  summary.dataset_file = request.out / "dataset.h5";
-  Result<std::string> digest = export_dataset(campaign_file, summary.dataset_file);
-  if (!digest) return pass(digest.error());
-  summary.dataset_sha256 = *digest;
-  if (Status ok = write_certificate(campaign_file, summary.dataset_file); !ok)
-    return pass(ok.error());
-  summary.time.export_s = seconds_since(export_began);
+  if (Status ok = conclude(request.out, summary); !ok) return pass(ok.error());
   return summary;
 }
 

@@ -26,6 +26,8 @@ struct CampaignRequest {
   FidelityAsked fidelity = {};
   bool error_check = true;      ///< simulate some trials again, more finely, when all are done
   PluginSettings plugins = {};  ///< beside those that the rig file names
+  /// Goes on with the campaign that `out` holds; begins it where nothing is on record yet.
+  bool resume = false;
 };
 
 /// Where the wall time of the run went, estimated by sampling [s].
@@ -110,13 +112,22 @@ struct CheckedRequest {
 };
 Result<CheckedRequest> check_request(const CampaignRequest& request);
 
+/// check_request(), with the rig file as it will be run and recorded: its fidelity chosen.
+struct SettledRequest {
+  CheckedRequest checked;
+  RigFile rig;
+  SimulationNote simulation;
+};
+Result<SettledRequest> settled_request(const CampaignRequest& request);
+
 /// Bytes that the campaign's file and its export need at most. All of the forecast time counts as
 /// recorded, which leaves room for trials that take longer than planned.
 std::uint64_t disk_forecast(const recipes::Plan& plan);
 
 /// Runs on the rig file's bench: in virtual time where it is simulated, in real time else. Refuses
-/// an `out` that holds a campaign already. An incomplete campaign is a summary, not an error: its
-/// file is kept. A bench that does not come up leaves no file.
+/// an `out` that holds a campaign already, unless it is to be resumed (daemon/run/resume.hpp). An
+/// incomplete campaign is a summary, not an error: its file is kept. A bench that does not come up
+/// leaves no file.
 Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks);
 
 }  // namespace weft::daemon

@@ -20,11 +20,13 @@ add_test(NAME scenario_cli_run
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_interrupt
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_interrupt.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_cli_resume
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_resume.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_real_fabrics
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
-set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt PROPERTIES TIMEOUT 300)
+set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_resume PROPERTIES TIMEOUT 300)
 set_tests_properties(scenario_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
-set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_real_fabrics
+set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_resume scenario_cli_real_fabrics
                      PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # What is left of the accuracy on simulated data when the labels are in random order.

@@ -6,12 +6,14 @@
 Greeting, introduction, refusals, a lease, a campaign that is started, watched, paused, resumed and ended, a second one in the line,
 halt from an unauthenticated connection and reset, tokens on TCP, kill -9 and what the next start says. All simulated.
 """
+import hashlib
 import json
 import os
 import pathlib
 import re
 import signal
 import socket
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -206,6 +208,13 @@ def slow_reader(daemon, client):
     slow.wire.close()
 
 
+def reference(folder):
+    """The same campaign by `weft run`."""
+    subprocess.run([WEFT, "run", folder / "recipes" / "small.json", "--rig", ROOT / "sim/rigs/bench17.json", "--out", folder / "undisturbed",
+                    "--no-evaluate", "--no-error-check"], check=True, capture_output=True, timeout=PATIENCE_S)
+    return contents_of(folder / "undisturbed")
+
+
 def death(folder, client, daemon):
     lease = client.call("lease.acquire")["lease"]
     client.call("sub.open", topics=["run:*"], mode="every")
@@ -223,7 +232,51 @@ def death(folder, client, daemon):
     found = client.call("run.get", run=run)
     assert (found["state"], found["outcome"], found["rig"]) == ("interrupted", "interrupted", "unknown"), found
     assert client.call("run.list", state="interrupted")["runs"][0]["run"] == run
-    return daemon
+    return daemon, client, run
+
+
+def goes_on(client, run, trials, digest):
+    """What is left is told before anything moves; it needs a lease; the data are those of a run that nobody touched."""
+    left = client.call("run.resume", run=run, preview=True)
+    assert left["trials_left"] + left["trials_done"] == trials and any("go on with trial" in w for w in left["will"]), left
+    assert client.call("run.get", run=run)["state"] == "interrupted"
+    assert client.refused("run.resume", run=run)["data"]["kind"] == "lease.required"
+    assert client.refused("run.pause", run=run)["data"]["kind"] == "state.conflict"
+    lease = client.call("lease.acquire")["lease"]
+    client.call("run.resume", run=run, lease=lease)
+    ended = client.call("run.wait", run=run)
+    assert (ended["outcome"], ended["rig"], ended["trials_done"]) == ("complete", "safe", trials), ended
+    assert client.refused("run.resume", run=run, preview=True)["data"]["kind"] == "state.conflict"
+    client.call("lease.release", lease=lease)
+    verified = subprocess.run([WEFT, "--json", "verify", ended["folder"]], capture_output=True, text=True)
+    assert verified.returncode == 0 and json.loads(verified.stdout)["certified"], verified
+    assert contents_of(ended["folder"]) == digest, "not the samples of a run that nobody touched"
+
+
+def contents_of(folder):
+    """The samples of every complete trial, by stream, whatever the number of the attempt."""
+    database = sqlite3.connect(f"file:{folder}/campaign.sqlite?mode=ro", uri=True)
+    hash = hashlib.sha256()
+    for (data,) in database.execute(
+            "SELECT data FROM chunk JOIN trial ON trial.id = trial WHERE outcome = 'complete' "
+            "ORDER BY plan_index, stream, number"):
+        hash.update(data)
+    database.close()
+    return hash.hexdigest()
+
+
+def damaged_memory(folder):
+    """A page of the daemon's own database that is gone: a sentence, and nothing written over it."""
+    file = folder / "data" / "weftd.sqlite"
+    whole = file.read_bytes()
+    for at in (0, 4096):
+        file.write_bytes(whole[:at] + b"\xa5" * 4096 + whole[at + 4096:])
+        bent = file.read_bytes()
+        said = subprocess.run([WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data",
+                               folder / "data"], capture_output=True, text=True, timeout=PATIENCE_S)
+        assert said.returncode == 1 and "weftd.sqlite" in said.stderr, said
+        assert file.read_bytes() == bent
+    file.write_bytes(whole)
 
 
 def commands(folder, daemon):
@@ -256,9 +309,12 @@ def main():
             halts(daemon, client)
             tokens(folder, daemon, token)
             slow_reader(daemon, client)
-            daemon = death(folder, client, daemon)
+            undisturbed = reference(folder)
+            daemon, client, run = death(folder, client, daemon)
+            goes_on(client, run, trials, undisturbed)
             commands(folder, daemon)
             assert daemon.end() == 0
+            damaged_memory(folder)
             assert not daemon.socket.exists()
         finally:
             daemon.process.kill()

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double fine_resolution_n = 10e-3;    // ATI Mini40 SI-40-2, Fx and Fy [E]
 constexpr double coarse_resolution_n = 20e-3;  // Fz
-constexpr std::string_view stamp = "SIMULATED";
+constexpr std::string_view page_stamp = "SIMULATED";
 constexpr std::string_view x_title = "processor seconds per simulated second";
 
 std::string badge() {
@@ -119,9 +119,9 @@ std::string scrolled(const Scatter& scatter) {
 }
 
 std::string force_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
-  Scatter out{"Work-precision diagram, " + std::string(stamp) + ", scene " + scene.scene,
+  Scatter out{"Work-precision diagram, " + std::string(page_stamp) + ", scene " + scene.scene,
               "largest force error [N]",
-              std::string(stamp),
+              std::string(page_stamp),
               families,
               {panel_of(scene, families, "(a) against the reference: model and step", total_max),
                panel_of(scene, families, "(b) against the same level's finest run: step alone",
@@ -134,9 +134,9 @@ std::string force_picture(const SimSceneResult& scene, const std::vector<std::st
 }
 
 std::string pads_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
-  Scatter out{"Pads' error against time, " + std::string(stamp) + ", scene " + scene.scene,
+  Scatter out{"Pads' error against time, " + std::string(page_stamp) + ", scene " + scene.scene,
               "error of the pads [LSB]",
-              std::string(stamp),
+              std::string(page_stamp),
               families,
               {panel_of(scene, families, "(c) root mean square of all pads", pads_rms),
                panel_of(scene, families, "(d) largest error of any pad", pads_max)},

@@ -1,0 +1,65 @@
+#include "daemon/recorder/played_again.hpp"
+
+namespace weft::daemon {
+namespace {
+
+Result<Sha256Digest> recorded_rows(sqlite::Database& database, std::int64_t trial,
+                                   std::int64_t stream) {
+  auto query =
+      database.prepare("SELECT data FROM chunk WHERE trial = ? AND stream = ? ORDER BY number");
+  if (!query) return pass(query.error());
+  query->bind(1, trial).bind(2, stream);
+  Sha256 hash;
+  while (true) {
+    const auto row = query->step();
+    if (!row) return pass(row.error());
+    if (!*row) return hash.finish();
+    hash.update(query->blob(0));
+  }
+}
+
+tl::unexpected<Error> another_past(std::uint32_t index, std::string_view what) {
+  return fail(Errc::wrong_state,
+              "the simulated bench, played again from its seed, does not do what was recorded",
+              "trial " + std::to_string(index) + ", " + std::string(what), {}, {},
+              "Go on with the version of Weft that recorded it, or begin a new campaign");
+}
+
+}  // namespace
+
+Result<PlayedAgain> PlayedAgain::open(const std::filesystem::path& path, const CampaignPast& past,
+                                      std::uint32_t first_live) {
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
+  if (!database) return pass(database.error());
+  PlayedAgain again(std::move(*database), first_live);
+  for (const PastAttempt& attempt : past.attempts) again.told_[attempt.index] = attempt;
+  return again;
+}
+
+void PlayedAgain::begin(std::uint32_t index) {
+  index_ = index;
+  heard_ = {};
+}
+
+void PlayedAgain::hear(Stream stream, ByteView rows) {
+  heard_[static_cast<std::size_t>(stream)].update(rows);
+}
+
+Status PlayedAgain::end(TrialOutcome outcome) {
+  // Somebody ends the run while the past is played: that is no part of it.
+  if (outcome == TrialOutcome::aborted || outcome == TrialOutcome::stopped) return {};
+  const auto told = told_.find(index_);
+  if (told == told_.end() || told->second.outcome != outcome)
+    return another_past(index_, "outcome");
+  for (std::size_t stream = 0; stream < stream_count; ++stream) {
+    const auto recorded =
+        recorded_rows(database_, told->second.id, static_cast<std::int64_t>(stream));
+    if (!recorded) return pass(recorded.error());
+    if (*recorded != heard_[stream].finish())
+      return another_past(index_, to_string(static_cast<Stream>(stream)));
+  }
+  ++played_;
+  return {};
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,88 @@
+#include "daemon/run/campaign_folder.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "daemon/dataset/sha256.hpp"
+#include "daemon/loop/wall_clock.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr std::uintmax_t most_plugin_bytes = std::uintmax_t{1} << 28;
+
+std::string system_words(int error) {
+  return std::generic_category().message(error);
+}
+
+/// Which code drove a device, where it was not this program's own.
+Status record_plugin(Recorder& recorder, const DeviceEntry& entry, DriverCatalog& drivers) {
+  const Result<DriverSource> source = drivers.source(entry.driver);
+  if (!source || source->file.empty()) return {};
+  const Result<std::string> bytes = read_text_file(source->file, most_plugin_bytes);
+  const nlohmann::json line{{"device", entry.name},
+                            {"driver", entry.driver},
+                            {"file", source->file},
+                            {"fingerprint", source->fingerprint},
+                            {"sha256", bytes ? sha256_hex(*bytes) : to_string(bytes.error())}};
+  return recorder.journal(TimePoint{}, "plugin", line.dump());
+}
+
+}  // namespace
+
+// The folder itself: a lock on the campaign file would be SQLite's, and one on a file of our own
+// would stay behind.
+Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0)
+    return fail(Errc::io, "cannot open the folder", folder.string(), {}, system_words(errno));
+  FolderLock lock(descriptor);
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
+  if (errno != EWOULDBLOCK)
+    return fail(Errc::io, "cannot lock the folder", folder.string(), {}, system_words(errno));
+  return fail(Errc::wrong_state, "another run works in this folder", folder.string(), {}, {},
+              "Wait for its end, or choose another folder");
+}
+
+FolderLock::FolderLock(FolderLock&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    return fail(Errc::io, "the folder cannot be written to", folder.string(), {},
+                system_words(errno), "Choose another folder or change its permissions");
+  auto lock = FolderLock::take(folder);
+  if (!lock) return lock;
+  if (Status room = check_space(folder, bytes); !room) return pass(room.error());
+  return lock;
+}
+
+Status record_clock(Recorder& recorder, const Loop& loop) {
+  return recorder.journal(loop.now(), "clock",
+                          nlohmann::json{{"utc_ns", utc_now().count()}}.dump());
+}
+
+Status record_devices(Recorder& recorder, const Bench& bench, DriverCatalog& drivers) {
+  for (const auto& device : bench.devices()) {
+    const DeviceEntry& entry = device->entry();
+    if (Status ok = recorder.device({entry.name, entry.driver, to_json(device->identity())}); !ok)
+      return ok;
+    if (Status ok = record_plugin(recorder, entry, drivers); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace weft::daemon

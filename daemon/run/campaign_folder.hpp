@@ -1,0 +1,35 @@
+#pragma once
+// The folder of a campaign: who may work in it, and what a run puts into its file first.
+
+#include <filesystem>
+
+#include "daemon/recorder/recorder.hpp"
+#include "daemon/run/bench.hpp"
+#include "daemon/run/rig_file.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon {
+
+/// Held by at most one run at a time on this machine; a process that dies lets go of it.
+class FolderLock {
+ public:
+  /// Errors: io; wrong_state, when another run works in the folder.
+  static Result<FolderLock> take(const std::filesystem::path& folder);
+  FolderLock(FolderLock&& other) noexcept;
+  FolderLock& operator=(FolderLock&&) = delete;
+  ~FolderLock();
+
+ private:
+  explicit FolderLock(int descriptor) : descriptor_(descriptor) {}
+  int descriptor_;
+};
+
+/// Makes the folder and takes it; refuses one that cannot be written to or lacks room for `bytes`.
+Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes);
+
+/// What the loop's zero was in the world's time, so that a file can be laid beside other records.
+Status record_clock(Recorder& recorder, const Loop& loop);
+/// Devices as they identified themselves, and which code drove them where it was not our own.
+Status record_devices(Recorder& recorder, const Bench& bench, DriverCatalog& drivers);
+
+}  // namespace weft::daemon

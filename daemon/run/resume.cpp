@@ -1,0 +1,157 @@
+#include "daemon/run/resume.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "daemon/certificate/certificate.hpp"
+#include "daemon/certificate/verify.hpp"
+#include "daemon/dataset/sha256.hpp"
+#include "daemon/run/campaign_folder.hpp"
+#include "recipes/engine/motion.hpp"
+
+namespace weft::daemon {
+namespace {
+
+Status same_text(const char* what, const std::string& recorded, const std::string& now) {
+  if (recorded == now) return {};
+  return fail(Errc::wrong_state, std::string("the campaign was begun with another ") + what,
+              "resume", recorded, now, "Go on with the same one, or begin a new campaign");
+}
+
+Status same_request(const CampaignPast& past, const CheckedRequest& checked) {
+  const DatasetInfo& info = past.info;
+  Status same = same_text("recipe", info.recipe_sha256, sha256_hex(checked.recipe_text));
+  if (same) same = same_text("rig file", info.rig_sha256, sha256_hex(checked.rig_text));
+  if (same) same = same_text("seed", std::to_string(info.seed), std::to_string(checked.plan.seed));
+  if (same && past.progress.planned != checked.plan.trials.size())
+    return fail(Errc::corrupt, "the file and the recipe disagree on the number of trials", "resume",
+                std::to_string(checked.plan.trials.size()), std::to_string(past.progress.planned));
+  return same;
+}
+
+Status holds(const std::filesystem::path& campaign) {
+  const auto report = verify(campaign);
+  if (!report) return pass(report.error());
+  if (report->holds()) return {};
+  const VerifyFinding& first = report->findings.front();
+  return fail(Errc::corrupt, "the campaign is not as it was recorded: " + first.what, first.where,
+              {}, {}, "weft verify tells all of it");
+}
+
+std::string number(double value, int digits) {
+  std::string text = std::to_string(value);
+  return text.substr(0, text.find('.') + 1 + static_cast<std::size_t>(digits));
+}
+
+std::string place(recipes::Axis axis, double target) {
+  constexpr double degrees = 57.29577951308232;
+  const bool linear = recipes::is_linear(axis);
+  return std::string(recipes::to_string(axis)) + " to " +
+         number(linear ? target * 1e3 : target * degrees, 3) + (linear ? " mm" : " deg");
+}
+
+std::string trial_words(const recipes::Plan& plan, std::size_t index) {
+  const recipes::TrialSpec& trial = plan.trials[index];
+  return "trial " + std::to_string(index) + " (" + plan.fabrics[trial.fabric] + ", " +
+         plan.explorations[trial.exploration].name + ", repetition " +
+         std::to_string(trial.repetition) + ")";
+}
+
+/// The moves of one trial in the order in which the engine commands them.
+Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::string>& will) {
+  const recipes::TrialSpec& trial = plan.trials[index];
+  const recipes::Exploration& exploration = plan.explorations[trial.exploration];
+  const auto above = recipes::above_start(plan, exploration);
+  if (!above) return pass(above.error());
+  will.push_back("move " + place(recipes::Axis::z, plan.limits.clear_z_m()));
+  will.push_back("mount " + plan.fabrics[trial.fabric]);
+  std::string across;
+  for (const recipes::AxisMove& move : recipes::transfer(plan, *above))
+    across += (across.empty() ? "move " : ", ") + place(move.axis, move.target);
+  will.push_back(across);
+  will.push_back("take the force sensor's zero");
+  will.push_back("lower z until contact, at most " +
+                 place(recipes::Axis::z, recipes::lowest_z_m(plan.limits)).substr(2));
+  will.push_back("run the repetition: rest, press, " +
+                 std::to_string(exploration.step(Phase::motion).path_m.size()) +
+                 " legs of slide, rest");
+  return {};
+}
+
+}  // namespace
+
+Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
+                                             const CheckedRequest& checked, BenchMode mode) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(campaign, ignored) || is_blank_campaign(campaign))
+    return std::optional<Resumption>{};
+  if (Status ok = holds(campaign); !ok) return pass(ok.error());
+  auto past = load_past(campaign);
+  if (!past) return pass(past.error());
+  if (Status same = same_request(*past, checked); !same) return pass(same.error());
+  if (past->attempts.empty()) return std::optional<Resumption>{};  // no trial has begun
+  Resumption out;
+  out.first_trial =
+      past->first_left(checked.plan.on_trial_failure == recipes::OnTrialFailure::carry_on);
+  out.plays_again = mode == BenchMode::simulated && !past->disturbed;
+  const bool over = out.first_trial >= past->progress.planned && past->progress.finished;
+  std::error_code unseen;
+  out.only_concludes =
+      over && !std::filesystem::exists(campaign.parent_path() / certificate_file_name, unseen);
+  if (over && !out.only_concludes)
+    return fail(Errc::wrong_state, "nothing is left: the campaign came to its end",
+                campaign.string());
+  out.past = std::move(*past);
+  return std::optional(std::move(out));
+}
+
+Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench) {
+  for (const auto& device : bench.devices()) {
+    const DeviceEntry& entry = device->entry();
+    const DeviceInfo now{entry.name, entry.driver, to_json(device->identity())};
+    const auto then = std::find_if(recorded.begin(), recorded.end(),
+                                   [&](const DeviceInfo& d) { return d.name == now.name; });
+    if (then == recorded.end() || *then != now)
+      return fail(Errc::wrong_state, "another device than the one that the campaign was begun with",
+                  now.name, then == recorded.end() ? "" : then->identity_json, now.identity_json,
+                  "Put the device back, or begin a new campaign");
+  }
+  return {};
+}
+
+Result<ResumePreview> preview_resume(const CampaignRequest& request) {
+  auto settled = settled_request(request);
+  if (!settled) return pass(settled.error());
+  const recipes::Plan& plan = settled->checked.plan;
+  auto found = resumption(request.out / "campaign.sqlite", settled->checked, settled->rig.mode);
+  if (!found) return pass(found.error());
+  ResumePreview out;
+  out.planned = plan.trials.size();
+  const std::size_t first = *found ? (*found)->first_trial : 0;
+  out.complete = *found ? (*found)->past.complete() : 0;
+  out.left = out.planned - first;
+  if (*found && (*found)->only_concludes) {
+    out.will.push_back("write the data set and the certificate: every trial is on record");
+    return out;
+  }
+  if (!*found) out.will.push_back("nothing is on record: begin the campaign");
+  out.will.push_back("open and home " + std::to_string(settled->rig.devices.size()) +
+                     " devices, z first" +
+                     (*found ? ", and compare them with those on record" : ""));
+  if (*found && (*found)->plays_again && first > 0)
+    out.will.push_back(
+        "play the " + std::to_string(first) +
+        " trials before again on the simulated bench, each compared with its record");
+  if (out.left == 0) {
+    out.will.push_back("finish the file: no trial is left");
+    return out;
+  }
+  out.will.push_back("go on with " + trial_words(plan, first));
+  if (Status ok = add_moves(plan, first, out.will); !ok) return pass(ok.error());
+  if (out.left > 1)
+    out.will.push_back("then the " + std::to_string(out.left - 1) + " trials after it");
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,46 @@
+#pragma once
+// Going on with a campaign whose process died or was stopped: what is left, and whether the recipe,
+// the rig and the devices are those of its file.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/recorder/campaign_past.hpp"
+#include "daemon/run/bench.hpp"
+#include "daemon/run/campaign.hpp"
+
+namespace weft::daemon {
+
+/// What going on means for one file.
+struct Resumption {
+  CampaignPast past;
+  std::uint32_t first_trial = 0;  ///< of the plan; its size when none is left
+  /// A simulated bench died with its process: it is made again by playing the trials of the past,
+  /// each compared with what is on record, so that the rest comes out as if nothing had happened.
+  bool plays_again = false;
+  /// Every trial is recorded; only data set and certificate are missing. Nothing moves.
+  bool only_concludes = false;
+};
+
+/// Nothing when the folder holds no campaign, or one of which nothing was written yet: it begins
+/// then like any other. Errors: corrupt, when the file does not hold; wrong_state with what
+/// differs, when recipe, rig or seed are not the file's; wrong_state, when nothing is left to do.
+Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
+                                             const CheckedRequest& checked, BenchMode mode);
+
+/// The bench that came up is the one on record. Errors: wrong_state, naming the device.
+Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench);
+
+/// What a resume would do, in order, in words; nothing moves.
+struct ResumePreview {
+  std::size_t planned = 0, complete = 0, left = 0;  ///< trials
+  std::vector<std::string> will;
+};
+/// Errors: check_request()'s and resumption()'s.
+Result<ResumePreview> preview_resume(const CampaignRequest& request);
+
+}  // namespace weft::daemon

@@ -1,0 +1,212 @@
+// A campaign whose process was killed goes on: nothing complete is lost or recorded twice, at most
+// one repetition is repeated, and the data set is that of a run that nobody touched. SIMULATED.
+
+#include "daemon/run/resume.hpp"
+
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "daemon/certificate/certificate.hpp"
+#include "daemon/certificate/verify.hpp"
+#include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/recorder/campaign_past.hpp"
+#include "daemon/run/campaign_folder.hpp"
+#include "tests/unit/daemon/kill_points.hpp"
+#include "tests/unit/daemon/trial_bench.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+using nlohmann::json;
+using test::killed_at;
+using test::KillPoint;
+using test::request_in;
+using test::TemporaryFolder;
+
+namespace {
+
+/// A very short slide on each of two fabrics.
+std::string tiny_recipe(int repetitions) {
+  return R"({"schema_version":1,"name":"tiny","source":"test","seed":7,"fabrics":["denim","satin"],
+    "repetitions":)" +
+         std::to_string(repetitions) +
+         R"(,"explorations":{"M1":{"phases":[{"phase":"S","duration_s":0.2},
+    {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":0.2},
+    {"phase":"M","force_N":5,"force_band_N":0.25,"speed_mm_s":4,"path":[{"dx_mm":0,"dy_mm":2}]},
+    {"phase":"E","duration_s":0.2}]}}})";
+}
+
+CampaignRequest request_for(const TemporaryFolder& folder, int repetitions = 2) {
+  CampaignRequest request = request_in(folder, tiny_recipe(repetitions));
+  request.error_check = false;
+  return request;
+}
+
+CampaignSummary run(const CampaignRequest& request, const CampaignHooks& hooks = {}) {
+  const auto summary = run_campaign(request, hooks);
+  if (!summary) FAIL(to_string(summary.error()));
+  return *summary;
+}
+
+CampaignSummary resumed(CampaignRequest request) {
+  request.resume = true;
+  return run(request);
+}
+
+Dataset loaded(const std::filesystem::path& file, bool all = false) {
+  auto dataset = load_campaign(file, {.all_outcomes = all});
+  if (!dataset) FAIL(to_string(dataset.error()));
+  return std::move(*dataset);
+}
+
+const Dataset& undisturbed(int repetitions) {
+  static std::map<int, Dataset> known;
+  if (!known.contains(repetitions)) {
+    const TemporaryFolder folder;
+    known.emplace(repetitions, loaded(run(request_for(folder, repetitions)).campaign_file));
+  }
+  return known.at(repetitions);
+}
+
+void check_holds(const std::filesystem::path& path) {
+  const auto report = verify(path);
+  REQUIRE(report);
+  for (const VerifyFinding& finding : report->findings)
+    UNSCOPED_INFO(finding.where + ": " + finding.what);
+  CHECK(report->holds());
+}
+
+/// Of a campaign that was gone on with to its end.
+void check_whole(const std::filesystem::path& out, int kills, int repetitions = 2) {
+  const Dataset& untouched = undisturbed(repetitions);
+  check_holds(out);
+  CHECK(verify(out)->certified);
+  const Dataset all = loaded(out / "campaign.sqlite", true);
+  std::map<std::uint32_t, int> complete, cut_short;
+  for (const TrialRecord& record : all.records)
+    ++(record.outcome == TrialOutcome::complete ? complete : cut_short)[record.spec.index];
+  CHECK(complete.size() == untouched.trials.size());
+  for (const auto& [index, times] : complete) CHECK(times == 1);
+  int repeated = 0;
+  for (const auto& [index, times] : cut_short) repeated += times;
+  CHECK(repeated <= kills);
+  CHECK(test::difference(untouched, loaded(out / "campaign.sqlite")) == "");
+  const auto exported = read_hdf5(out / "dataset.h5");
+  REQUIRE(exported);
+  CHECK(test::difference(untouched, *exported) == "");
+}
+
+/// One killed run: the file as it is, then what becomes of it. False when nothing was killed.
+bool survives(KillPoint point) {
+  const TemporaryFolder folder;
+  const CampaignRequest request = request_for(folder, 1);
+  INFO("write " << point.write << (point.torn ? ", torn" : ""));
+  const auto killed = killed_at(request, point);
+  REQUIRE(killed);
+  if (!*killed) return false;
+  const auto file = request.out / "campaign.sqlite";
+  std::size_t complete_before = 0;
+  if (std::filesystem::exists(file)) {
+    check_holds(file);
+    if (!is_blank_campaign(file)) complete_before = loaded(file).trials.size();
+  }
+  resumed(request);
+  check_whole(request.out, 1, 1);
+  CHECK(loaded(file).trials.size() >= complete_before);
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("a campaign killed at any one of its writes goes on to the data of an undisturbed run") {
+  std::uint64_t points = 0;
+  while (survives({points + 1, false})) ++points;
+  WARN("SIMULATED, " << points << " writes, the process killed at each");
+  CHECK(points > 30);
+  for (std::uint64_t write = 1; write <= points; write += 4) survives({write, true});
+}
+
+TEST_CASE("a resume that is killed too is resumed") {
+  for (const std::uint64_t second : {1U, 3U, 8U, 15U, 30U}) {
+    const TemporaryFolder folder;
+    CampaignRequest request = request_for(folder);
+    INFO("second kill at write " << second);
+    REQUIRE(killed_at(request, {40, false}) == true);
+    request.resume = true;
+    REQUIRE(killed_at(request, {second, false}) == true);
+    if (std::filesystem::exists(request.out / "campaign.sqlite"))
+      check_holds(request.out / "campaign.sqlite");
+    resumed(request);
+    check_whole(request.out, 2);
+  }
+}
+
+TEST_CASE("a resume says first what is left, and changes nothing by that") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = request_for(folder);
+  CampaignHooks hooks;
+  std::atomic<bool> stop = false;
+  hooks.stop = &stop;
+  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
+  CHECK(run(request, hooks).trials_complete == 2);
+  const std::string before = test::read_file(request.out / "campaign.sqlite");
+  const auto preview = preview_resume(request);
+  REQUIRE(preview);
+  CHECK(preview->complete == 2);
+  CHECK(preview->left == 2);
+  std::string words;
+  for (const std::string& step : preview->will) words += step + "\n";
+  INFO(words);
+  CHECK(words.find("go on with trial 2 (satin, M1, repetition 1)") != std::string::npos);
+  CHECK(words.find("mount satin") != std::string::npos);
+  CHECK(test::read_file(request.out / "campaign.sqlite") == before);
+  resumed(request);
+  check_whole(request.out, 1);
+  const auto again = preview_resume(request);
+  REQUIRE_FALSE(again);
+  CHECK(again.error().message.find("nothing is left") != std::string::npos);
+}
+
+TEST_CASE("a resume refuses another recipe, rig or seed, a bench of another past, and damage") {
+  const TemporaryFolder folder;
+  CampaignRequest request = request_for(folder);
+  REQUIRE(killed_at(request, {40, false}) == true);
+  request.resume = true;
+  const auto refused = [&](const std::string& why) {
+    const std::string before = test::read_file(request.out / "campaign.sqlite");
+    const auto result = run_campaign(request, {});
+    REQUIRE_FALSE(result);
+    INFO(to_string(result.error()));
+    CHECK(to_string(result.error()).find(why) != std::string::npos);
+    CHECK(test::read_file(request.out / "campaign.sqlite") == before);
+  };
+  const std::string recipe = test::read_file(request.recipe);
+  test::write_file(request.recipe, recipe + " ");
+  refused("another recipe");
+  test::write_file(request.recipe, recipe);
+  request.seed = 8;
+  refused("another seed");
+  request.seed.reset();
+  const std::string rig = test::read_file(request.rig);
+  json other = json::parse(rig);
+  test::device_of(other, "x")["emulator"]["serial"] = 45999999;
+  test::write_file(request.rig, other.dump(2));
+  refused("another rig file");
+  test::write_file(request.rig, rig);
+  request.resume = false;
+  refused("exists already");
+  resumed(request);
+  check_whole(request.out, 1);
+}
+
+TEST_CASE("two runs do not work in one folder") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = request_for(folder);
+  {
+    const auto held = prepare_folder(request.out, 0);
+    REQUIRE(held);
+    const auto result = run_campaign(request, {});
+    REQUIRE_FALSE(result);
+    CHECK(result.error().message == "another run works in this folder");
+  }
+  CHECK(run(request).trials_complete == 4);
+}
