@@ -102,37 +102,7 @@ void wait(const Services& services, const Call& call, const rpc::Responder& resp
   services.desk->when_ended(id, [respond](const RunView& run) { respond(text_of(run_json(run))); });
 }
 
-}  // namespace
-
-json run_json(const RunView& run) {
-  const control::StoredRun& stored = run.stored;
-  json out{{"run", stored.id()},
-           {"state", to_string(run.machine.state)},
-           {"recipe", stored.recipe.stem().string()},
-           {"name", stored.name},
-           {"by", stored.by},
-           {"created_us", stored.created_us},
-           {"folder", stored.folder.string()},
-           {"trials_done", run.trials_done},
-           {"trials_planned", run.trials_planned},
-           {"wall_left_s", run.wall_left_s}};
-  if (run.moment)
-    out["at"] = {
-        {"trial", run.moment->trial},           {"step", recipes::to_string(run.moment->step)},
-        {"fabric", run.moment->fabric},         {"exploration", run.moment->exploration},
-        {"repetition", run.moment->repetition}, {"bench_s", run.moment->virtual_s}};
-  if (!stored.outcome.empty()) {
-    out["outcome"] = stored.outcome;
-    out["cleanup"] = stored.cleanup;
-    out["rig"] = stored.rig_fact;
-  }
-  if (!stored.error.empty()) out["error"] = stored.error;
-  if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
-  return out;
-}
-
-void add_run_methods(rpc::Methods& methods, const Services& services) {
-  const Services* const s = &services;
+void add_run_orders(rpc::Methods& methods, const Services* s) {
   methods.add({"run.start",
                "puts a campaign in line; it begins when the rig is free",
                Role::operator_,
@@ -176,6 +146,9 @@ void add_run_methods(rpc::Methods& methods, const Services& services) {
                   return refused(ok.error());
                 return text_of(run_json(*s->desk->get(run_of(call))));
               });
+}
+
+void add_run_reads(rpc::Methods& methods, const Services* s) {
   methods.add({"run.get", "one run", {}, {}, {run_param}, "the run"},
               [s](const Call& call) -> Outcome {
                 const auto run = s->desk->get(run_of(call));
@@ -193,6 +166,40 @@ void add_run_methods(rpc::Methods& methods, const Services& services) {
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 wait(*s, call, respond);
               }));
+}
+
+}  // namespace
+
+json run_json(const RunView& run) {
+  const control::StoredRun& stored = run.stored;
+  json out{{"run", stored.id()},
+           {"state", to_string(run.machine.state)},
+           {"recipe", stored.recipe.stem().string()},
+           {"name", stored.name},
+           {"by", stored.by},
+           {"created_us", stored.created_us},
+           {"folder", stored.folder.string()},
+           {"trials_done", run.trials_done},
+           {"trials_planned", run.trials_planned},
+           {"wall_left_s", run.wall_left_s}};
+  if (run.moment)
+    out["at"] = {
+        {"trial", run.moment->trial},           {"step", recipes::to_string(run.moment->step)},
+        {"fabric", run.moment->fabric},         {"exploration", run.moment->exploration},
+        {"repetition", run.moment->repetition}, {"bench_s", run.moment->virtual_s}};
+  if (!stored.outcome.empty()) {
+    out["outcome"] = stored.outcome;
+    out["cleanup"] = stored.cleanup;
+    out["rig"] = stored.rig_fact;
+  }
+  if (!stored.error.empty()) out["error"] = stored.error;
+  if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
+  return out;
+}
+
+void add_run_methods(rpc::Methods& methods, const Services& services) {
+  add_run_orders(methods, &services);
+  add_run_reads(methods, &services);
 }
 
 void add_rig_methods(rpc::Methods& methods, const Services& services) {

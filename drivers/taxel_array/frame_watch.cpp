@@ -14,14 +14,6 @@ constexpr std::uint32_t least_frames = 20;
 /// Every AD7147 has noise of about a count (reference C.2): a taxel that never changes is dead.
 constexpr double noisy_counts = 200;  // mean change from frame to frame that no cloth makes
 constexpr double noisy_ratio = 10;    // of the median taxel's
-/// Believed when two windows in a row are off: a machine that was busy catches up.
-constexpr double tolerance = 0.25;
-constexpr int windows_to_believe = 2;
-
-bool about(double seen, double expected) {
-  return seen > expected * (1 - tolerance) && seen < expected * (1 + tolerance);
-}
-
 Error fault(std::string message, std::string expected, std::string got, std::string hint) {
   return {Errc::device,        std::move(message), {},
           std::move(expected), std::move(got),     std::move(hint)};
@@ -42,7 +34,8 @@ std::optional<Error> FrameWatch::look(const taxel::Frame& frame, std::uint32_t l
                                       TimePoint arrival) {
   if (window_ <= Duration::zero()) return std::nullopt;
   if (!from_) {
-    wrong_rates_ = wrong_clocks_ = 0;
+    rate_.drop();
+    clock_.drop();
     begin(frame, arrival);
     return std::nullopt;
   }
@@ -105,8 +98,7 @@ std::optional<Error> FrameWatch::judge_noise(const taxel::Frame& frame) const {
 
 std::optional<Error> FrameWatch::judge_rate(double seconds) {
   const double seen_hz = expected_frames_ / seconds;
-  wrong_rates_ = about(seen_hz, rate_hz_) ? 0 : wrong_rates_ + 1;
-  if (wrong_rates_ < windows_to_believe) return std::nullopt;
+  if (!rate_.confirmed(seen_hz, rate_hz_)) return std::nullopt;
   return fault("the array sends at another rate than configured",
                std::to_string(rate_hz_) + " frames/s", std::to_string(seen_hz) + " frames/s",
                "Correct rate_hz in the rig file, or look at the sensor's settings");
@@ -115,11 +107,7 @@ std::optional<Error> FrameWatch::judge_rate(double seconds) {
 std::optional<Error> FrameWatch::judge_clock(const taxel::Frame& frame, double seconds) {
   if (!has_clock_) return std::nullopt;
   const double device_s = static_cast<std::uint32_t>(frame.device_us - first_us_) * 1e-6;
-  wrong_clocks_ = about(device_s, seconds) ? 0 : wrong_clocks_ + 1;
-  if (wrong_clocks_ < windows_to_believe) return std::nullopt;
-  return fault("the sensor's clock runs wrong", std::to_string(seconds) + " s",
-               std::to_string(device_s) + " s by the sensor's clock",
-               "Look at the microcontroller's clock source");
+  return check_clock(clock_, device_s, seconds);
 }
 
 }  // namespace weft::drivers

@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "drivers/api/suspicion.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
 #include "protocols/taxel/taxel.hpp"
@@ -48,7 +49,7 @@ class FrameWatch {
   std::array<Changes, protocols::taxel::max_taxels> changes_{};
   std::uint32_t frames_ = 0;
   double expected_frames_ = 0;  ///< lost ones included
-  int wrong_rates_ = 0, wrong_clocks_ = 0;
+  Suspicion rate_, clock_;
 };
 
 }  // namespace weft::drivers

@@ -11,14 +11,6 @@ namespace vibro = protocols::vibro;
 namespace {
 
 constexpr std::uint32_t least_blocks = 20;
-/// Believed when two windows in a row are off: a machine that was busy catches up.
-constexpr double tolerance = 0.25;
-constexpr int windows_to_believe = 2;
-
-bool about(double seen, double expected) {
-  return seen > expected * (1 - tolerance) && seen < expected * (1 + tolerance);
-}
-
 std::string name_of(vibro::Kind kind, std::size_t axis) {
   constexpr std::array names{"the accelerometer's x axis", "the accelerometer's y axis",
                              "the accelerometer's z axis"};
@@ -51,7 +43,8 @@ std::optional<Error> BlockWatch::look(const vibro::Frame& block, std::uint32_t l
                                       TimePoint arrival) {
   if (window_ <= Duration::zero()) return std::nullopt;
   if (!from_) {
-    wrong_rates_ = wrong_clocks_ = 0;
+    rate_.drop();
+    clock_.drop();
     begin(block, arrival);
     note(block);
     return std::nullopt;
@@ -88,8 +81,7 @@ std::optional<Error> BlockWatch::judge_still(const vibro::Frame& block) const {
 
 std::optional<Error> BlockWatch::judge_rate(double seconds) {
   const double seen_hz = expected_blocks_ / seconds;
-  wrong_rates_ = about(seen_hz, blocks_hz_) ? 0 : wrong_rates_ + 1;
-  if (wrong_rates_ < windows_to_believe) return std::nullopt;
+  if (!rate_.confirmed(seen_hz, blocks_hz_)) return std::nullopt;
   return wrong("the sensor sends at another rate than it says",
                std::to_string(blocks_hz_) + " blocks/s", std::to_string(seen_hz) + " blocks/s",
                "Look at the sensor's settings and its line");
@@ -97,11 +89,7 @@ std::optional<Error> BlockWatch::judge_rate(double seconds) {
 
 std::optional<Error> BlockWatch::judge_clock(const vibro::Frame& block, double seconds) {
   const double device_s = static_cast<std::uint32_t>(block.device_us - first_us_) * 1e-6;
-  wrong_clocks_ = about(device_s, seconds) ? 0 : wrong_clocks_ + 1;
-  if (wrong_clocks_ < windows_to_believe) return std::nullopt;
-  return wrong("the sensor's clock runs wrong", std::to_string(seconds) + " s",
-               std::to_string(device_s) + " s by the sensor's clock",
-               "Look at the microcontroller's clock source");
+  return check_clock(clock_, device_s, seconds);
 }
 
 }  // namespace weft::drivers

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "drivers/api/suspicion.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
 #include "protocols/vibro/vibro.hpp"
@@ -44,7 +45,7 @@ class BlockWatch {
   std::array<bool, protocols::vibro::axes> changed_{};
   std::uint32_t blocks_ = 0;
   double expected_blocks_ = 0;  ///< lost ones included
-  int wrong_rates_ = 0, wrong_clocks_ = 0;
+  Suspicion rate_, clock_;
 };
 
 }  // namespace weft::drivers

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "protocols/base/units.hpp"
+#include "recipes/engine/motion.hpp"
 
 namespace weft::recipes {
 namespace {
@@ -15,9 +16,7 @@ namespace {
 constexpr double hover_m = 3e-3;
 /// A descent goes on so far under where the surface may be, before it is given up.
 constexpr double search_margin_m = 1e-3;
-/// Seconds on top of twice the expected time of a move, for links and confirmations.
-constexpr double answer_grace_s = 5;
-constexpr double zero_timeout_s = 10;
+constexpr double zero_s = 2.5;  // that finding the zero is given, before the timer's grace
 
 double distance_m(Vec2 a, Vec2 b) {
   return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
@@ -88,8 +87,8 @@ class Aligner {
 
   void on(const TimerExpired& event) {
     if (event.ticket != state_.ticket || state_.step == AlignStep::ready) return;
-    if (state_.step != AlignStep::retracting) return give_up(timed_out());
-    note(timed_out());
+    if (state_.step != AlignStep::retracting) return give_up(step_timed_out(place()));
+    note(step_timed_out(place()));
     emit(StopMotion{});
     finish(Cleanup::failed);
   }
@@ -130,7 +129,7 @@ class Aligner {
   }
 
   void bias() {
-    enter(AlignStep::biasing, 0.5 * (zero_timeout_s - answer_grace_s));
+    enter(AlignStep::biasing, zero_s);
     emit(BiasSensors{state_.ticket});
   }
 
@@ -242,7 +241,7 @@ class Aligner {
   void enter(AlignStep step, double expected_s) {
     state_.step = step;
     ++state_.ticket;
-    emit(ArmTimer{state_.ticket, now_ + from_seconds(2 * expected_s + answer_grace_s)});
+    emit(ArmTimer{state_.ticket, now_ + from_seconds(move_timeout_s(expected_s))});
   }
 
   void descend(AlignStep step, double lowest_m, double speed_mps, double way_m) {
@@ -279,21 +278,12 @@ class Aligner {
   }
 
   [[nodiscard]] double travel_s(Axis axis) const {
-    return plan_.limits.geometry.travel[index(axis)].width() / speed_of(axis);
+    return full_travel_s(plan_.limits, axis, plan_.transfer_speed_mps);
   }
 
   [[nodiscard]] std::string place() const {
     return "alignment: round " + std::to_string(state_.rounds.size() + 1) + ", touch " +
            std::to_string(state_.point + 1) + ": " + std::string(to_string(state_.step));
-  }
-
-  [[nodiscard]] Error timed_out() const {
-    return {Errc::timeout,
-            "the step did not end in time",
-            place(),
-            "an answer before the timer",
-            "",
-            "Look at the log of the devices involved"};
   }
 
   [[nodiscard]] Error no_contact() const {

@@ -8,16 +8,9 @@
 namespace weft::recipes {
 namespace {
 
-/// The cloth bears the probe from this share of its weight on: sensor noise keeps clear of the
-/// rest.
+/// The cloth bears the probe from this share of its weight on: the rest is for sensor noise.
 constexpr double seated_share = 0.9;
-/// Seconds on top of twice the expected time of a move, for links and confirmations.
-constexpr double move_grace_s = 5;
 constexpr double bias_timeout_s = 10;
-
-double move_timeout_s(double expected_s) {
-  return 2 * expected_s + move_grace_s;
-}
 
 bool is_recording(Step step) {
   return step == Step::resting || step == Step::holding || step == Step::sliding ||
@@ -103,7 +96,7 @@ class Machine {
       case Step::held:
         return finish(Outcome::stopped, Cleanup::done);
       default:
-        return fail_trial(timed_out());
+        return fail_trial(step_timed_out(place()));
     }
   }
 
@@ -169,7 +162,7 @@ class Machine {
   // ---- steps of a trial, in order ----
 
   void clear() {
-    enter(Step::clearing, move_timeout_s(full_travel_s(Axis::z)));
+    enter(Step::clearing, move_timeout_s(travel_s(Axis::z)));
     move({lift()});
   }
 
@@ -184,7 +177,7 @@ class Machine {
     if (!joints) return fail_trial(joints.error());
     const std::vector<AxisMove> moves = transfer(plan_, *joints);
     double longest_s = 0;
-    for (const AxisMove& m : moves) longest_s = std::max(longest_s, full_travel_s(m.axis));
+    for (const AxisMove& m : moves) longest_s = std::max(longest_s, travel_s(m.axis));
     enter(Step::positioning, move_timeout_s(longest_s));
     move(moves);
   }
@@ -243,13 +236,13 @@ class Machine {
   void release() {
     emit(SetPhase{Phase::none});
     emit(ReleaseForce{});
-    enter(Step::releasing, move_timeout_s(full_travel_s(Axis::z)));
+    enter(Step::releasing, move_timeout_s(travel_s(Axis::z)));
     move({{Axis::z, state_.rest_z_m, plan_.approach.speed_mps}});
   }
 
   void retract() {
     close_phase();
-    enter(Step::retracting, move_timeout_s(full_travel_s(Axis::z)));
+    enter(Step::retracting, move_timeout_s(travel_s(Axis::z)));
     move({lift()});
   }
 
@@ -286,7 +279,7 @@ class Machine {
 
   void give_up_retreat() {
     emit(StopMotion{});
-    note(timed_out());
+    note(step_timed_out(place()));
     state_.campaign_outcome = Outcome::failed;
     end_trial(Cleanup::failed);
   }
@@ -364,27 +357,14 @@ class Machine {
     return {Axis::z, plan_.limits.clear_z_m(), plan_.approach.transfer_speed_mps};
   }
 
-  /// From one end of the axis to the other at transfer speed: where the stage stands is not known
-  /// here.
-  [[nodiscard]] double full_travel_s(Axis axis) const {
-    const double speed =
-        is_linear(axis) ? plan_.approach.transfer_speed_mps : plan_.limits.max_tilt_speed_radps;
-    return plan_.limits.geometry.travel[index(axis)].width() / speed;
+  [[nodiscard]] double travel_s(Axis axis) const {
+    return full_travel_s(plan_.limits, axis, plan_.approach.transfer_speed_mps);
   }
 
   [[nodiscard]] std::string place() const {
     return "trial " + std::to_string(trial().index) + " (" + plan_.fabrics[trial().fabric] + ", " +
            exploration().name + ", repetition " + std::to_string(trial().repetition) +
            "): " + std::string(to_string(state_.step));
-  }
-
-  [[nodiscard]] Error timed_out() const {
-    return {Errc::timeout,
-            "the step did not end in time",
-            place(),
-            "an answer before the timer",
-            "",
-            "Look at the log of the devices involved"};
   }
 
   [[nodiscard]] Error no_contact() const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace weft::recipes {
 namespace {
@@ -56,6 +57,25 @@ std::vector<AxisMove> leg_moves(const Plan& plan, const PathLeg& leg, double spe
 double lowest_z_m(const RigLimits& limits) {
   return std::min(limits.geometry.surface_z_m + plate_height_tolerance_m,
                   limits.geometry.travel[index(Axis::z)].max);
+}
+
+double move_timeout_s(double expected_s) {
+  constexpr double grace_s = 5;  // for links and confirmations
+  return 2 * expected_s + grace_s;
+}
+
+double full_travel_s(const RigLimits& limits, Axis axis, double transfer_speed_mps) {
+  const double speed = is_linear(axis) ? transfer_speed_mps : limits.max_tilt_speed_radps;
+  return limits.geometry.travel[index(axis)].width() / speed;
+}
+
+Error step_timed_out(std::string place) {
+  return {Errc::timeout,
+          "the step did not end in time",
+          std::move(place),
+          "an answer before the timer",
+          "",
+          "Look at the log of the devices involved"};
 }
 
 }  // namespace weft::recipes

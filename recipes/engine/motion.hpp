@@ -3,6 +3,7 @@
 // at.
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "recipes/engine/engine.hpp"
@@ -31,6 +32,16 @@ std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints);
 
 /// x and y along a leg. Speeds are in proportion to the distances, so that both arrive together.
 std::vector<AxisMove> leg_moves(const Plan& plan, const PathLeg& leg, double speed_mps);
+
+/// How long a move that should take `expected_s` may take before its step has failed.
+double move_timeout_s(double expected_s);
+
+/// From one end of the axis to the other, rotary axes at their limit: where the stage stands is not
+/// known to a plan.
+double full_travel_s(const RigLimits& limits, Axis axis, double transfer_speed_mps);
+
+/// A step whose timer came first; `place` says which.
+Error step_timed_out(std::string place);
 
 /// Lowest z an approach may go to: a little under the bare plate's surface, within travel.
 double lowest_z_m(const RigLimits& limits);

@@ -109,11 +109,6 @@ bool RdtEmulator::withheld(TimePoint at) const {
 }
 
 void RdtEmulator::suffer_sequence(TimePoint at) {
-  const auto once = [](const Fault* fault, std::optional<TimePoint>& done) {
-    if (fault == nullptr || done == fault->from) return false;
-    done = fault->from;
-    return true;
-  };
   if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
     sent_ += static_cast<std::uint32_t>(std::llround(ahead->amount));
   if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))

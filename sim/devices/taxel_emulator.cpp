@@ -58,7 +58,7 @@ void TaxelEmulator::send_frame(TimePoint at, ByteSink& out) {
   const Light light = light_at(-world_->plant().contact().indentation_m);
   protocols::taxel::Frame frame;
   frame.sequence = sequence_++;
-  frame.device_us = device_us(at);
+  frame.device_us = clock_us(power_on_, at, at);
   frame.taxel_count = static_cast<std::uint8_t>(pad_count);
   std::copy(scan.counts.begin(), scan.counts.end(), frame.counts.begin());
   frame.proximity_counts = light.proximity_counts;
@@ -75,19 +75,7 @@ void TaxelEmulator::send_frame(TimePoint at, ByteSink& out) {
   send(buffer_, out);
 }
 
-std::uint32_t TaxelEmulator::device_us(TimePoint at) const {
-  Duration passed = at - power_on_;
-  if (const Fault* slow = suffers(FaultKind::half_speed_clock, at))
-    passed -= (at - std::max(slow->from, power_on_)) / 2;
-  return static_cast<std::uint32_t>(passed.count() / 1000);
-}
-
 void TaxelEmulator::suffer_numbers(TimePoint at) {
-  const auto once = [](const Fault* fault, std::optional<TimePoint>& done) {
-    if (fault == nullptr || done == fault->from) return false;
-    done = fault->from;
-    return true;
-  };
   if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
     sequence_ = static_cast<std::uint16_t>(sequence_ + static_cast<int>(ahead->amount));
   if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))

@@ -39,7 +39,6 @@ class TaxelEmulator final : public Emulator {
   void suffer(protocols::taxel::Frame& frame, TimePoint at);
   void suffer_pads(protocols::taxel::Frame& frame, TimePoint at);
   void suffer_numbers(TimePoint at);
-  [[nodiscard]] std::uint32_t device_us(TimePoint at) const;
 
   TaxelEmulatorParams params_;
   BenchWorld* world_;

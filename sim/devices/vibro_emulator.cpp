@@ -83,7 +83,7 @@ void VibroEmulator::send_description(TimePoint at, ByteSink& out) {
   if (suffers(FaultKind::silent, at) != nullptr) return;
   vibro::Frame frame;
   frame.sequence = descriptions_++;
-  frame.device_us = device_us(at, at);
+  frame.device_us = clock_us(power_on_, at, at);
   frame.description = {.serial = params_.serial,
                        .firmware = params_.firmware,
                        .acceleration = description_of(params_.acceleration),
@@ -126,26 +126,14 @@ void VibroEmulator::send_block(Channel& channel, TimePoint at, ByteSink& out) {
   if (suffers(FaultKind::silent, at) != nullptr) return;
   if (number % 2 == 1 && suffers(FaultKind::rate_halved, at) != nullptr) return;
   frame.sequence = channel.sequence++;
-  frame.device_us = device_us(
-      TimePoint(Duration(static_cast<std::int64_t>(first) * channel.params.period_ns)), at);
+  frame.device_us = clock_us(
+      power_on_, TimePoint(Duration(static_cast<std::int64_t>(first) * channel.params.period_ns)),
+      at);
   suffer(channel, frame, at);
   send(frame, at, out);
 }
 
-/// Of the moment `of`, told at `at`.
-std::uint32_t VibroEmulator::device_us(TimePoint of, TimePoint at) const {
-  Duration passed = of - power_on_;
-  if (const Fault* slow = suffers(FaultKind::half_speed_clock, at))
-    passed -= (of - std::max(slow->from, power_on_)) / 2;
-  return static_cast<std::uint32_t>(passed.count() / 1000);
-}
-
 void VibroEmulator::suffer_numbers(TimePoint at) {
-  const auto once = [](const Fault* fault, std::optional<TimePoint>& done) {
-    if (fault == nullptr || done == fault->from) return false;
-    done = fault->from;
-    return true;
-  };
   const auto shift = [this](double by) {
     for (Channel& channel : channels_)
       channel.sequence = static_cast<std::uint16_t>(channel.sequence + static_cast<int>(by));

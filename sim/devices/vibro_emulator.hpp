@@ -64,7 +64,6 @@ class VibroEmulator final : public Emulator {
   void suffer(Channel& channel, protocols::vibro::Frame& frame, TimePoint at);
   void suffer_numbers(TimePoint at);
   void send(const protocols::vibro::Frame& frame, TimePoint at, ByteSink& out);
-  [[nodiscard]] std::uint32_t device_us(TimePoint of, TimePoint at) const;
 
   VibroEmulatorParams params_;
   BenchWorld* world_;

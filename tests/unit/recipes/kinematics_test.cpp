@@ -6,22 +6,13 @@
 #include <numbers>
 #include <random>
 
+#include "tests/unit/recipes/bench_geometry.hpp"
+
 using namespace weft;
 using namespace weft::recipes;
+using test::bench_geometry;
 
 namespace {
-
-Geometry geometry() {
-  Geometry g;
-  g.travel = {Range{0, 0.15}, {0, 0.15}, {0, 0.15}, {-0.3, 0.3}, {-0.3, 0.3}};
-  g.origin_m = {0.01, 0.02};
-  g.plate_size_m = {0.12, 0.12};
-  g.surface_z_m = 0.1;
-  g.tilt_axis_y_m = 0.06;
-  g.tilt_axis_depth_m = 0.015;
-  g.probe_arm_m = 0.05;
-  return g;
-}
 
 using Vec3 = std::array<double, 3>;
 
@@ -55,7 +46,7 @@ Vec3 face_in_world(const Geometry& g, const Joints& j) {
 TEST_CASE("Without tilt the contact point is the stage position less the origin") {
   Joints joints;
   joints.value = {0.05, 0.07, 0.092, 0, 0};
-  const ProbePose pose = forward(geometry(), joints);
+  const ProbePose pose = forward(bench_geometry(), joints);
   CHECK(pose.contact_m.x_m == Approx(0.04));
   CHECK(pose.contact_m.y_m == Approx(0.05));
   CHECK(pose.clearance_m == Approx(0.008));
@@ -63,7 +54,7 @@ TEST_CASE("Without tilt the contact point is the stage position less the origin"
 }
 
 TEST_CASE("Forward and inverse undo each other over the whole range") {
-  const Geometry g = geometry();
+  const Geometry g = bench_geometry();
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < 2000; ++i) {
@@ -79,7 +70,7 @@ TEST_CASE("Forward and inverse undo each other over the whole range") {
 }
 
 TEST_CASE("The pose puts the face where three-dimensional rotation says") {
-  const Geometry g = geometry();
+  const Geometry g = bench_geometry();
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int i = 0; i < 500; ++i) {
@@ -94,7 +85,7 @@ TEST_CASE("The pose puts the face where three-dimensional rotation says") {
 }
 
 TEST_CASE("The lean is the angle between the probe's axis and the plate's normal") {
-  const Geometry g = geometry();
+  const Geometry g = bench_geometry();
   for (const double rx : {0.0, 1e-9, 0.05, -0.2})
     for (const double ry : {0.0, 1e-9, -0.04, 0.25}) {
       Joints j;
@@ -111,7 +102,7 @@ TEST_CASE("The lean is the angle between the probe's axis and the plate's normal
 }
 
 TEST_CASE("Tilting the plate about its own surface line leaves the points of that line alone") {
-  Geometry g = geometry();
+  Geometry g = bench_geometry();
   g.tilt_axis_depth_m = 0;
   const ProbePose upright{{0.03, 0.06}, 0, 0, 0};
   const ProbePose tilted{{0.03, 0.06}, 0, 0.2, 0};
@@ -124,7 +115,7 @@ TEST_CASE("Tilting the plate about its own surface line leaves the points of tha
 }
 
 TEST_CASE("Poses out of reach are refused with every stage that cannot go there") {
-  const Result<Joints> joints = inverse(geometry(), {{0.2, 0.05}, 0.15, 0.4, 0});
+  const Result<Joints> joints = inverse(bench_geometry(), {{0.2, 0.05}, 0.15, 0.4, 0});
   REQUIRE_FALSE(joints);
   CHECK(joints.error().code == Errc::range);
   CHECK_THAT(joints.error().got, Catch::Contains("x = 0.21"));
@@ -139,7 +130,7 @@ TEST_CASE("Poses that are not numbers or lean a quarter turn are refused") {
                                 {{0, 0}, INFINITY, 0, 0},
                                 {{0, 0}, 0, std::numbers::pi / 2, 0},
                                 {{0, 0}, 0, 0, -1.6}}) {
-    const Result<Joints> joints = inverse(geometry(), pose);
+    const Result<Joints> joints = inverse(bench_geometry(), pose);
     REQUIRE_FALSE(joints);
     CHECK(joints.error().code == Errc::invalid_argument);
   }

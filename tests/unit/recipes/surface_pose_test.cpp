@@ -6,24 +6,15 @@
 #include <numbers>
 #include <random>
 
+#include "tests/unit/recipes/bench_geometry.hpp"
+
 using namespace weft;
 using namespace weft::recipes;
+using test::bench_geometry;
 
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
-
-Geometry bench_geometry() {
-  Geometry g;
-  g.travel = {Range{0, 0.15}, {0, 0.15}, {0, 0.15}, {-0.3, 0.3}, {-0.3, 0.3}};
-  g.origin_m = {0.01, 0.02};
-  g.plate_size_m = {0.12, 0.12};
-  g.surface_z_m = 0.1;
-  g.tilt_axis_y_m = 0.06;
-  g.tilt_axis_depth_m = 0.015;
-  g.probe_arm_m = 0.05;
-  return g;
-}
 
 Direction minus(const Direction& a, const Direction& b) {
   return {a.u - b.u, a.v - b.v, a.up - b.up};

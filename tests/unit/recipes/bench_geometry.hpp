@@ -1,0 +1,20 @@
+#pragma once
+// A bench with both rotary stages away from the plate's corner, for the tests of the kinematics.
+
+#include "recipes/kinematics/kinematics.hpp"
+
+namespace weft::recipes::test {
+
+inline Geometry bench_geometry() {
+  Geometry g;
+  g.travel = {Range{0, 0.15}, {0, 0.15}, {0, 0.15}, {-0.3, 0.3}, {-0.3, 0.3}};
+  g.origin_m = {0.01, 0.02};
+  g.plate_size_m = {0.12, 0.12};
+  g.surface_z_m = 0.1;
+  g.tilt_axis_y_m = 0.06;
+  g.tilt_axis_depth_m = 0.015;
+  g.probe_arm_m = 0.05;
+  return g;
+}
+
+}  // namespace weft::recipes::test
