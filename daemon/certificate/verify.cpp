@@ -5,6 +5,7 @@
 #include "daemon/certificate/campaign_check.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/recorder/campaign_past.hpp"
+#include "daemon/recorder/log_check.hpp"
 #include "daemon/recorder/recorder.hpp"
 
 namespace weft::daemon {
@@ -27,7 +28,7 @@ const FilePrint* certified_file(const Certificate& certificate, const fs::path& 
 /// to since.
 bool log_beside(const fs::path& campaign) {
   std::error_code none;
-  const auto bytes = fs::file_size(campaign.string() + "-wal", none);
+  const auto bytes = fs::file_size(log_of(campaign), none);
   return !none && bytes > 0;
 }
 
@@ -63,14 +64,16 @@ Result<VerifyReport> looked_at(const fs::path& path) {
   VerifyReport report;
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
-    if (there(path / "campaign.sqlite")) report.campaign = path / "campaign.sqlite";
+    const fs::path campaign = path / "campaign.sqlite";
+    if (there(campaign) || log_beside(campaign)) report.campaign = campaign;
     if (there(path / "dataset.h5")) report.dataset = path / "dataset.h5";
     if (report.campaign.empty() && report.dataset.empty())
       return fail(Errc::not_found, "neither campaign.sqlite nor dataset.h5 in this folder",
                   path.string());
     return report;
   }
-  if (!there(path)) return fail(Errc::not_found, "no such file or folder", path.string());
+  if (!there(path) && !log_beside(path))
+    return fail(Errc::not_found, "no such file or folder", path.string());
   // A campaign file whose first bytes are gone is still one by its name.
   const bool campaign = is_campaign_file(path) || path.filename() == "campaign.sqlite";
   (campaign ? report.campaign : report.dataset) = path;
@@ -102,7 +105,8 @@ Result<VerifyReport> verify(const fs::path& path) {
                                   "was written to after it had been certified: its log is not "
                                   "empty"});
     // One that was killed before it had written anything holds nothing that could be wrong.
-    if (is_campaign && then == nullptr && is_blank_campaign(each)) continue;
+    report->blank |= is_campaign && is_blank_campaign(each);
+    if (is_campaign && report->blank && certificate == nullptr && report->dataset.empty()) continue;
     if (is_campaign)
       check_campaign(each, then == nullptr ? nullptr : certificate, *report);
     else

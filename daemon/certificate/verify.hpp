@@ -14,12 +14,14 @@ namespace weft::daemon {
 struct VerifyFinding {
   std::string where;  ///< file, then trial, stream and chunk, or table, or bytes
   std::string what;
+  std::string hint = {};  ///< what there is to do, where there is something
 };
 
 struct VerifyReport {
   std::filesystem::path campaign, dataset;  ///< what was looked at; empty: not there
   bool certified = false;  ///< compared with a certificate, not only with the files' own digests
   bool finished = false;   ///< the campaign came to its end
+  bool blank = false;      ///< the campaign file was made, and nothing was written into it
   std::size_t planned = 0, complete = 0, attempts = 0;  ///< trials of the campaign file
   std::uint64_t lost_samples = 0;                       ///< in gaps that are on record
   std::string dataset_sha256;

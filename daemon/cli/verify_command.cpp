@@ -12,6 +12,7 @@ namespace {
 using nlohmann::json;
 
 std::string state_text(const VerifyReport& report) {
+  if (report.blank) return "Nothing was ever written into the campaign file.\n";
   if (report.campaign.empty()) return thousands(report.attempts) + " trials.\n";
   return thousands(report.complete) + " of " + thousands(report.planned) +
          " planned trials are complete, in " + thousands(report.attempts) + " attempts; " +
@@ -22,7 +23,8 @@ std::string state_text(const VerifyReport& report) {
 std::string verify_text(const VerifyReport& report) {
   std::string text;
   for (const VerifyFinding& finding : report.findings)
-    text += finding.where + ": " + finding.what + "\n";
+    text += finding.where + ": " + finding.what +
+            (finding.hint.empty() ? "\n" : ". " + finding.hint + ".\n");
   if (!report.holds())
     return text + "Not as recorded: " + std::to_string(report.findings.size()) +
            (report.findings.size() == 1 ? " finding.\n" : " findings.\n");
@@ -34,13 +36,14 @@ std::string verify_text(const VerifyReport& report) {
 json verify_json(const VerifyReport& report) {
   json findings = json::array();
   for (const VerifyFinding& finding : report.findings)
-    findings.push_back({{"where", finding.where}, {"what", finding.what}});
+    findings.push_back({{"where", finding.where}, {"what", finding.what}, {"hint", finding.hint}});
   return {{"command", "verify"},
           {"campaign_file", report.campaign.string()},
           {"dataset_file", report.dataset.string()},
           {"holds", report.holds()},
           {"certified", report.certified},
           {"finished", report.finished},
+          {"blank", report.blank},
           {"trials_planned", report.planned},
           {"trials_complete", report.complete},
           {"attempts", report.attempts},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "daemon/recorder/log_check.hpp"
 #include "daemon/recorder/sqlite.hpp"
 
 namespace weft::daemon {
@@ -75,14 +76,31 @@ Result<CampaignPast> load_past(const std::filesystem::path& path) {
 }
 
 bool is_blank_campaign(const std::filesystem::path& path) {
+  const auto log = read_log(path);
+  if (!log || log->damage || log->transactions > 0) return false;
   std::error_code none;
-  if (std::filesystem::file_size(path, none) == 0 && !none) return true;
+  if (std::filesystem::file_size(path, none) == 0 && !none) return log->bytes == 0;
   auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
   if (!database) return false;
   auto tables = database->prepare("SELECT count(*) FROM sqlite_schema");
   if (!tables) return false;
   const auto row = tables->step();
   return row && *row && tables->integer(0) == 0;
+}
+
+Result<bool> expects_log(const std::filesystem::path& path) {
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
+  if (!database) return pass(database.error());
+  auto known = database->prepare("SELECT count(*) FROM sqlite_schema WHERE name = 'log_expected'");
+  if (!known) return pass(known.error(), path.string());
+  const auto table = known->step();
+  if (!table) return pass(table.error(), path.string());
+  if (!*table || known->integer(0) == 0) return false;  // from before there was the table
+  auto query = database->prepare("SELECT expected FROM log_expected");
+  if (!query) return pass(query.error(), path.string());
+  const auto row = query->step();
+  if (!row) return pass(row.error(), path.string());
+  return *row && query->integer(0) != 0;
 }
 
 }  // namespace weft::daemon

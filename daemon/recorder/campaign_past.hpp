@@ -36,7 +36,11 @@ struct CampaignPast {
 /// Errors: load_campaign()'s.
 Result<CampaignPast> load_past(const std::filesystem::path& path);
 
-/// A file that a process left behind before it had written anything into it.
+/// A file that a process left behind before it had written anything into it or its log.
 bool is_blank_campaign(const std::filesystem::path& path);
+
+/// The file, read with its log where there is one, says that its newest rows are in a log that is
+/// not there. Errors: those of SQLite.
+Result<bool> expects_log(const std::filesystem::path& path);
 
 }  // namespace weft::daemon

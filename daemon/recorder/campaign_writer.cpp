@@ -16,13 +16,23 @@ constexpr const char* insert_chunk_sql =
 /// NORMAL: an operating system that goes down may take the latest commits with it, never the file.
 constexpr const char* connection_sql =
     "PRAGMA page_size=16384; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
-    "PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=2000";
+    "PRAGMA foreign_keys=ON";
+
+/// Folded in when it is 32 MiB long.
+constexpr int most_log_pages = 2000;
+
+constexpr const char* log_expected_sql = "INSERT OR REPLACE INTO log_expected VALUES (1, 1)";
+/// The first thing in a log.
+constexpr const char* log_there_sql = "INSERT OR REPLACE INTO log_expected VALUES (1, 0)";
+/// It may have been killed before that.
+constexpr const char* log_there_again_sql = "UPDATE log_expected SET expected = 0 WHERE expected";
 
 Status make_tables(sqlite::Database& database) {
   const std::string identity = "PRAGMA application_id=" + std::to_string(campaign_application_id) +
                                "; PRAGMA user_version=" + std::to_string(campaign_schema_version);
   if (Status done = database.execute(identity.c_str()); !done) return done;
-  return database.execute(campaign_schema_sql);
+  if (Status done = database.execute(campaign_schema_sql); !done) return done;
+  return database.execute(log_expected_schema_sql);
 }
 
 Status write_header(sqlite::Database& database, const CampaignHeader& header) {
@@ -72,6 +82,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
   if (done) done = write_axes(*database, header.info.axes);
   if (done) done = database->execute("COMMIT");
   std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
+  if (done) done = writer->fold_log();
   if (done) done = writer->prepare();
   if (!done) return pass(std::move(done).error());
   return writer;
@@ -81,6 +92,8 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesy
   auto database = sqlite::Database::open(path, sqlite::Mode::read_write);
   if (!database) return pass(std::move(database).error());
   Status done = database->execute(connection_sql);
+  if (done) done = database->execute(log_expected_schema_sql);
+  if (done) done = database->execute(log_there_again_sql);
   std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
   if (done) done = writer->prepare();
   if (!done) return pass(std::move(done).error());
@@ -88,6 +101,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesy
 }
 
 Status CampaignWriter::prepare() {
+  database_.count_log_pages(&log_pages_);
   const auto into = [this](sqlite::Statement& statement, const char* sql) -> Status {
     auto prepared = database_.prepare(sql);
     if (!prepared) return pass(std::move(prepared).error());
@@ -197,7 +211,16 @@ Status CampaignWriter::commit() {
   if (!in_transaction_) return {};
   if (Status done = guard(database_.execute("COMMIT")); !done) return done;
   in_transaction_ = false;
-  return {};
+  return log_pages_ < most_log_pages ? Status{} : fold_log();
+}
+
+// The log stays as long as it was until its first page is written again, so that a kill at any
+// moment leaves a log beside a file that expects one.
+Status CampaignWriter::fold_log() {
+  Status done = guard(database_.execute(log_expected_sql));
+  if (done) done = guard(database_.execute("PRAGMA wal_checkpoint(PASSIVE)"));
+  if (done) done = guard(database_.execute(log_there_sql));
+  return done;
 }
 
 Status CampaignWriter::finish() {

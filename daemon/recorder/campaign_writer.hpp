@@ -41,7 +41,7 @@ class CampaignWriter {
   static Result<std::unique_ptr<CampaignWriter>> create(const std::filesystem::path& path,
                                                         const CampaignHeader& header);
 
-  /// Goes on with a file that create() made; nothing in it changes until resumed().
+  /// Goes on with a file that create() made; nothing on record changes until resumed().
   static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
 
   Status device(const DeviceInfo& device);
@@ -62,11 +62,14 @@ class CampaignWriter {
   Status prepare();
   Status begin();
   Status run(sqlite::Statement& statement);
+  /// What is committed goes from the log into the file.
+  Status fold_log();
   /// Keeps the first failure of the file.
   Status guard(Status status);
 
   sqlite::Database database_;
   sqlite::Statement insert_trial_, update_trial_, insert_chunk_, insert_journal_, insert_device_;
+  int log_pages_ = 0;       ///< after the last commit
   std::int64_t trial_ = 0;  ///< row of the trial that began last
   bool in_transaction_ = false;
   std::optional<Error> failure_;

@@ -46,6 +46,14 @@ CREATE TABLE journal (
 ) STRICT;
 )sql";
 
+/// 1 in the file itself while a log belongs to it, 0 in that log: a file that has lost its log says
+/// so. One row; files from before there was this table have none.
+constexpr const char* log_expected_schema_sql = R"sql(
+CREATE TABLE IF NOT EXISTS log_expected (
+  id INTEGER PRIMARY KEY CHECK (id = 1), expected INTEGER NOT NULL
+) STRICT;
+)sql";
+
 /// Made with the first block of a campaign: a file without vibrations is as it was before there
 /// were any.
 constexpr const char* block_stream_schema_sql = R"sql(

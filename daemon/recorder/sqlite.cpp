@@ -1,5 +1,11 @@
 #include "daemon/recorder/sqlite.hpp"
 
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+#include "daemon/recorder/log_check.hpp"
+
 namespace weft::daemon::sqlite {
 namespace {
 
@@ -20,6 +26,45 @@ tl::unexpected<Error> database_error(sqlite3* database, std::string what) {
   return fail(code_of(code), std::move(what), {}, {},
               std::string(sqlite3_errmsg(database)) + " (SQLite " + std::to_string(code) + ")",
               full ? "Free some space on the disk" : "");
+}
+
+std::uintmax_t bytes_of(const std::filesystem::path& file) {
+  std::error_code none;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, none);
+  return none ? 0 : bytes;
+}
+
+/// SQLite removes a log whose file is empty, and reading is enough for that.
+bool is_orphan(const std::filesystem::path& path) {
+  return bytes_of(path) == 0 && bytes_of(log_of(path)) > 0;
+}
+
+bool is_there(const std::filesystem::path& path) {
+  std::error_code none;
+  return std::filesystem::exists(path, none);
+}
+
+/// The file says that a log belongs to it, and there is none, nor anything to be taken back.
+bool lacks_log(const std::filesystem::path& path) {
+  constexpr std::size_t read_version_at = 19;
+  constexpr char write_ahead = 2;
+  std::array<char, read_version_at + 1> begin{};
+  std::ifstream file(path, std::ios::binary);
+  return file.read(begin.data(), begin.size()) && begin[read_version_at] == write_ahead &&
+         !is_there(log_of(path)) && !is_there(path.string() + "-journal");
+}
+
+/// Makes SQLite leave the folder as it is: it would put an empty log beside a file that lacks one.
+std::string untouched_uri(const std::filesystem::path& path) {
+  std::string uri = "file:";
+  for (const char c : path.string()) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '/' || c == '.' || c == '-' || c == '_';
+    std::array<char, 4> escaped{};
+    std::snprintf(escaped.data(), escaped.size(), "%%%02X", static_cast<unsigned char>(c));
+    uri += plain ? std::string(1, c) : std::string(escaped.data());
+  }
+  return uri + "?immutable=1";
 }
 
 /// A process died while it changed the file's kind of journal: nobody can read before the change is
@@ -106,11 +151,17 @@ ByteView Statement::blob(int column) const {
 }
 
 Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
+  if (is_orphan(path))
+    return fail(Errc::corrupt, "the file is missing or empty, but its log is there", path.string(),
+                {}, {}, "Put the file back beside its log; nothing was changed");
+  const bool untouched = mode == Mode::read_only && lacks_log(path);
+  const std::string name = untouched ? untouched_uri(path) : path.string();
   const int flags = mode == Mode::read_only    ? SQLITE_OPEN_READONLY
                     : mode == Mode::read_write ? SQLITE_OPEN_READWRITE
                                                : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   sqlite3* raw = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &raw, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  const int code = sqlite3_open_v2(
+      name.c_str(), &raw, flags | SQLITE_OPEN_NOMUTEX | (untouched ? SQLITE_OPEN_URI : 0), nullptr);
   Database database;
   database.raw_.reset(raw);
   if (raw == nullptr) return fail(Errc::io, "no memory to open the campaign file", path.string());
@@ -120,6 +171,16 @@ Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
   auto writable = open(path, Mode::read_write);
   if (writable) static_cast<void>(writable->execute("PRAGMA schema_version; PRAGMA query_only=ON"));
   return writable;
+}
+
+void Database::count_log_pages(int* pages) {
+  sqlite3_wal_hook(
+      raw_.get(),
+      [](void* to, sqlite3*, const char*, int in_log) {
+        *static_cast<int*>(to) = in_log;
+        return SQLITE_OK;
+      },
+      pages);
 }
 
 Status Database::execute(const char* sql) {

@@ -52,12 +52,15 @@ class Statement {
 class Database {
  public:
   /// A file that a kill left in the middle of a change is first put back as it was, also to be
-  /// read.
+  /// read. Errors: io, parse; corrupt, where there is a write-ahead log but no file for it.
   static Result<Database> open(const std::filesystem::path& path, Mode mode);
 
   /// Runs statements that return nothing of interest.
   Status execute(const char* sql);
   Result<Statement> prepare(std::string_view sql);
+  /// Writes into `pages`, after each commit, how many pages the write-ahead log has; from now on
+  /// the caller folds it in.
+  void count_log_pages(int* pages);
   [[nodiscard]] std::int64_t last_row_id() const { return sqlite3_last_insert_rowid(raw_.get()); }
 
  private:

@@ -11,6 +11,7 @@
 
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/recorder/sqlite.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -68,6 +69,32 @@ Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint
   if (!lock) return lock;
   if (Status room = check_space(folder, bytes); !room) return pass(room.error());
   return lock;
+}
+
+std::filesystem::path name_aside(const std::filesystem::path& campaign) {
+  std::error_code none;
+  if (!std::filesystem::exists(campaign, none)) return {};
+  std::filesystem::path name = campaign;
+  for (int i = 1; std::filesystem::exists(name, none); ++i)
+    name.replace_filename(campaign.stem().string() + ".aside-" + std::to_string(i) +
+                          campaign.extension().string());
+  return name.filename();
+}
+
+Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign) {
+  std::filesystem::path name = name_aside(campaign);
+  if (name.empty()) return name;
+  {
+    // One file, so that it goes or stays as a whole.
+    auto file = sqlite::Database::open(campaign, sqlite::Mode::read_write);
+    if (!file) return pass(file.error());
+    if (Status one = file->execute("PRAGMA journal_mode=DELETE"); !one)
+      return pass(one.error(), campaign.string());
+  }
+  std::error_code error;
+  std::filesystem::rename(campaign, campaign.parent_path() / name, error);
+  if (error) return fail(Errc::io, "cannot rename", campaign.string(), {}, error.message());
+  return name;
 }
 
 Status record_clock(Recorder& recorder, const Loop& loop) {

@@ -27,6 +27,12 @@ class FolderLock {
 /// Makes the folder and takes it; refuses one that cannot be written to or lacks room for `bytes`.
 Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes);
 
+/// What a campaign file is called once another takes its place in the folder; empty where there is
+/// none. Nothing that was recorded is ever removed.
+std::filesystem::path name_aside(const std::filesystem::path& campaign);
+/// Renames it so, its log folded in, and returns the name. Errors: io, those of SQLite.
+Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign);
+
 /// What the loop's zero was in the world's time, so that a file can be laid beside other records.
 Status record_clock(Recorder& recorder, const Loop& loop);
 /// Devices as they identified themselves, and which code drove them where it was not our own.

@@ -7,6 +7,7 @@
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/certificate/verify.hpp"
 #include "daemon/dataset/sha256.hpp"
+#include "daemon/recorder/log_check.hpp"
 #include "daemon/run/campaign_folder.hpp"
 #include "recipes/engine/motion.hpp"
 
@@ -36,7 +37,7 @@ Status holds(const std::filesystem::path& campaign) {
   if (report->holds()) return {};
   const VerifyFinding& first = report->findings.front();
   return fail(Errc::corrupt, "the campaign is not as it was recorded: " + first.what, first.where,
-              {}, {}, "weft verify tells all of it");
+              {}, {}, first.hint.empty() ? "weft verify tells all of it" : first.hint);
 }
 
 std::string number(double value, int digits) {
@@ -84,8 +85,10 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
                                              const CheckedRequest& checked, BenchMode mode) {
   std::error_code ignored;
-  if (!std::filesystem::exists(campaign, ignored) || is_blank_campaign(campaign))
-    return std::optional<Resumption>{};
+  const auto log = read_log(campaign);
+  if (!log) return pass(log.error());
+  const bool nothing = log->bytes == 0 && !std::filesystem::exists(campaign, ignored);
+  if (nothing || is_blank_campaign(campaign)) return std::optional<Resumption>{};
   if (Status ok = holds(campaign); !ok) return pass(ok.error());
   auto past = load_past(campaign);
   if (!past) return pass(past.error());
@@ -135,6 +138,8 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request) {
     out.will.push_back("write the data set and the certificate: every trial is on record");
     return out;
   }
+  const std::string aside = *found ? "" : name_aside(request.out / "campaign.sqlite").string();
+  if (!aside.empty()) out.will.push_back("set the empty campaign file aside, as " + aside);
   if (!*found) out.will.push_back("nothing is on record: begin the campaign");
   out.will.push_back("open and home " + std::to_string(settled->rig.devices.size()) +
                      " devices, z first" +

@@ -146,6 +146,17 @@ inline std::optional<bool> killed_at(const CampaignRequest& request, KillPoint p
   return std::nullopt;
 }
 
+/// A very short slide on each of two fabrics.
+inline std::string tiny_recipe(int repetitions) {
+  return R"({"schema_version":1,"name":"tiny","source":"test","seed":7,"fabrics":["denim","satin"],
+    "repetitions":)" +
+         std::to_string(repetitions) +
+         R"(,"explorations":{"M1":{"phases":[{"phase":"S","duration_s":0.2},
+    {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":0.2},
+    {"phase":"M","force_N":5,"force_band_N":0.25,"speed_mm_s":4,"path":[{"dx_mm":0,"dy_mm":2}]},
+    {"phase":"E","duration_s":0.2}]}}})";
+}
+
 /// What two campaigns must have in common, trial by trial; empty when they do, else the first
 /// difference. The number of the attempt and the name that carries it are not part of it.
 inline std::string difference(const Dataset& a, const Dataset& b) {

@@ -24,19 +24,8 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// A very short slide on each of two fabrics.
-std::string tiny_recipe(int repetitions) {
-  return R"({"schema_version":1,"name":"tiny","source":"test","seed":7,"fabrics":["denim","satin"],
-    "repetitions":)" +
-         std::to_string(repetitions) +
-         R"(,"explorations":{"M1":{"phases":[{"phase":"S","duration_s":0.2},
-    {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":0.2},
-    {"phase":"M","force_N":5,"force_band_N":0.25,"speed_mm_s":4,"path":[{"dx_mm":0,"dy_mm":2}]},
-    {"phase":"E","duration_s":0.2}]}}})";
-}
-
 CampaignRequest request_for(const TemporaryFolder& folder, int repetitions = 2) {
-  CampaignRequest request = request_in(folder, tiny_recipe(repetitions));
+  CampaignRequest request = request_in(folder, test::tiny_recipe(repetitions));
   request.error_check = false;
   return request;
 }

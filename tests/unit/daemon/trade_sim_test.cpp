@@ -34,13 +34,13 @@ std::string fabrics_path() {
   return WEFT_SOURCE_DIR "/sim/fabrics.json";
 }
 
-const sim::FabricLibrary& library() {
+const sim::FabricLibrary& fabric_library() {
   static const sim::FabricLibrary one = *sim::parse_fabrics(file_text(fabrics_path()));
   return one;
 }
 
 SimScene scene_of(const char* name) {
-  auto scene = make_sim_scene(name, library(), true);
+  auto scene = make_sim_scene(name, fabric_library(), true);
   if (!scene) FAIL(to_string(scene.error()));
   return *scene;
 }
@@ -69,7 +69,7 @@ SimSceneResult measured(const char* scene) {
   options.scenes = {scene};
   options.quick = true;
   options.timings = 1;
-  auto out = measure_sim_trade(library(), options, process_cpu_seconds);
+  auto out = measure_sim_trade(fabric_library(), options, process_cpu_seconds);
   if (!out) FAIL(to_string(out.error()));
   REQUIRE(out->size() == 1);
   return out->front();
@@ -189,7 +189,7 @@ TEST_CASE("a step that does not divide a sample is refused by its name") {
       SimRunner::make(scene.cases.front(), {sim::Level::dynamic, {}, sim_sample_s / 7.3});
   REQUIRE_FALSE(refused);
   CHECK(to_string(refused.error()).find("L2 midpoint") != std::string::npos);
-  CHECK_FALSE(make_sim_scene("slam", library()));
+  CHECK_FALSE(make_sim_scene("slam", fabric_library()));
 }
 
 TEST_CASE("between two looks a cubic's crossing and extreme are found exactly") {

@@ -1,0 +1,32 @@
+#pragma once
+// The write-ahead log beside a campaign file, looked at frame by frame: SQLite reads it up to the
+// first frame that is damaged and says nothing about what lies behind. Format: SQLite's "Database
+// File Format", section 4, "The Write-Ahead Log".
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// Bytes that keep SQLite from reading what was committed behind them.
+struct LogDamage {
+  std::uint64_t at = 0;  ///< byte of the log where the damaged frame begins; 0: its header
+  std::size_t transactions_lost = 0;  ///< whole ones behind it; not known for a damaged header
+};
+
+struct LogState {
+  std::uint64_t bytes = 0;       ///< 0 too where there is no log
+  std::size_t transactions = 0;  ///< committed, and read by SQLite
+  std::optional<LogDamage> damage;
+};
+
+/// "campaign.sqlite-wal" of "campaign.sqlite".
+std::filesystem::path log_of(const std::filesystem::path& database);
+
+/// A last transaction that is torn is no damage: that is what a kill leaves. Errors: io.
+Result<LogState> read_log(const std::filesystem::path& database);
+
+}  // namespace weft::daemon

@@ -1,0 +1,112 @@
+#include "daemon/run/campaign_file.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/certificate/certificate.hpp"
+#include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/loop/wall_clock.hpp"
+#include "daemon/recorder/campaign_writer.hpp"
+#include "daemon/run/campaign_folder.hpp"
+
+namespace weft::daemon {
+namespace {
+
+CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
+  const recipes::Plan& plan = checked.plan;
+  CampaignHeader header;
+  header.info.kind = rig.bench;
+  header.info.name = plan.name;
+  header.info.source = "campaign";
+  header.info.recipe_json = checked.recipe_text;
+  header.info.rig_json = checked.rig_text;
+  header.info.seed = plan.seed;
+  header.info.software_version = WEFT_VERSION;
+  header.info.taxel_rate_hz = plan.limits.taxel_rate_hz;
+  header.info.wrench_rate_hz = plan.limits.wrench_rate_hz;
+  header.info.stage_rate_hz = plan.limits.stage_rate_hz();
+  for (const StageAxis axis : recipes::all_axes)
+    header.info.axes.push_back({std::string(recipes::to_string(axis)), !recipes::is_linear(axis)});
+  header.taxels = plan.limits.taxels;
+  header.trials_planned = static_cast<std::uint32_t>(plan.trials.size());
+  header.created_utc_ns = utc_now().count();
+  return header;
+}
+
+Result<std::string> export_dataset(const std::filesystem::path& campaign,
+                                   const std::filesystem::path& dataset) {
+  const Result<Dataset> loaded = load_campaign(campaign);
+  if (!loaded) return pass(loaded.error());
+  return write_hdf5(*loaded, dataset);
+}
+
+}  // namespace
+
+Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,
+                         BenchSession& session, const RigFile& rig) {
+  const auto aside = set_aside(file);
+  if (!aside) return pass(aside.error());
+  Result<Recorder> recorder = Recorder::create(file, header_of(checked, rig));
+  if (!recorder) return recorder;
+  if (session.real_time()) recorder->write_behind();
+  if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
+  if (!aside->empty())
+    if (Status ok = recorder->journal(session.loop().now(), "set_aside",
+                                      nlohmann::json{{"file", aside->string()}}.dump());
+        !ok)
+      return pass(ok.error());
+  if (Status ok = record_devices(*recorder, session.bench(), *rig.drivers); !ok)
+    return pass(ok.error());
+  return recorder;
+}
+
+Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& how,
+                          BenchSession& session) {
+  if (Status same = same_devices(how.past.info.devices, session.bench()); !same)
+    return pass(same.error());
+  const auto forget_certificate = [certificate = file.parent_path() / certificate_file_name] {
+    std::error_code none;  // it is of the state that ends here
+    std::filesystem::remove(certificate, none);
+    return Status{};
+  };
+  Result<Recorder> recorder =
+      Recorder::resume(file, how.past, {how.first_trial, how.plays_again, forget_certificate});
+  if (!recorder || recorder->plays_again()) return recorder;
+  if (session.real_time()) recorder->write_behind();
+  if (Status ok = recorder->go_on(session.loop().now()); !ok) return pass(ok.error());
+  if (Status ok = record_clock(*recorder, session.loop()); !ok) return pass(ok.error());
+  return recorder;
+}
+
+Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
+  const auto began = steady_wall_now();
+  if (summary.trials_complete > 0) {
+    summary.dataset_file = folder / "dataset.h5";
+    Result<std::string> digest = export_dataset(summary.campaign_file, summary.dataset_file);
+    if (!digest) return pass(digest.error());
+    summary.dataset_sha256 = *digest;
+  }
+  Status ok = write_certificate(summary.campaign_file, summary.dataset_file);
+  summary.time.export_s = std::chrono::duration<double>(steady_wall_now() - began).count();
+  return ok;
+}
+
+Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
+                                  const RigFile& rig, const CampaignPast& past) {
+  CampaignSummary summary;
+  summary.name = plan.name;
+  summary.bench = rig.bench;
+  summary.level = rig.plant_level;
+  summary.trials_planned = plan.trials.size();
+  summary.trials_complete = past.complete();
+  if (summary.trials_complete < summary.trials_planned) summary.outcome = recipes::Outcome::failed;
+  summary.forecast_s = plan.forecast.duration_s;
+  summary.campaign_file = folder / "campaign.sqlite";
+  // It may have died before its log was folded in.
+  auto file = CampaignWriter::reopen(summary.campaign_file);
+  if (!file) return pass(file.error());
+  if (Status ok = (*file)->finish(); !ok) return pass(ok.error());
+  if (Status ok = conclude(folder, summary); !ok) return pass(ok.error());
+  return summary;
+}
+
+}  // namespace weft::daemon

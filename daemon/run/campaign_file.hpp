@@ -1,0 +1,28 @@
+#pragma once
+// The file of a run: made, gone on with, and concluded with data set and certificate.
+
+#include <filesystem>
+
+#include "daemon/recorder/recorder.hpp"
+#include "daemon/run/bench_session.hpp"
+#include "daemon/run/campaign.hpp"
+#include "daemon/run/resume.hpp"
+
+namespace weft::daemon {
+
+/// A new one, with what the bench is. One that is there, with nothing on record, is set aside.
+Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,
+                         BenchSession& session, const RigFile& rig);
+
+/// The one on record, when the bench that came up is its own. Errors: same_devices()'s.
+Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& how,
+                          BenchSession& session);
+
+/// Data set and certificate of a campaign file that is finished.
+Status conclude(const std::filesystem::path& folder, CampaignSummary& summary);
+
+/// Of a campaign whose every trial is on record, but whose process died before it had told.
+Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
+                                  const RigFile& rig, const CampaignPast& past);
+
+}  // namespace weft::daemon
