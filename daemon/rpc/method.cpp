@@ -88,15 +88,21 @@ json method_json(const MethodSpec& spec) {
 }  // namespace
 
 void Methods::add(MethodSpec spec, Handler handler) {
-  const std::string name(spec.name);
-  const bool is_new = entries_.emplace(name, Entry{std::move(spec), std::move(handler)}).second;
-  WEFT_ASSERT(is_new);
+  add(Entry{std::move(spec), std::move(handler), true});
 }
 
 void Methods::add(MethodSpec spec, DirectHandler handler) {
-  add(std::move(spec), [handler = std::move(handler)](const Call& call, const Responder& respond) {
-    respond(handler(call));
-  });
+  add(Entry{std::move(spec),
+            [handler = std::move(handler)](const Call& call, const Responder& respond) {
+              respond(handler(call));
+            },
+            false});
+}
+
+void Methods::add(Entry entry) {
+  const std::string name(entry.spec.name);
+  const bool is_new = entries_.emplace(name, std::move(entry)).second;
+  WEFT_ASSERT(is_new);
 }
 
 tl::expected<const Methods::Entry*, RpcError> Methods::find(std::string_view name) const {

@@ -73,6 +73,7 @@ class Methods {
   struct Entry {
     MethodSpec spec;
     Handler handler;
+    bool answers_later = false;  ///< the caller may have to wait
   };
   /// Errors: method_not_found, with a did-you-mean.
   [[nodiscard]] tl::expected<const Entry*, RpcError> find(std::string_view name) const;
@@ -81,6 +82,8 @@ class Methods {
   [[nodiscard]] std::string open_rpc(std::string_view version) const;
 
  private:
+  void add(Entry entry);
+
   std::map<std::string, Entry, std::less<>> entries_;
 };
 

@@ -1,347 +1,315 @@
 #include "daemon/server/http_server.hpp"
 
-#include <httplib.h>
-
 #include <algorithm>
-#include <atomic>
-#include <condition_variable>
-#include <deque>
+#include <array>
+#include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
+#include <asio/steady_timer.hpp>
+#include <asio/write.hpp>
 #include <list>
-#include <mutex>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <thread>
+#include <vector>
+
+#include "daemon/server/http_answer.hpp"
+#include "daemon/server/loopback.hpp"
 
 namespace weft::daemon::server {
 namespace {
 
-using nlohmann::json;
+using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr std::size_t most_lines_waiting = 64;  // of a stream; more stay with its subscription
-
-/// What a conversation says, from the daemon's thread to a client's.
-class Mailbox {
- public:
-  void put(std::string line) {
-    {
-      const std::scoped_lock lock(mutex_);
-      lines_.push_back(std::move(line));
-    }
-    news_.notify_one();
-  }
-  /// The next line; nothing when there is none in time.
-  std::optional<std::string> take(std::chrono::milliseconds patience) {
-    std::unique_lock lock(mutex_);
-    if (!news_.wait_for(lock, patience, [this] { return !lines_.empty(); })) return std::nullopt;
-    std::string line = std::move(lines_.front());
-    lines_.pop_front();
-    return line;
-  }
-  bool has_room() {
-    const std::scoped_lock lock(mutex_);
-    return lines_.size() < most_lines_waiting;
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable news_;
-  std::deque<std::string> lines_;
-};
-
-/// One HTTP request's conversation. The conversation is the daemon's thread's alone.
-struct Exchange {
-  Mailbox mailbox;
-  std::unique_ptr<Conversation> conversation;
-};
-
-std::string bearer_of(const httplib::Request& request) {
-  constexpr std::string_view scheme = "Bearer ";
-  const std::string header = request.get_header_value("Authorization");
-  return header.starts_with(scheme) ? header.substr(scheme.size()) : std::string();
-}
-
-/// A page of elsewhere whose name was made to mean 127.0.0.1 has its own name as Host.
-bool meant_for_us(const httplib::Request& request) {
-  std::string host = request.get_header_value("Host");
-  host = host.substr(0, host.find(':'));
-  return host == "127.0.0.1" || host == "localhost";
-}
-
-std::string open_line(const std::string& token) {
-  return json{{"jsonrpc", "2.0"},
-              {"id", "open"},
-              {"method", "session.open"},
-              {"params", {{"client", "http"}, {"token", token}}}}
-      .dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-std::vector<std::string> topics_of(const httplib::Request& request) {
-  if (!request.has_param("topics")) return {"run:*", "rig", "lease:*"};
-  std::vector<std::string> out;
-  std::istringstream text(request.get_param_value("topics"));
-  for (std::string topic; std::getline(text, topic, ',');) out.push_back(topic);
-  return out;
-}
-
-/// The request that begins the stream: what the query says, or what a browser that was cut off saw
-/// last ("EPOCH-SEQ"), where this daemon still has what came after.
-std::string subscribe_line(const httplib::Request& request, const std::string& epoch) {
-  json params{{"topics", topics_of(request)}, {"mode", "latest"}};
-  if (request.has_param("mode")) params["mode"] = request.get_param_value("mode");
-  const std::string rate = request.get_param_value("max_hz");
-  if (!rate.empty()) params["max_hz"] = json::parse(rate, nullptr, false);
-  const std::string last = request.get_header_value("Last-Event-ID");
-  if (last.starts_with(epoch + "-"))
-    params["from_seq"] = json::parse(last.substr(epoch.size() + 1), nullptr, false);
-  return json{{"jsonrpc", "2.0"}, {"id", "sub"}, {"method", "sub.open"}, {"params", params}}.dump(
-      -1, ' ', false, json::error_handler_t::replace);
-}
-
-bool is_error(const std::string& line) {
-  const json answer = json::parse(line, nullptr, false);
-  return !answer.is_object() || answer.contains("error");
-}
-
-/// A conversation's line as an event of the stream.
-std::string event_of(const std::string& line, const std::string& epoch) {
-  const json message = json::parse(line, nullptr, false);
-  if (!message.is_object()) return {};
-  const bool snapshot = message.contains("result");
-  const json& body = snapshot ? message.at("result") : message.at("params");
-  return "id: " + epoch + "-" + body.at("seq").dump() +
-         "\nevent: " + (snapshot ? "snapshot" : "event") + "\ndata: " + body.dump() + "\n\n";
-}
-
-void say(httplib::Response& response, int status, const std::string& line) {
-  response.status = status;
-  response.set_content(line + "\n", "application/json");
-}
-
-std::string refusal_line(std::string_view kind, Error error) {
-  return rpc::error_line("null", rpc::rpc_error(rpc::code::access, kind, std::move(error)));
-}
+constexpr auto pause_without_descriptors = 100ms;
+constexpr auto farewell = 2s;  // for a client to read the answer and close
+// What a refused client still sends is read, or it would be reset before it has read why.
+constexpr std::size_t most_ignored_bytes = std::size_t{4} << 20;
+constexpr std::size_t stream_room_bytes = std::size_t{64} << 10;
+constexpr std::string_view comment = ":\n\n";
 
 }  // namespace
 
 struct HttpServer::Parts {
-  using Post = std::function<void(std::function<void()>)>;
+  class Connection;
+  using Connections = std::list<std::shared_ptr<Connection>>;  // the oldest first
 
-  Parts(Shared& all, Post to_daemon, const HttpLimits& at_most)
-      : shared(&all), post(std::move(to_daemon)), limits(at_most) {}
+  Parts(asio::io_context& io, Shared& all, const HttpLimits& at_most)
+      : context(&io), shared(&all), limits(at_most), acceptor(io), pause(io) {}
 
-  std::shared_ptr<Exchange> begin(const httplib::Request& request, bool stays);
-  void end(const std::shared_ptr<Exchange>& exchange);
-  std::optional<std::string> answer(const std::shared_ptr<Exchange>& exchange);
-  bool admit(const httplib::Request& request, httplib::Response& response);
-  void rpc(const httplib::Request& request, httplib::Response& response);
-  void events(const httplib::Request& request, httplib::Response& response);
-  bool stream(const std::shared_ptr<Exchange>& exchange, httplib::DataSink& sink);
-  void routes();
+  void listen();
+  void welcome(tcp::socket socket);
 
+  asio::io_context* context;
   Shared* shared;
-  Post post;
   HttpLimits limits;
-  httplib::Server server;
-  std::thread listener;
-  std::uint16_t port = 0;
-  std::atomic<bool> stopping = false;
-  std::atomic<std::size_t> streams = 0;
-  std::atomic<std::uint64_t> next_session = 1;
-  std::list<std::weak_ptr<Exchange>> staying;  // the daemon's thread's alone
+  tcp::acceptor acceptor;
+  asio::steady_timer pause;
+  Connections connections;
+  std::uint64_t next_session = 1;
 };
 
-/// A conversation that has been told the token; its answer to that is the first to come.
-std::shared_ptr<Exchange> HttpServer::Parts::begin(const httplib::Request& request, bool stays) {
-  auto exchange = std::make_shared<Exchange>();
-  const std::string session = "h-" + std::to_string(next_session++);
-  post([this, exchange, session, stays, opening = open_line(bearer_of(request))] {
-    // The conversation is the exchange's own: it does not keep it alive.
-    exchange->conversation =
-        std::make_unique<Conversation>(*shared, Peer{false, {}, std::nullopt, stays}, session,
-                                       [to = std::weak_ptr(exchange)](std::string line) {
-                                         if (const auto alive = to.lock())
-                                           alive->mailbox.put(std::move(line));
-                                       });
-    if (stays) staying.push_back(exchange);
-    exchange->conversation->hear(opening);
-  });
-  return exchange;
-}
-
-void HttpServer::Parts::end(const std::shared_ptr<Exchange>& exchange) {
-  post([exchange] { exchange->conversation.reset(); });
-}
-
-std::optional<std::string> HttpServer::Parts::answer(const std::shared_ptr<Exchange>& exchange) {
-  const auto until = shared->now() + limits.answer;
-  while (!stopping && shared->now() < until)
-    if (auto line = exchange->mailbox.take(100ms)) return line;
-  return std::nullopt;
-}
-
-bool HttpServer::Parts::admit(const httplib::Request& request, httplib::Response& response) {
-  if (meant_for_us(request)) return true;
-  say(response, 403,
-      refusal_line("access.host", {Errc::wrong_state,
-                                   "this daemon has no such name",
-                                   "Host",
-                                   "127.0.0.1 or localhost",
-                                   request.get_header_value("Host"),
-                                   {}}));
-  return false;
-}
-
-void HttpServer::Parts::rpc(const httplib::Request& request, httplib::Response& response) {
-  if (!admit(request, response)) return;
-  // Other pages' forms can send text, but not this type.
-  if (!request.get_header_value("Content-Type").starts_with("application/json"))
-    return say(response, 415,
-               refusal_line("request.type", {Errc::invalid_argument,
-                                             "another content type",
-                                             "Content-Type",
-                                             "application/json",
-                                             request.get_header_value("Content-Type"),
-                                             {}}));
-  const auto parsed = rpc::parse_request(request.body);
-  if (!parsed)
-    return say(response, 400, rpc::error_line(parsed.error().id_json, parsed.error().error));
-  const auto exchange = begin(request, false);
-  const auto opened = answer(exchange);
-  if (!opened)
-    return say(
-        response, 503,
-        refusal_line("daemon.stops", {Errc::wrong_state, "the daemon stops", {}, {}, {}, {}}));
-  if (is_error(*opened)) {
-    end(exchange);
-    return say(response, 401, *opened);
-  }
-  post([exchange, line = request.body] { exchange->conversation->hear(line); });
-  if (!parsed->id_json) {
-    end(exchange);
-    response.status = 204;
-    return;
-  }
-  const auto said = answer(exchange);
-  end(exchange);
-  if (said) return say(response, 200, *said);
-  say(response, 504,
-      refusal_line("request.no_answer", {Errc::timeout,
-                                         "no answer in time",
-                                         {},
-                                         std::to_string(limits.answer.count()) + " s",
-                                         {},
-                                         {}}));
-}
-
-void HttpServer::Parts::events(const httplib::Request& request, httplib::Response& response) {
-  if (!admit(request, response)) return;
-  if (streams++ >= limits.streams) {
-    --streams;
-    return say(response, 503,
-               refusal_line("request.too_many",
-                            {Errc::wrong_state,
-                             "too many streams of events",
-                             {},
-                             "at most " + std::to_string(limits.streams),
-                             {},
-                             "Close one, or use the socket, which has no such bound"}));
-  }
-  const auto exchange = begin(request, true);
-  const auto leave = [this, exchange] {
-    end(exchange);
-    --streams;
+/// One client and its one request. Lives as long as its operations; every stage has its time.
+class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  enum class Stage {
+    asking,     ///< the request is not whole
+    waiting,    ///< for a method's answer
+    streaming,  ///< events
+    leaving,    ///< the answer is under way
   };
-  const auto opened = answer(exchange);
-  if (!opened || is_error(*opened)) {
-    say(response, 401, opened.value_or("null"));
-    return leave();
-  }
-  const auto ask = [&](const std::string& line) {
-    post([exchange, line] { exchange->conversation->hear(line); });
-    return answer(exchange);
-  };
-  auto first = ask(subscribe_line(request, shared->epoch));
-  if (first && is_error(*first) && request.has_header("Last-Event-ID")) {
-    httplib::Request fresh = request;
-    fresh.headers.erase("Last-Event-ID");  // too long ago: a snapshot instead
-    first = ask(subscribe_line(fresh, shared->epoch));
-  }
-  if (!first || is_error(*first)) {
-    say(response, 400, first.value_or("null"));
-    return leave();
-  }
-  exchange->mailbox.put(*first);
-  response.set_header("Cache-Control", "no-store");
-  response.set_chunked_content_provider(
-      "text/event-stream",
-      [this, exchange](std::size_t, httplib::DataSink& sink) { return stream(exchange, sink); },
-      [leave](bool) { leave(); });
-}
 
-/// One event, or a comment that shows whether the client is still there.
-bool HttpServer::Parts::stream(const std::shared_ptr<Exchange>& exchange, httplib::DataSink& sink) {
-  const auto until = shared->now() + limits.heartbeat;
-  while (!stopping) {
-    if (const auto line = exchange->mailbox.take(100ms)) {
-      const std::string event = event_of(*line, shared->epoch);
-      return sink.write(event.data(), event.size());
+  Connection(Parts& server, tcp::socket socket)
+      : server_(&server), socket_(std::move(socket)), patience_(*server.context) {}
+
+  void begin() {
+    within(server_->limits.request, [this] { leave(refusal_text(408)); });
+    read();
+  }
+
+  [[nodiscard]] bool is(Stage stage) const { return stage_ == stage; }
+  [[nodiscard]] bool is_brief() const { return is(Stage::asking) || is(Stage::leaving); }
+
+  void pump() {
+    if (!is(Stage::streaming)) return;
+    conversation_->pump([this] { return unsent_.size() < stream_room_bytes; });
+    write();
+  }
+
+  /// The daemon ends. One try: nothing was said yet, so there is room for it.
+  void say_good_bye() {
+    if (!is(Stage::waiting)) return;
+    asio::error_code ignored;
+    socket_.non_blocking(true, ignored);
+    socket_.write_some(asio::buffer(daemon_stops_text()), ignored);
+  }
+
+  void close() {
+    if (std::exchange(closed_, true)) return;
+    asio::error_code ignored;
+    patience_.cancel();
+    socket_.close(ignored);
+    conversation_.reset();
+    server_->connections.remove(shared_from_this());
+  }
+
+ private:
+  /// In place of what was to happen before.
+  template <class Then>
+  void within(std::chrono::nanoseconds patience, Then then) {
+    patience_.expires_after(patience);
+    patience_.async_wait(
+        [self = shared_from_this(), turn = ++turn_, then](const asio::error_code&) {
+          if (!self->closed_ && turn == self->turn_) then();
+        });
+  }
+
+  // Also while an answer is waited for or written: that is how a client that has gone is noticed.
+  void read() {
+    socket_.async_read_some(
+        asio::buffer(incoming_),
+        [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+          if (self->closed_) return;
+          if (error) return self->hear_end();
+          self->have({self->incoming_.data(), count});
+          if (!self->closed_) self->read();
+        });
+  }
+
+  void hear_end() {
+    heard_end_ = true;
+    if (!is(Stage::leaving) || !writing_) close();  // one that only sends no more may read on
+  }
+
+  void have(std::string_view bytes) {
+    if (!is(Stage::asking)) {
+      ignored_bytes_ += bytes.size();
+      if (ignored_bytes_ > most_ignored_bytes) close();
+      return;
     }
-    if (shared->now() < until) continue;
-    constexpr std::string_view comment = ":\n\n";
-    return sink.write(comment.data(), comment.size());
+    using Of = HttpRequest::Stage;
+    Of got = request_.add(bytes);
+    if (!conversation_ && (got == Of::body || got == Of::whole)) {
+      admit();
+      if (is(Stage::asking)) got = request_.add({});
+    }
+    if (!is(Stage::asking)) return;
+    if (got == Of::refused) return leave(refusal_text(request_.refusal()));
+    if (got == Of::whole) call();
   }
-  sink.done();
-  return false;
+
+  /// The head is whole: whoever may not ask is told before the body is taken.
+  void admit() {
+    if (const auto refusal = refusal_of_head(request_)) return leave(*refusal);
+    // It stays where it is a stream: single requests cannot be sent events.
+    const bool stays = request_.path() == "/events";
+    conversation_ =
+        std::make_unique<Conversation>(*server_->shared, Peer{false, {}, std::nullopt, stays},
+                                       "h-" + std::to_string(server_->next_session++),
+                                       [this](std::string line) { said(std::move(line)); });
+    const std::string opened = ask(open_line(request_));
+    if (is_error(opened)) return leave(answer_text(401, opened));
+    if (stays) return stream();
+    if (!request_.awaits_continue()) return;
+    unsent_ += "HTTP/1.1 100 Continue\r\n\r\n";
+    write();
+  }
+
+  /// What the conversation says at once to this line; empty where that comes later.
+  std::string ask(const std::string& line) {
+    conversation_->hear(line);
+    return std::exchange(said_, {});
+  }
+
+  void said(std::string line) {
+    if (is(Stage::asking)) said_ = std::move(line);
+    if (is(Stage::waiting)) leave(answer_text(200, line));
+    if (is(Stage::streaming)) unsent_ += event_text(line, server_->shared->epoch);
+  }
+
+  void call() {
+    const auto parsed = rpc::parse_request(request_.body());
+    if (!parsed)
+      return leave(answer_text(400, rpc::error_line(parsed.error().id_json, parsed.error().error)));
+    const auto method = server_->shared->methods->find(parsed->method);
+    const HttpLimits& limits = server_->limits;
+    if (method && (*method)->answers_later && !has_seat(Stage::waiting, limits.waiting))
+      return leave(too_many_text("calls wait for their answers", limits.waiting,
+                                 "Ask again later, or use the socket"));
+    const std::string answer = ask(request_.body());
+    if (!parsed->id_json) return leave(answer_text(204, {}));
+    if (!answer.empty()) return leave(answer_text(200, answer));
+    stage_ = Stage::waiting;
+    within(limits.answer,
+           [this] { leave(no_answer_text(std::chrono::seconds(server_->limits.answer).count())); });
+  }
+
+  void stream() {
+    const HttpLimits& limits = server_->limits;
+    if (!has_seat(Stage::streaming, limits.streams))
+      return leave(too_many_text("streams of events", limits.streams,
+                                 "Close one, or use the socket, which has no such bound"));
+    auto from_seq = seen_last(request_, server_->shared->epoch);
+    std::string first = ask(subscribe_line(request_, from_seq));
+    if (from_seq && is_error(first)) {  // too long ago: a snapshot instead
+      from_seq.reset();
+      first = ask(subscribe_line(request_, from_seq));
+    }
+    if (is_error(first)) return leave(answer_text(400, first));
+    stage_ = Stage::streaming;
+    unsent_ += stream_head() + event_text(first, server_->shared->epoch, from_seq);
+    write();
+  }
+
+  bool has_seat(Stage stage, std::size_t most) const {
+    const auto taken = std::count_if(server_->connections.begin(), server_->connections.end(),
+                                     [&](const auto& other) { return other->is(stage); });
+    return static_cast<std::size_t>(taken) < most;
+  }
+
+  /// The answer, and then no more.
+  void leave(const std::string& answer) {
+    stage_ = Stage::leaving;
+    unsent_ += answer;
+    within(server_->limits.unread, [this] { close(); });
+    write();
+  }
+
+  void write() {
+    if (writing_ || closed_ || unsent_.empty()) return;
+    writing_ = true;
+    out_.swap(unsent_);
+    unsent_.clear();
+    if (is(Stage::streaming)) within(server_->limits.unread, [this] { close(); });
+    asio::async_write(socket_, asio::buffer(out_),
+                      [self = shared_from_this()](const asio::error_code& error, std::size_t) {
+                        self->writing_ = false;
+                        if (self->closed_) return;
+                        if (error) return self->close();
+                        self->wrote();
+                      });
+  }
+
+  void wrote() {
+    if (!unsent_.empty()) return write();
+    if (is(Stage::streaming)) return beat_later();
+    if (!is(Stage::leaving)) return;
+    if (heard_end_) return close();
+    asio::error_code ignored;
+    socket_.shutdown(tcp::socket::shutdown_send, ignored);
+    within(farewell, [this] { close(); });
+  }
+
+  void beat_later() {
+    within(server_->limits.heartbeat, [this] {
+      unsent_ += comment;
+      write();
+    });
+    pump();
+  }
+
+  Parts* server_;
+  tcp::socket socket_;
+  asio::steady_timer patience_;
+  std::array<char, 16384> incoming_{};
+  HttpRequest request_;
+  Stage stage_ = Stage::asking;
+  std::string said_, unsent_, out_;
+  std::size_t ignored_bytes_ = 0;
+  std::uint64_t turn_ = 0;
+  bool writing_ = false, closed_ = false, heard_end_ = false;
+  std::unique_ptr<Conversation> conversation_;
+};
+
+void HttpServer::Parts::listen() {
+  acceptor.async_accept([this](const asio::error_code& error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted) return;
+    if (!error) {
+      welcome(std::move(socket));
+      return listen();
+    }
+    pause.expires_after(pause_without_descriptors);
+    pause.async_wait([this](const asio::error_code& cancelled) {
+      if (!cancelled) listen();
+    });
+  });
 }
 
-void HttpServer::Parts::routes() {
-  server.new_task_queue = [this] { return new httplib::ThreadPool(limits.requests); };
-  server.set_payload_max_length(rpc::most_line_bytes);
-  server.set_read_timeout(limits.silence);
-  server.set_write_timeout(limits.silence);
-  server.set_keep_alive_timeout(limits.silence.count());
-  server.set_tcp_nodelay(true);
-  server.Post("/rpc", [this](const auto& request, auto& response) { rpc(request, response); });
-  server.Get("/events", [this](const auto& request, auto& response) { events(request, response); });
+void HttpServer::Parts::welcome(tcp::socket socket) {
+  const auto brief = [](const auto& connection) { return connection->is_brief(); };
+  const auto count = std::count_if(connections.begin(), connections.end(), brief);
+  if (static_cast<std::size_t>(count) >= limits.brief) {
+    const auto oldest = *std::find_if(connections.begin(), connections.end(), brief);
+    oldest->close();
+  }
+  asio::error_code ignored;
+  socket.set_option(tcp::no_delay(true), ignored);
+  connections.push_back(std::make_shared<Connection>(*this, std::move(socket)));
+  connections.back()->begin();
 }
 
 HttpServer::HttpServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 HttpServer::~HttpServer() {
-  parts_->stopping = true;
-  parts_->server.stop();
-  if (parts_->listener.joinable()) parts_->listener.join();
+  for (const auto& connection : Parts::Connections(parts_->connections)) {
+    connection->say_good_bye();
+    connection->close();
+  }
 }
 
-Result<std::unique_ptr<HttpServer>> HttpServer::open(
-    std::uint16_t port, Shared& shared, std::function<void(std::function<void()>)> post,
-    const HttpLimits& limits) {
-  auto parts = std::make_unique<Parts>(shared, std::move(post), limits);
-  parts->routes();
-  constexpr const char* host = "127.0.0.1";
-  const int got = port == 0 ? parts->server.bind_to_any_port(host)
-                            : (parts->server.bind_to_port(host, port) ? int{port} : -1);
-  if (got < 0)
-    return fail(Errc::io, "cannot listen for HTTP", "127.0.0.1:" + std::to_string(port), {}, {},
-                "Another program may hold the port");
-  parts->port = static_cast<std::uint16_t>(got);
-  parts->listener = std::thread([&server = parts->server] { server.listen_after_bind(); });
-  while (!parts->server.is_running()) std::this_thread::yield();  // stop() before that is not heard
+Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& context, std::uint16_t port,
+                                                     Shared& shared, const HttpLimits& limits) {
+  auto parts = std::make_unique<Parts>(context, shared, limits);
+  if (Status ok = listen_on_loopback(parts->acceptor, port); !ok) return pass(ok.error(), "HTTP");
+  parts->listen();
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(parts)));
 }
 
 void HttpServer::pump() {
-  for (auto it = parts_->staying.begin(); it != parts_->staying.end();) {
-    const auto exchange = it->lock();
-    if (exchange && exchange->conversation)
-      exchange->conversation->pump([&] { return exchange->mailbox.has_room(); });
-    it = exchange && exchange->conversation ? std::next(it) : parts_->staying.erase(it);
-  }
+  // one that is closed while it is served leaves the list
+  for (const auto& connection : Parts::Connections(parts_->connections)) connection->pump();
 }
 
 std::uint16_t HttpServer::port() const {
-  return parts_->port;
+  asio::error_code ignored;
+  return parts_->acceptor.local_endpoint(ignored).port();
 }
 
 }  // namespace weft::daemon::server

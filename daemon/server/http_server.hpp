@@ -1,35 +1,40 @@
 #pragma once
 // The same objects over HTTP, for curl and browsers: POST /rpc answers one request, GET /events
 // streams events (server-sent events). On 127.0.0.1; every request brings its token as a bearer.
-// Source: design/API.md, 2.1; https://html.spec.whatwg.org, "Server-sent events".
+// All on the daemon's thread, so that no client can wait for another. Source: design/API.md, 2.1.
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 
 #include "daemon/server/conversation.hpp"
 
+namespace asio {
+class io_context;
+}
+
 namespace weft::daemon::server {
 
 struct HttpLimits {
-  std::size_t requests = 16;                  ///< at a time, streams of events among them
-  std::size_t streams = 8;                    ///< of events at a time
-  std::chrono::seconds silence{5};            ///< of a client that is sending a request
+  /// Whose request is not whole or whose answer is under way; the oldest makes room for a new one.
+  std::size_t brief = 256;
+  std::size_t waiting = 16;                   ///< calls whose answers come later
+  std::size_t streams = 8;                    ///< of events
+  std::chrono::seconds request{10};           ///< from connecting to the request's last byte
   std::chrono::seconds answer{600};           ///< for methods that wait
+  std::chrono::seconds unread{5};             ///< of a client that does not read
   std::chrono::milliseconds heartbeat{5000};  ///< a comment where there is no event
 };
 
 class HttpServer {
  public:
-  /// `post` runs work on the daemon's thread, where all conversations are. Errors: io.
-  static Result<std::unique_ptr<HttpServer>> open(std::uint16_t port, Shared& shared,
-                                                  std::function<void(std::function<void()>)> post,
-                                                  const HttpLimits& limits);
-  /// Ends what is under way.
+  /// Serves while `context` runs, which outlives it, on that thread. Errors: io.
+  static Result<std::unique_ptr<HttpServer>> open(asio::io_context& context, std::uint16_t port,
+                                                  Shared& shared, const HttpLimits& limits);
+  /// Ends what is under way; calls that wait are told. Only when `context` does not run any more.
   ~HttpServer();
 
-  /// Something was published, or time has passed: on the daemon's thread.
+  /// Something was published, or time has passed.
   void pump();
   [[nodiscard]] std::uint16_t port() const;
 

@@ -17,6 +17,7 @@
 #include <set>
 
 #include "daemon/server/line_buffer.hpp"
+#include "daemon/server/loopback.hpp"
 
 namespace weft::daemon::server {
 namespace {
@@ -266,19 +267,6 @@ Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   return {};
 }
 
-Status open_loopback(tcp::acceptor& acceptor, std::uint16_t port) {
-  asio::error_code error;
-  const tcp::endpoint at(asio::ip::address_v4::loopback(), port);
-  acceptor.open(tcp::v4(), error);
-  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-  if (!error) acceptor.bind(at, error);
-  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error)
-    return fail(Errc::io, "cannot listen", "127.0.0.1:" + std::to_string(port), {}, error.message(),
-                "Another program may hold the port");
-  return {};
-}
-
 }  // namespace
 
 SocketServer::SocketServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -294,7 +282,7 @@ Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Sha
   auto parts = std::make_unique<Parts>(shared, limits, where.socket);
   if (Status ok = open_unix(parts->local, where.socket); !ok) return pass(ok.error());
   if (where.loopback_port)
-    if (Status ok = open_loopback(parts->loopback, *where.loopback_port); !ok)
+    if (Status ok = listen_on_loopback(parts->loopback, *where.loopback_port); !ok)
       return pass(ok.error());
   return std::unique_ptr<SocketServer>(new SocketServer(std::move(parts)));
 }
@@ -322,6 +310,10 @@ void SocketServer::pump() {
   // one that is closed while it is served leaves the set
   for (const auto& connection : std::vector(parts_->connections.begin(), parts_->connections.end()))
     connection->pump();
+}
+
+asio::io_context& SocketServer::context() {
+  return parts_->context;
 }
 
 std::uint16_t SocketServer::port() const {

@@ -11,6 +11,10 @@
 
 #include "daemon/server/conversation.hpp"
 
+namespace asio {
+class io_context;
+}
+
 namespace weft::daemon::server {
 
 struct Limits {
@@ -41,6 +45,8 @@ class SocketServer {
   void post(std::function<void()> work);
   /// Something was published: send it.
   void pump();
+  /// Where other servers of this thread may wait for their clients.
+  asio::io_context& context();
   [[nodiscard]] std::uint16_t port() const;
   [[nodiscard]] std::size_t connections() const;
 

@@ -130,9 +130,7 @@ Status Daemon::begin(const DaemonOptions& options) {
       log_);
   services_.desk = desk_.get();
   if (options.http_port) {
-    auto http = HttpServer::open(
-        *options.http_port, shared_,
-        [this](std::function<void()> work) { server_->post(std::move(work)); }, {});
+    auto http = HttpServer::open(server_->context(), *options.http_port, shared_, {});
     if (!http) return pass(http.error());
     http_ = std::move(*http);
   }

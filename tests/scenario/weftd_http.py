@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""weftd over HTTP: curl's way with Python's standard library. Requests, tokens, foreign pages, events with replay, bounds.
+"""weftd over HTTP: curl's way with Python's standard library. Requests, tokens, foreign pages, events with replay, and
+clients that mean no good: slow, endless, gone, too many.
 
     weftd_http.py WEFTD WEFT SOURCE_ROOT        all simulated
 """
+import contextlib
 import http.client
 import json
 import pathlib
@@ -11,18 +13,20 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 120
+MIB = 1 << 20
 
 
 class Web:
-    def __init__(self, port, token):
-        self.port, self.token = port, token
+    def __init__(self, port, token, patience_s=PATIENCE_S):
+        self.port, self.token, self.patience_s = port, token, patience_s
 
     def ask(self, method, path, body=None, **headers):
         """Status, headers and the open response of one request."""
-        wire = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        wire = http.client.HTTPConnection("127.0.0.1", self.port, timeout=self.patience_s)
         sent = {"Content-Type": "application/json", "Authorization": f"Bearer {self.token}"} | headers
         wire.request(method, path, body, {k.replace("_", "-"): v for k, v in sent.items() if v is not None})
         return wire.getresponse()
@@ -37,6 +41,26 @@ class Web:
         assert status == 200 and said["id"] == 7, (status, said)
         return said["result"] if "result" in said else said["error"]
 
+    def open(self, first_line, *headers, token=True, body=b""):
+        """A connection on which this much of a request was sent, byte for byte."""
+        wire = socket.create_connection(("127.0.0.1", self.port), PATIENCE_S)
+        headers = ["Host: 127.0.0.1", "Content-Type: application/json", *headers]
+        if token:
+            headers.append(f"Authorization: Bearer {self.token}")
+        wire.sendall("\r\n".join([first_line + " HTTP/1.1", *headers, "", ""]).encode() + body)
+        return wire
+
+    def wait_for(self, run):
+        """A call of run.wait that is under way."""
+        body = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "run.wait", "params": {"run": run}}).encode()
+        return self.open("POST /rpc", f"Content-Length: {len(body)}", body=body)
+
+
+def answer_of(wire):
+    response = http.client.HTTPResponse(wire)
+    response.begin()
+    return response.status, response.read()
+
 
 class Events:
     def __init__(self, web, query="", last=None):
@@ -47,7 +71,9 @@ class Events:
     def next(self):
         found = {}
         while True:
-            line = self.response.readline().decode().rstrip("\n")
+            line = self.response.readline().decode()
+            assert line, "the stream ended"
+            line = line.rstrip("\n")
             if line == "" and "data" in found:
                 return found["event"], found["id"], json.loads(found["data"])
             name, _, value = line.partition(": ")
@@ -83,7 +109,28 @@ def refusals(web):
     assert web.ask("GET", "/events?mode=often").status == 400
     assert web.ask("POST", "/rpc", b"x" * ((1 << 20) + 9)).status == 413
     assert web.ask("GET", "/nothing").status == 404
+    assert web.ask("GET", "/rpc").status == 405
+    assert web.ask("OPTIONS", "/rpc", Origin="http://bench.example").headers["Access-Control-Allow-Origin"] is None
+    # by the head alone: no byte of these bodies is sent
+    for status, headers in (411, ["Transfer-Encoding: chunked"]), (411, []), (413, [f"Content-Length: {1 << 40}"]):
+        assert answer_of(web.open("POST /rpc", *headers))[0] == status, headers
+    assert answer_of(web.open("POST /rpc", "Content-Length: 9", token=False))[0] == 401
+    assert answer_of(web.open("GET /events", "X: " + "x" * 20000))[0] == 431
+    assert answer_of(web.open("GET /events", "Host: 127.0.0.1"))[0] == 400, "two of them"
     assert web.call("system.ready")["ok"], "and goes on"
+
+
+def unusual(web):
+    """A client that waits to be told to go on, and one that says that it has no more to say."""
+    good = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "system.ready"}).encode()
+    wire = web.open("POST /rpc", f"Content-Length: {len(good)}", "Expect: 100-continue")
+    assert wire.recv(100).startswith(b"HTTP/1.1 100 ")
+    wire.sendall(good)
+    assert answer_of(wire)[0] == 200
+    wire = web.open("POST /rpc", f"Content-Length: {len(good)}")
+    wire.sendall(good)
+    wire.shutdown(socket.SHUT_WR)
+    assert answer_of(wire)[0] == 200
 
 
 def events(web):
@@ -97,28 +144,115 @@ def events(web):
     stream.response.close()
     web.call("lease.release", lease=first)
     again = Events(web, "?topics=lease:*&mode=every", last=seen)
-    assert again.next()[0] == "snapshot"
+    assert again.next()[:2] == ("snapshot", seen), "who is cut off here has still missed nothing"
     assert again.next()[2]["delta"]["released"]["lease"] == first
+    merged = Events(web, "?topics=lease:*", last=seen).next()
+    assert merged[0] == "snapshot" and merged[2]["snapshot"], "the latest state, whole"
     stale = Events(web, "?topics=lease:*", last="0-1")
     assert stale.next()[0] == "snapshot", "an event of another start is no reason to refuse"
 
 
-def bounds(web):
-    """More streams than there may be; clients that begin a request and say no more."""
-    held, refused = [], 0
-    for _ in range(12):
-        response = web.ask("GET", "/events")
-        refused += response.status == 503
-        held.append(response)
-    assert refused >= 4, refused
+def order(web, folder):
+    """While much happens: a snapshot, then every event that came after it."""
+    with socket.socket(socket.AF_UNIX) as halting:
+        halting.connect(str(folder / "data/weftd.sock"))
+        for _ in range(4):
+            halting.sendall(b"!halt\n" * 20)
+            stream = Events(web, "?topics=rig&mode=every")
+            halting.sendall(b"!halt\n")
+            (first, begin, _), (then, number, _) = stream.next(), stream.next()
+            stream.response.close()
+            assert (first, then) == ("snapshot", "event"), (first, then)
+            assert int(number.split("-")[1]) == int(begin.split("-")[1]) + 1, (begin, number)
+    web.call("rig.reset", reason="test")
+
+
+def endless(web, daemon):
+    """Requests without an end, and without a token, are not kept."""
+    def send(first_line, header, piece):
+        wire = web.open(first_line, header, token=False)
+        with contextlib.suppress(ConnectionError):
+            for _ in range(64):
+                wire.sendall(piece)
+            return False
+        return True
+
+    before = peak_kib(daemon)
+    assert send("POST /rpc", "Transfer-Encoding: chunked", b"100000\r\n" + bytes(MIB) + b"\r\n")
+    assert send("POST /rpc", f"Content-Length: {64 * MIB}", bytes(MIB))
+    assert send("GET /events", "X: 1", b"X-More: 1234567\r\n" * (MIB // 16)), "one head"
+    assert peak_kib(daemon) - before < 8 * 1024, (before, peak_kib(daemon))
+
+
+def peak_kib(process):
+    return int(re.search(r"VmHWM:\s*(\d+)", pathlib.Path(f"/proc/{process.pid}/status").read_text()).group(1))
+
+
+class Drip:
+    """Clients without a token that never end their requests, a byte a second each."""
+    def __init__(self, web, count):
+        self.wires = [socket.create_connection(("127.0.0.1", web.port)) for _ in range(count)]
+        for wire in self.wires:
+            wire.sendall(b"GET /events HTTP/1.1\r\nHost: 127.0.0.1\r\nX: ")
+        self.enough = threading.Event()
+        self.thread = threading.Thread(target=self.drip)
+        self.thread.start()
+
+    def drip(self):
+        while not self.enough.wait(1):
+            for wire in self.wires:
+                with contextlib.suppress(OSError):
+                    wire.sendall(b"x")
+
+    def end(self):
+        self.enough.set()
+        self.thread.join()
+        for wire in self.wires:
+            wire.close()
+
+
+def slow(web):
+    """Nobody waits for clients that drip, be they many; they have 10 s, to whom the daemon says so."""
+    dripping = Drip(web, 400)
+    quick = Web(web.port, web.token, patience_s=8)
+    quick.call("rig.halt")
+    quick.call("rig.reset", reason="test")
+    assert answer_of(dripping.wires[-1])[0] == 408, "the newest, which made the oldest go"
+    dripping.end()
+
+
+def too_many(web):
+    """Streams and waiting calls have seats; who has gone leaves his."""
+    held = [web.ask("GET", "/events") for _ in range(12)]
+    statuses = [response.status for response in held]
+    assert statuses == 8 * [200] + 4 * [503], statuses
+    assert held[-1].headers["Retry-After"]
     for response in held:
         response.close()
-    slow = []
-    for _ in range(20):
-        wire = socket.create_connection(("127.0.0.1", web.port))
-        wire.sendall(b"POST /rpc HTTP/1.1\r\nHost: 127.0.0.1\r\n")
-        slow.append(wire)
-    assert web.call("system.ready")["ok"], "slow clients are given up"
+    until_it_is(200, lambda: web.ask("GET", "/events").status)
+
+    lease = web.call("lease.acquire")["lease"]
+    run = web.call("run.start", recipe="small", lease=lease)["run"]
+    web.call("run.pause", run=run, at="now")
+    for _ in range(40):
+        web.wait_for(run).close()
+    web.call("system.ready")
+    waiting = [web.wait_for(run) for _ in range(16)]
+    web.call("system.ready")
+    refused = web.wait_for(run)
+    assert answer_of(refused)[0] == 503
+    Web(web.port, web.token, patience_s=8).call("run.abort", run=run)
+    for wire in waiting:
+        status, body = answer_of(wire)
+        assert status == 200 and json.loads(body)["result"]["outcome"] == "aborted", body
+    web.call("lease.release", lease=lease)
+
+
+def until_it_is(wanted, look):
+    for _ in range(100):
+        if look() == wanted:
+            return
+    raise AssertionError(f"never {wanted}")
 
 
 def a_run(web):
@@ -132,6 +266,36 @@ def a_run(web):
             states.append(event["delta"]["state"])
     assert states[-1] == "ended" and "running" in states, states
     assert web.call("run.wait", run=run)["outcome"] == "complete"
+    web.call("lease.release", lease=lease)
+
+
+def begin(folder, name, port="0"):
+    return subprocess.Popen(
+        [WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / name,
+         "--tokens", folder / "tokens.json", "--http", port], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def one_port(web, folder):
+    second = begin(folder, "other", str(web.port))
+    try:
+        _, said = second.communicate(timeout=30)
+    finally:
+        second.kill()
+    assert second.returncode == 1 and "Another program may hold the port" in said, (second.returncode, said)
+
+
+def end(web, daemon):
+    """Neither streams, nor calls that wait, nor clients that drip keep the daemon from ending."""
+    lease = web.call("lease.acquire")["lease"]
+    run = web.call("run.start", recipe="small", lease=lease)["run"]
+    web.call("run.pause", run=run, at="now")
+    stream, waiting, dripping = Events(web), web.wait_for(run), Drip(web, 3)
+    assert stream.next()[0] == "snapshot"
+    daemon.terminate()
+    assert daemon.wait(30) == 0
+    assert answer_of(waiting)[0] == 503
+    stream.response.close()
+    dripping.end()
 
 
 def main():
@@ -142,21 +306,21 @@ def main():
         (folder / "recipes").mkdir()
         (folder / "recipes" / "small.json").write_text(json.dumps(recipe))
         admin, viewer = token_of(folder, "boss", "admin"), token_of(folder, "viewer", "observer")
-        daemon = subprocess.Popen(
-            [WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data",
-             "--tokens", folder / "tokens.json", "--http", "0"], stdout=subprocess.PIPE, text=True)
+        daemon = begin(folder, "data")
         try:
             port = int(re.search(r"http://127\.0\.0\.1:(\d+)", daemon.stdout.readline()).group(1))
             web = Web(port, admin)
             requests(web, Web(port, viewer))
             refusals(web)
+            unusual(web)
             events(web)
+            order(web, folder)
             a_run(web)
-            bounds(web)
-            left = Events(web)  # a stream that is open does not keep the daemon from ending
-            daemon.terminate()
-            assert daemon.wait(30) == 0
-            left.response.close()
+            one_port(web, folder)
+            endless(web, daemon)
+            slow(web)
+            too_many(web)
+            end(web, daemon)
         finally:
             daemon.kill()
     print("weftd over HTTP: all of it held (simulated)")

@@ -270,11 +270,11 @@ TEST_CASE("weft trade sim writes page, data and a table that the knob can read")
   CHECK(html.find("<script") == std::string::npos);
   CHECK(html.find("src=") == std::string::npos);
 
-  const auto json = nlohmann::json::parse(file_text(data));
-  CHECK(json["bench"] == "simulated");
-  CHECK(json["scenes"].size() == 2);
+  const auto written = nlohmann::json::parse(file_text(data));
+  CHECK(written["bench"] == "simulated");
+  CHECK(written["scenes"].size() == 2);
   std::size_t failed = 0;
-  for (const auto& p : json["scenes"][1]["points"]) failed += p["failure"] == "" ? 0 : 1;
+  for (const auto& p : written["scenes"][1]["points"]) failed += p["failure"] == "" ? 0 : 1;
   CHECK(failed > 0);
 
   const auto knob = sim::parse_fidelity(file_text(table));

@@ -1,0 +1,43 @@
+#pragma once
+// What is said over HTTP, as text: answers, refusals, events. One request a connection: each answer
+// ends it. Source: RFC 9112; https://html.spec.whatwg.org, "Server-sent events".
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/server/http_request.hpp"
+
+namespace weft::daemon::server {
+
+/// A whole answer. `line` is JSON, or empty; `more_headers` are lines with their ends.
+std::string answer_text(int status, std::string_view line, std::string_view more_headers = {});
+/// The answer to what broke a bound or is no HTTP: HttpRequest::refusal(), or 408 (too slow).
+std::string refusal_text(int status);
+/// The answer to a head that no token would help: 403 (another Host), 404, 405, 415.
+std::optional<std::string> refusal_of_head(const HttpRequest& request);
+/// 503: `what` there are too many of.
+std::string too_many_text(std::string_view what, std::size_t at_most, std::string_view hint);
+/// 503: the daemon ends before it can answer.
+std::string daemon_stops_text();
+/// 504.
+std::string no_answer_text(std::int64_t patience_s);
+
+/// The request that introduces the client.
+std::string open_line(const HttpRequest& request);
+/// Which event the client saw last, by Last-Event-ID ("EPOCH-SEQ"): nothing where it is of another
+/// start of the daemon, or the client wants the latest state only, which a snapshot has whole.
+std::optional<std::int64_t> seen_last(const HttpRequest& request, std::string_view epoch);
+/// The request that begins a stream, by the query; `from_seq` for what came after that one.
+std::string subscribe_line(const HttpRequest& request, std::optional<std::int64_t> from_seq);
+/// What comes before the first event.
+std::string stream_head();
+/// A conversation's line as an event; its id is where to go on after it. The line that opens a
+/// replay carries the newest seq: `from_seq` is the id then, for nothing after it was sent yet.
+std::string event_text(std::string_view line, std::string_view epoch,
+                       std::optional<std::int64_t> from_seq = {});
+/// The line is no answer, or one that refuses.
+bool is_error(std::string_view line);
+
+}  // namespace weft::daemon::server
