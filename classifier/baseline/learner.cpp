@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "classifier/baseline/class_folds.hpp"
+#include "classifier/baseline/paired_choice.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -24,24 +25,6 @@ Reduction reduction_of(Learner learner) {
 
 bool is_cores(Learner learner) {
   return learner == Learner::pvalue || learner == Learner::pca || learner == Learner::all;
-}
-
-double compress(double z) {
-  return std::copysign(std::log1p(std::abs(z)), z);
-}
-
-std::vector<double> compress(const Scaler& scaler, std::span<const double> features) {
-  std::vector<double> out(features.begin(), features.end());
-  for (std::size_t k = 0; k < out.size(); ++k) out[k] = compress(scaler.apply(k, out[k]));
-  return out;
-}
-
-FeatureMatrix compress(const Scaler& scaler, FeatureMatrix matrix) {
-  for (std::size_t r = 0; r < matrix.size(); ++r) {
-    const std::vector<double> row = compress(scaler, matrix.values.row(r));
-    std::copy(row.begin(), row.end(), matrix.values.row(r).begin());
-  }
-  return matrix;
 }
 
 Status check_rows(const FeatureMatrix& matrix, const Classes& classes) {
@@ -75,7 +58,7 @@ Result<TrainedLearner::Machine> train_cores_of(const FeatureMatrix& rows, const 
   return std::move(*model);
 }
 
-// `rows` compressed already.
+// `rows` as the learner sees them.
 Result<TrainedLearner::Machine> train_simple(const FeatureMatrix& rows, const Classes& classes,
                                              Learner learner, const TrainOptions& options) {
   const std::size_t count = classes.labels.size();
@@ -96,78 +79,68 @@ Result<TrainedLearner> train_on(FeatureMatrix rows, std::optional<std::size_t> f
                                 const TaskTrainer& trainer) {
   const Classes classes = classes_of(rows);
   if (auto ok = check_rows(rows, classes); !ok) return pass(ok.error());
-  std::optional<Scaler> compression;
-  if (recipe.compressed) {
-    compression = fit_scaler(rows.values);
-    rows = compress(*compression, std::move(rows));
-  }
+  FeatureView view = FeatureView::fit(recipe.view, rows.values);
+  view.apply(rows.values);
   options.cap = recipe.cap;
   auto machine = is_cores(recipe.learner)
-                     ? train_cores_of(rows, {reduction_of(recipe.learner), recipe.compressed, fold},
+                     ? train_cores_of(rows, {reduction_of(recipe.learner), recipe.view, fold},
                                       options, trainer)
                      : train_simple(rows, classes, recipe.learner, options);
   if (!machine) return pass(machine.error());
-  return TrainedLearner(classes.labels, rows.names, std::move(compression), std::move(*machine));
+  return TrainedLearner(classes.labels, rows.names, std::move(view), std::move(*machine));
 }
 
 std::vector<Recipe> candidates(Learner learner, std::size_t cap) {
   std::vector<Recipe> out;
-  for (const bool compressed : {false, true}) {
+  for (const View view : all_views()) {
     if (learner == Learner::best)
-      for (const Learner simple : {Learner::lda, Learner::svc})
-        out.push_back({simple, cap, compressed});
-    out.push_back({Learner::all, cap, compressed});
+      for (const Learner simple : {Learner::lda, Learner::svc}) out.push_back({simple, cap, view});
+    out.push_back({Learner::all, cap, view});
   }
-  out.push_back({Learner::pca, cap, false});
-  out.push_back({Learner::pvalue, cap, false});
+  out.push_back({Learner::pca, cap});
+  out.push_back({Learner::pvalue, cap});
   return out;
 }
 
-Result<std::size_t> errors_in(const FeatureMatrix& matrix, const Fold& fold,
-                              const TrainedLearner& trained) {
-  std::size_t errors = 0;
+// Appends whether each row held out is got wrong.
+Status try_on(const FeatureMatrix& matrix, const Fold& fold, const TrainedLearner& trained,
+              std::vector<bool>& wrong) {
   for (const std::size_t r : fold.validate) {
     const auto winner = trained.classify(matrix.values.row(r));
     if (!winner) return pass(winner.error(), matrix.files[r]);
-    errors += trained.labels()[*winner] != matrix.labels[r] ? 1 : 0;
+    wrong.push_back(trained.labels()[*winner] != matrix.labels[r]);
   }
-  return errors;
+  return {};
 }
 
-Result<std::vector<RecipeScore>> score_all(const FeatureMatrix& matrix,
-                                           const std::vector<Recipe>& recipes,
-                                           const TrainOptions& options,
-                                           const TaskTrainer& trainer) {
+struct Choice {
+  std::vector<RecipeScore> scores;
+  std::size_t taken = 0;
+};
+
+Result<Choice> choose(const FeatureMatrix& matrix, const std::vector<Recipe>& recipes,
+                      const TrainOptions& options, const TaskTrainer& trainer) {
   const std::vector<Fold> folds = folds_of(matrix, options);
-  std::vector<RecipeScore> out;
+  Choice out;
+  std::vector<std::vector<bool>> wrong;
   std::size_t least = matrix.size() + 1;  // of those that are through
   for (const Recipe& recipe : recipes) {
     RecipeScore score{recipe, 0, 0};
+    std::vector<bool> own;
     for (std::size_t f = 0; f < folds.size() && score.errors < least; ++f) {
       const auto trained = train_on(take_rows(matrix, folds[f].train), f, recipe, options, trainer);
       if (!trained) return pass(trained.error());
-      const auto errors = errors_in(matrix, folds[f], *trained);
-      if (!errors) return pass(errors.error());
-      score.errors += *errors;
-      score.tested += folds[f].validate.size();
+      if (auto ok = try_on(matrix, folds[f], *trained, own); !ok) return pass(ok.error());
+      score.errors = static_cast<std::size_t>(std::count(own.begin(), own.end(), true));
     }
+    score.tested = own.size();
+    if (score.errors >= least) own.clear();
     least = std::min(least, score.errors);
-    out.push_back(score);
+    out.scores.push_back(score);
+    wrong.push_back(std::move(own));
   }
+  out.taken = first_not_clearly_worse(wrong);
   return out;
-}
-
-// Breiman's rule of one standard error: a count of e errors is uncertain by about sqrt(e), and what
-// is not clearly worse and simpler is taken. Candidates come in order of simplicity; one that was
-// dropped is behind one that is as good and through.
-Recipe first_within_one_deviation(const std::vector<RecipeScore>& scores) {
-  std::size_t least = scores.front().errors;
-  for (const RecipeScore& score : scores) least = std::min(least, score.errors);
-  const double bound = static_cast<double>(least) + std::sqrt(static_cast<double>(least));
-  return std::find_if(
-             scores.begin(), scores.end(),
-             [&](const RecipeScore& score) { return static_cast<double>(score.errors) <= bound; })
-      ->recipe;
 }
 
 }  // namespace
@@ -199,7 +172,7 @@ std::string to_string(const Recipe& recipe) {
   const bool capped = recipe.learner == Learner::pvalue || recipe.learner == Learner::pca;
   return std::string(to_string(recipe.learner)) +
          (capped ? ", N " + std::to_string(recipe.cap) : "") +
-         (recipe.compressed ? ", compressed" : "");
+         (recipe.view == View::plain ? "" : ", " + std::string(to_string(recipe.view)));
 }
 
 Learner TrainedLearner::kind() const {
@@ -219,12 +192,14 @@ Result<std::vector<double>> TrainedLearner::prepared(std::span<const double> fea
     if (!std::isfinite(features[k]))
       return fail(Errc::invalid_argument, "feature is not finite", features_[k], "a finite number",
                   std::to_string(features[k]));
-  if (compression_) return compress(*compression_, features);
-  return std::vector<double>(features.begin(), features.end());
+  std::vector<double> out(features.begin(), features.end());
+  view_.apply(out);
+  return out;
 }
 
 FeatureMatrix TrainedLearner::prepared(FeatureMatrix matrix) const {
-  return compression_ ? compress(*compression_, std::move(matrix)) : std::move(matrix);
+  view_.apply(matrix.values);
+  return matrix;
 }
 
 Result<std::size_t> TrainedLearner::classify(std::span<const double> features) const {
@@ -249,10 +224,7 @@ Result<std::vector<FabricCore>> train_task(const FeatureMatrix& matrix, const Co
                   "< " + std::to_string(folds.size()), std::to_string(*task.fold));
     rows = take_rows(matrix, folds[*task.fold].train);
   }
-  if (task.compressed) {
-    const Scaler scaler = fit_scaler(rows.values);
-    rows = compress(scaler, std::move(rows));
-  }
+  FeatureView::fit(task.view, rows.values).apply(rows.values);
   return train_cores(rows, options, first, stride);
 }
 
@@ -263,14 +235,14 @@ Result<TrainedLearner> train_recipe(const FeatureMatrix& matrix, const Recipe& r
 
 Result<ChosenLearner> train_learner(const FeatureMatrix& matrix, Learner learner,
                                     const TrainOptions& options, const TaskTrainer& trainer) {
-  Recipe recipe{learner, options.cap, false};
+  Recipe recipe{learner, options.cap};
   std::vector<RecipeScore> scores;
   if (learner == Learner::best || learner == Learner::cores_best) {
     if (auto ok = check(matrix); !ok) return pass(ok.error());
-    auto all = score_all(matrix, candidates(learner, options.cap), options, trainer);
-    if (!all) return pass(all.error());
-    scores = std::move(*all);
-    recipe = first_within_one_deviation(scores);
+    auto choice = choose(matrix, candidates(learner, options.cap), options, trainer);
+    if (!choice) return pass(choice.error());
+    scores = std::move(choice->scores);
+    recipe = scores[choice->taken].recipe;
   }
   auto trained = train_on(matrix, {}, recipe, options, trainer);
   if (!trained) return pass(trained.error());

@@ -14,6 +14,7 @@
 #include "classifier/baseline/shrinkage_lda.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/learn/feature_view.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -38,9 +39,7 @@ std::vector<Learner> all_learners();
 struct Recipe {
   Learner learner = Learner::pvalue;  ///< neither cores_best nor best
   std::size_t cap = 20;               ///< cores with p-value or PCA: the paper's N
-  /// Every feature is scaled by all training rows and then compressed, sign(z) log(1 + |z|), before
-  /// anything else: moments of contact signals have long tails.
-  bool compressed = false;
+  View view = View::plain;            ///< of the features, before anything else
   friend bool operator==(const Recipe&, const Recipe&) = default;
 };
 std::string to_string(const Recipe& recipe);
@@ -59,27 +58,26 @@ struct RecipeScore {
 class TrainedLearner {
  public:
   using Machine = std::variant<FabricModel, ShrinkageLda, MultiClassSvc>;
-  /// Without compression when `compression` is empty.
   TrainedLearner(std::vector<std::string> labels, std::vector<std::string> features,
-                 std::optional<Scaler> compression, Machine machine)
+                 FeatureView view, Machine machine)
       : labels_(std::move(labels)),
         features_(std::move(features)),
-        compression_(std::move(compression)),
+        view_(std::move(view)),
         machine_(std::move(machine)) {}
   /// Plain cores.
   explicit TrainedLearner(FabricModel cores)
-      : TrainedLearner(cores.labels(), cores.feature_names(), std::nullopt, cores) {}
+      : TrainedLearner(cores.labels(), cores.feature_names(), FeatureView(), cores) {}
 
   [[nodiscard]] const std::vector<std::string>& labels() const { return labels_; }  ///< sorted
   [[nodiscard]] const std::vector<std::string>& feature_names() const { return features_; }
   /// One of pvalue, pca, all, lda, svc.
   [[nodiscard]] Learner kind() const;
-  [[nodiscard]] const std::optional<Scaler>& compression() const { return compression_; }
+  [[nodiscard]] const FeatureView& view() const { return view_; }
   [[nodiscard]] const Machine& machine() const { return machine_; }
   /// nullptr where the learner has none.
   [[nodiscard]] const FabricModel* cores() const { return std::get_if<FabricModel>(&machine_); }
 
-  /// A feature vector as the machine takes it: compressed, or as it is. Refuses another length than
+  /// A feature vector as the machine takes it, through view(). Refuses another length than
   /// feature_names() has, and values that are not finite, by name.
   [[nodiscard]] Result<std::vector<double>> prepared(std::span<const double> features) const;
   /// Every row so; a matrix with the columns of the training.
@@ -91,14 +89,14 @@ class TrainedLearner {
  private:
   std::vector<std::string> labels_;
   std::vector<std::string> features_;
-  std::optional<Scaler> compression_;
+  FeatureView view_;
   Machine machine_;
 };
 
 /// The cores that a learner needs, as a piece of work: others may do it, see TaskTrainer.
 struct CoreTask {
   Reduction reduction = Reduction::pvalue;
-  bool compressed = false;
+  View view = View::plain;
   std::optional<std::size_t> fold = {};  ///< its training rows only; empty: all rows
 };
 
@@ -121,10 +119,9 @@ struct ChosenLearner {
 };
 
 /// Trains `learner`; with `best` or `cores_best` first chooses among its candidates by their errors
-/// over class_folds() of the training part, counted after the vote: the first candidate, simple
-/// ones first, that is within one standard deviation (root of the count) of the fewest (Breiman et
-/// al. 1984, section 3.4.3). A candidate that has as many errors as one that is through is not
-/// tried further, which cannot change the choice. Where rows are too few for folds (a label with
+/// over class_folds() of the training part, counted after the vote: first_not_clearly_worse(), the
+/// simple ones first. A candidate that has as many errors as one that is through is not tried
+/// further and cannot be taken. Where rows are too few for folds (a label with
 /// two trials) nothing is tested, every candidate has 0 errors of 0, and the simplest is taken:
 /// LDA, or of `cores_best` all features. All cores come from `trainer`, which must give what
 /// train_task() would (empty: that is asked); everything else is done here.

@@ -30,6 +30,29 @@ Learner read_kind(LineReader& in, std::string_view keyword, std::size_t known) {
   return kinds.front();
 }
 
+void write_view(LineWriter& out, const FeatureView& view) {
+  if (const auto* scaler = std::get_if<Scaler>(&view.table())) write_scaler(out, *scaler);
+  if (const auto* ranks = std::get_if<RankTable>(&view.table()))
+    write_matrix(out, "knots", ranks->knots());
+}
+
+RankTable read_ranks(LineReader& in, std::size_t features) {
+  Matrix knots = read_matrix(in, "knots", features);
+  if (knots.rows() == 0) in.refuse("no knots", "at least 1", "0");
+  for (std::size_t r = 1; r < knots.rows(); ++r)
+    for (std::size_t c = 0; c < features; ++c)
+      if (knots(r, c) < knots(r - 1, c))
+        in.refuse("knots of a feature fall", "none less than the one before",
+                  "knot " + std::to_string(r));
+  return RankTable(std::move(knots));
+}
+
+FeatureView read_view(LineReader& in, View view, std::size_t features) {
+  if (view == View::compressed) return FeatureView(FeatureView::Table(read_scaler(in, features)));
+  if (view == View::ranked) return FeatureView(FeatureView::Table(read_ranks(in, features)));
+  return {};
+}
+
 void write_lda(LineWriter& out, const ShrinkageLda& lda) {
   write_scaler(out, lda.scaler());
   write_rows(out, "weight", lda.weight());
@@ -105,20 +128,28 @@ std::optional<TrainedLearner::Machine> read_any(LineReader& in, Learner kind,
 
 void write_head(LineWriter& out, const LearnerHead& head) {
   out.text("learner", to_string(head.kind));
-  out.count("compressed", head.compressed ? 1 : 0);
+  out.text("view", to_string(head.view));
 }
 
 LearnerHead read_head(LineReader& in) {
   const Learner kind = read_kind(in, "learner", kinds.size());
-  return {kind, in.count("compressed", 0, 1) == 1};
+  const std::string word = in.text("view");
+  const auto view = view_from(word);
+  if (!view) in.refuse(view.error().message, view.error().expected, word);
+  return {kind, view.value_or(View::plain)};
+}
+
+LearnerHead read_head_of_version_4(LineReader& in) {
+  const Learner kind = read_kind(in, "learner", kinds.size());
+  return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
 }
 
 LearnerHead read_head_of_version_3(LineReader& in) {
-  return {read_kind(in, "reduction", kinds_of_version_3), false};
+  return {read_kind(in, "reduction", kinds_of_version_3), View::plain};
 }
 
 void write_learner(LineWriter& out, const TrainedLearner& learner) {
-  if (learner.compression()) write_scaler(out, *learner.compression());
+  write_view(out, learner.view());
   if (const auto* lda = std::get_if<ShrinkageLda>(&learner.machine())) return write_lda(out, *lda);
   if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine()))
     return write_svc(out, svc->parts());
@@ -128,11 +159,10 @@ void write_learner(LineWriter& out, const TrainedLearner& learner) {
 std::optional<TrainedLearner> read_learner(LineReader& in, const LearnerHead& head,
                                            std::vector<std::string> labels,
                                            std::vector<std::string> features) {
-  std::optional<Scaler> compression;
-  if (head.compressed) compression = read_scaler(in, features.size());
+  FeatureView view = read_view(in, head.view, features.size());
   std::optional<TrainedLearner::Machine> machine = read_any(in, head.kind, labels, features);
   if (!in.ok() || !machine) return std::nullopt;
-  return TrainedLearner(std::move(labels), std::move(features), std::move(compression),
+  return TrainedLearner(std::move(labels), std::move(features), std::move(view),
                         std::move(*machine));
 }
 

@@ -13,11 +13,12 @@ namespace weft::classifier {
 /// What precedes labels and features: which learner it is.
 struct LearnerHead {
   Learner kind = Learner::pvalue;
-  bool compressed = false;
+  View view = View::plain;
 };
 void write_head(LineWriter& out, const LearnerHead& head);
 LearnerHead read_head(LineReader& in);
-/// Of a file of version 3, which knows cores only: one line.
+/// Of a file of version 4, which knows no ranks, and of version 3, which knows plain cores only.
+LearnerHead read_head_of_version_4(LineReader& in);
 LearnerHead read_head_of_version_3(LineReader& in);
 
 /// All but the head, labels and features.

@@ -124,11 +124,13 @@ std::vector<std::string> read_names(LineReader& in, std::string_view keyword, st
   return out;
 }
 
-Result<StoredModel> read_body(std::string_view body, bool version_3) {
+using HeadReader = LearnerHead (*)(LineReader&);
+
+Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
   LineReader in(body);
   Provenance provenance = read_provenance(in);
   FeatureSetup setup = read_setup(in);
-  const LearnerHead head = version_3 ? read_head_of_version_3(in) : read_head(in);
+  const LearnerHead head = head_reader(in);
   std::vector<std::string> labels = read_names(in, "label", in.count("labels", 2, most_labels));
   const auto late = std::adjacent_find(labels.begin(), labels.end(), std::greater_equal<>());
   if (late != labels.end())
@@ -155,8 +157,15 @@ Result<StoredModel> read_body(std::string_view body, bool version_3) {
 
 struct Body {
   std::string_view text;
-  bool version_3 = false;
+  HeadReader head = read_head;
 };
+
+// By the first line; nullptr for a version that is not known.
+HeadReader head_reader_of(std::string_view header) {
+  if (header == model_file_header) return read_head;
+  if (header == model_file_header_4) return read_head_of_version_4;
+  return header == model_file_header_3 ? read_head_of_version_3 : nullptr;
+}
 
 // The text between header and checksum, once both are in order.
 Result<Body> body_of(std::string_view text) {
@@ -164,10 +173,10 @@ Result<Body> body_of(std::string_view text) {
     return fail(Errc::parse, "not a model file", {}, model_file_header,
                 std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40}))));
   const std::string_view first = text.substr(0, text.find('\n'));
-  const bool version_3 = first == model_file_header_3;
-  if (first != model_file_header && !version_3)
+  const HeadReader head = head_reader_of(first);
+  if (head == nullptr)
     return fail(Errc::unsupported, "a model file of another version", {},
-                std::string(model_file_header) + " or 3", std::string(first.substr(0, 40)),
+                std::string(model_file_header) + ", 4 or 3", std::string(first.substr(0, 40)),
                 "Train the model again with this version");
   const std::size_t at = text.size() < crc_line_bytes ? 0 : text.size() - crc_line_bytes;
   const std::string_view trailer = text.substr(at);
@@ -178,7 +187,7 @@ Result<Body> body_of(std::string_view text) {
   const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
   if (read.ptr != digits.data() + digits.size() || stored != crc_of(text.substr(0, at)))
     return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
-  return Body{text.substr(first.size() + 1, at - first.size() - 1), version_3};
+  return Body{text.substr(first.size() + 1, at - first.size() - 1), head};
 }
 
 std::string crc_line(std::string_view text) {
@@ -197,7 +206,7 @@ Status save_model(const StoredModel& stored, std::ostream& out) {
   LineWriter text;
   write_provenance(text, stored.provenance);
   write_setup(text, stored.setup);
-  write_head(text, {learner.kind(), learner.compression().has_value()});
+  write_head(text, {learner.kind(), learner.view().kind()});
   text.count("labels", learner.labels().size());
   for (const std::string& label : learner.labels()) text.text("label", label);
   text.count("features", learner.feature_names().size());
@@ -215,7 +224,7 @@ Result<StoredModel> load_model(std::istream& in) {
   if (in.bad()) return fail(Errc::io, "cannot read the model");
   const Result<Body> body = body_of(text);
   if (!body) return pass(body.error());
-  return read_body(body->text, body->version_3);
+  return read_body(body->text, body->head);
 }
 
 Status check_trial(const FeatureSetup& setup, const Trial& trial) {

@@ -42,9 +42,10 @@ struct StoredModel {
 };
 
 /// First line of every file.
-inline constexpr const char* model_file_header = "weft-fabric-model 4";
+inline constexpr const char* model_file_header = "weft-fabric-model 5";
 
-/// Still read: cores without compression only.
+/// Still read: no ranked features; of version 3 plain cores only.
+inline constexpr const char* model_file_header_4 = "weft-fabric-model 4";
 inline constexpr const char* model_file_header_3 = "weft-fabric-model 3";
 
 /// Refuses a model whose features are not those of `setup`; Errc::io when the stream fails.

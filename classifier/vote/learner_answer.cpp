@@ -50,7 +50,7 @@ Recipe recipe_of(const TrainedLearner& learner, TrainOptions& options) {
     options.grid.c = {svc->c()};
     options.grid.gamma = {svc->gamma()};
   }
-  return {learner.kind(), options.cap, learner.compression().has_value()};
+  return {learner.kind(), options.cap, learner.view().kind()};
 }
 
 // Answers on training rows by learners that had not seen them; empty where there are no folds.

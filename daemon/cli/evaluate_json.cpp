@@ -55,7 +55,7 @@ json curve_json(const std::vector<CurvePoint>& curve) {
 json recipe_json(const classifier::Recipe& recipe) {
   return {{"learner", classifier::to_string(recipe.learner)},
           {"cap", recipe.cap},
-          {"compressed", recipe.compressed}};
+          {"view", classifier::to_string(recipe.view)}};
 }
 
 // Test trials and answers of every split.

@@ -30,15 +30,22 @@ std::string complaint_of(const Error& error) {
   return std::string(complaint) + to_string(error);
 }
 
-/// A task as one number: reduction, compression, and the fold counted from 1 (0: all rows).
+constexpr int views = 3;
+constexpr int reductions = 4;
+
+/// A task as one number: reduction, view, and the fold counted from 1 (0: all rows).
 int packed(const CoreTask& task) {
   const int fold = task.fold ? static_cast<int>(*task.fold) + 1 : 0;
-  return (fold * 2 + (task.compressed ? 1 : 0)) * 4 + static_cast<int>(task.reduction);
+  return (fold * views + static_cast<int>(task.view)) * reductions +
+         static_cast<int>(task.reduction);
 }
 
 CoreTask unpacked(int detail) {
-  CoreTask task{static_cast<classifier::Reduction>(detail % 4), detail / 4 % 2 == 1, {}};
-  if (detail >= 8) task.fold = static_cast<std::size_t>(detail / 8 - 1);
+  CoreTask task{static_cast<classifier::Reduction>(detail % reductions),
+                static_cast<classifier::View>(detail / reductions % views),
+                {}};
+  const int fold = detail / (reductions * views);
+  if (fold > 0) task.fold = static_cast<std::size_t>(fold - 1);
   return task;
 }
 

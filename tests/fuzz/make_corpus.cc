@@ -23,10 +23,12 @@ void write(const std::filesystem::path& path, std::string_view text) {
 
 bool write_models(const std::filesystem::path& folder) {
   using classifier::Learner;
-  for (const Learner learner :
-       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc}) {
-    const bool compressed = learner == Learner::all || learner == Learner::lda;
-    const auto model = sample_model(learner, compressed);
+  using classifier::View;
+  for (const auto& [learner, view] :
+       {std::pair{Learner::pvalue, View::plain}, std::pair{Learner::pca, View::plain},
+        std::pair{Learner::all, View::compressed}, std::pair{Learner::lda, View::compressed},
+        std::pair{Learner::svc, View::ranked}}) {
+    const auto model = sample_model(learner, view);
     std::ostringstream text;
     if (!model || !classifier::save_model(*model, text)) return false;
     write(folder / std::string(classifier::to_string(learner)), text.view());

@@ -63,7 +63,7 @@ Dataset sample_dataset() {
   return dataset;
 }
 
-Result<classifier::StoredModel> sample_model(classifier::Learner learner, bool compressed) {
+Result<classifier::StoredModel> sample_model(classifier::Learner learner, classifier::View view) {
   classifier::FeatureSetup setup;
   setup.taxels = 1;
   setup.phases.press = true;
@@ -83,7 +83,7 @@ Result<classifier::StoredModel> sample_model(classifier::Learner learner, bool c
   classifier::TrainOptions options;
   options.cap = 3;
   options.threads = 1;
-  auto trained = classifier::train_recipe(matrix, {learner, options.cap, compressed}, options);
+  auto trained = classifier::train_recipe(matrix, {learner, options.cap, view}, options);
   if (!trained) return pass(trained.error());
   auto aids = classifier::learn_aids(*trained, matrix, options);
   if (!aids) return pass(aids.error());

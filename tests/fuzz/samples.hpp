@@ -13,6 +13,6 @@ namespace weft::fuzz {
 daemon::Dataset sample_dataset();
 
 /// Three fabrics, one taxel, phases P and M. Of one kind of learner, not a choice.
-Result<classifier::StoredModel> sample_model(classifier::Learner learner, bool compressed);
+Result<classifier::StoredModel> sample_model(classifier::Learner learner, classifier::View view);
 
 }  // namespace weft::fuzz

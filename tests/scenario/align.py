@@ -11,7 +11,7 @@ import sys
 import tempfile
 
 from cli_support import Checks
-from emulated_support import ServedRig, rig_file
+from emulated_support import ServedRig, near_home, rig_file
 
 
 def simulated_rig(root, d, name, tilt_deg, **changes):
@@ -62,6 +62,7 @@ def main():
         # The same on ports in real time: a small grid, so that it takes about a minute.
         tilt = [0.4, -0.3]
         path, rig = rig_file(root, d, plate_tilt_deg=tilt)
+        near_home(path, rig)
         with ServedRig(weft_rig, path, rig):
             report = aligned(t, d, path, "--points", 2, "--span-mm", 20, "--max-tilt-deg", 1, "--tolerance-mrad", 0.3,
                              "--touch-speed-mm-s", 0.1)

@@ -119,7 +119,7 @@ def every_learner(t, d):
 def name_of(recipe):
     """As `weft train` writes it."""
     capped = recipe["learner"] in ("pca", "pvalue")
-    return recipe["learner"] + (f", N {recipe['cap']}" if capped else "") + (", compressed" if recipe["compressed"] else "")
+    return recipe["learner"] + (f", N {recipe['cap']}" if capped else "") + (f', {recipe["view"]}' if recipe["view"] != "plain" else "")
 
 
 def kept_as_evaluated(t, d):
@@ -135,7 +135,7 @@ def kept_as_evaluated(t, d):
                          "--answers", cwd=d)["results"][learner]
         trained = t.succeeds("train", "A.h5", "-o", "kept.weft", "--learner", learner, cwd=d)
         t.expect(0.3 < ran["accuracy"] < 1, f"{learner}: {ran['accuracy']} right does not tell answers apart")
-        for key in ("learner", "compressed"):
+        for key in ("learner", "view"):
             t.expect(ran["chosen"][0][key] == trained[key], f"{learner}: {ran['chosen']} is not {trained}")
         tried = [(name_of(c), c["errors"], c["tested"]) for c in ran.get("candidates", [])]
         t.expect(tried == [(c["learner"], c["errors"], c["tested"]) for c in trained.get("candidates", [])],

@@ -19,7 +19,7 @@ import threading
 import time
 
 from cli_support import Checks
-from emulated_support import ServedRig, rig_file
+from emulated_support import ServedRig, near_home, rig_file
 
 FORCE_CAP_N = 10.0
 STOPPED_WITHIN_S = 1.0      # of the kill; without the monitor a slide goes on to its end
@@ -67,15 +67,6 @@ def recipe(root, folder):
         else:
             phase["duration_s"] = 1
     (folder / "kill.json").write_text(json.dumps(document))
-
-
-def near(path, rig):
-    """The cloth 16 mm from the ends where the stages home, for they do nothing else most of the time."""
-    rig["plate"].update(surface_z_mm=16, size_mm=[60, 60])
-    for device in rig["devices"]:
-        if device["role"] in "xyz":
-            device["emulator"]["start_mm"] = 4
-    path.write_text(json.dumps(rig, indent=1))
 
 
 def newest_row(campaign):
@@ -166,7 +157,7 @@ def main():
         folder = pathlib.Path(name)
         recipe(root, folder)
         path, rig = rig_file(root, folder)
-        near(path, rig)
+        near_home(path, rig)
         with ServedRig(weft_rig, path, rig, seed=3):
             bench = Bench(t, weft, folder, path, rig["simulation"]["console"])
             bench.lose(1, None, signal.SIGKILL)

@@ -29,6 +29,15 @@ def rig_file(root, folder, over_tcp=False, **changes):
     return path, rig
 
 
+def near_home(path, rig, plate_mm=60):
+    """The cloth 16 mm from the ends where the stages home, for they do nothing else most of the time."""
+    rig["plate"].update(surface_z_mm=16, size_mm=[plate_mm, plate_mm])
+    for device in rig["devices"]:
+        if device["role"] in "xyz":
+            device["emulator"]["start_mm"] = 4
+    path.write_text(json.dumps(rig, indent=1))
+
+
 class ServedRig:
     """weft-rig while the block runs. Its orders are answered on the console."""
 

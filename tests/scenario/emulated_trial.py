@@ -14,7 +14,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
 from cli_support import Checks
-from emulated_support import ServedRig, free_port, rig_file
+from emulated_support import ServedRig, free_port, near_home, rig_file
 
 SEED, FABRIC = 7, "denim"
 # What scheduling explains: commands and samples are up to a cycle (10 ms) later than in virtual time, 20 um of cloth at
@@ -105,6 +105,7 @@ def in_memory(d, rig):
 def trial(t, d, root, weft_rig, exploration, over_tcp):
     name = recipe(root, d, exploration)
     path, rig = rig_file(root, d, over_tcp)
+    near_home(path, rig, plate_mm=70)
     if over_tcp:  # units and calibration from the box's pages
         rig["devices"][5]["http"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
         path.write_text(json.dumps(rig))

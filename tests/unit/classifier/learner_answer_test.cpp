@@ -50,11 +50,12 @@ TEST_CASE("A learner whose cores are trained in shares is the one trained in one
   }
 }
 
-TEST_CASE("Compressed cores trained in shares decide bit for bit as in one piece") {
+TEST_CASE("Cores trained in shares decide bit for bit as in one piece, whatever they see") {
+  const View view = GENERATE(View::compressed, View::ranked);
   const FeatureMatrix data = gaussian_classes(3, 8, 5, 1.0, 7);
   const TrainOptions options;
-  const auto whole = train_recipe(data, {Learner::all, 20, true}, options);
-  const auto cores = train_task(data, {Reduction::all, true, {}}, options);
+  const auto whole = train_recipe(data, {Learner::all, 20, view}, options);
+  const auto cores = train_task(data, {Reduction::all, view, {}}, options);
   REQUIRE((whole && cores));
   for (std::size_t r = 0; r < data.size(); ++r) {
     const auto own = whole->prepared(data.values.row(r));
@@ -62,7 +63,7 @@ TEST_CASE("Compressed cores trained in shares decide bit for bit as in one piece
     for (std::size_t i = 0; i < cores->size(); ++i)
       CHECK((*cores)[i].decide(*own) == whole->cores()->cores()[i].decide(*own));
   }
-  CHECK_FALSE(train_task(data, {Reduction::all, false, 99}, options));
+  CHECK_FALSE(train_task(data, {Reduction::all, View::plain, 99}, options));
 }
 
 TEST_CASE("Probabilities of every learner are distributions, and say more of nearer classes") {
@@ -71,7 +72,8 @@ TEST_CASE("Probabilities of every learner are distributions, and say more of nea
   for (const Learner kind : {Learner::lda, Learner::svc, Learner::all}) {
     CAPTURE(to_string(kind));
     const TrainOptions options;
-    const auto learner = train_recipe(data, {kind, 20, kind == Learner::all}, options);
+    const auto learner = train_recipe(
+        data, {kind, 20, kind == Learner::all ? View::compressed : View::plain}, options);
     REQUIRE(learner);
     auto aids = learn_aids(*learner, data, options);
     REQUIRE(aids);
@@ -92,7 +94,7 @@ TEST_CASE("Probabilities of every learner are distributions, and say more of nea
 TEST_CASE("A trial far from every class is none of these, whichever learner is asked") {
   const FeatureMatrix data = gaussian_classes(3, 15, 6, 3.0, 21);
   for (const Learner kind : {Learner::lda, Learner::svc, Learner::pvalue}) {
-    const auto learner = train_recipe(data, {kind, 20, false}, {});
+    const auto learner = train_recipe(data, {kind, 20, View::plain}, {});
     REQUIRE(learner);
     auto aids = learn_aids(*learner, data, {});
     REQUIRE(aids);

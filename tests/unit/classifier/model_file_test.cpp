@@ -40,12 +40,12 @@ std::vector<Trial> cloths(std::size_t classes, std::size_t per_class) {
   return out;
 }
 
-StoredModel trained(Learner kind, bool compressed = false, bool with_aids = false) {
+StoredModel trained(Learner kind, View view = View::plain, bool with_aids = false) {
   TrainOptions options;
   options.threads = 1;
   const auto matrix = build_feature_matrix(cloths(3, 6), {}, 1);
   REQUIRE(matrix);
-  auto learner = train_recipe(*matrix, {kind, 20, compressed}, options);
+  auto learner = train_recipe(*matrix, {kind, 20, view}, options);
   REQUIRE(learner);
   StoredModel out{std::move(*learner),
                   {taxels, {true, true, true}, {}, 0.0, 0.0, 0.028, "M1"},
@@ -102,15 +102,15 @@ std::vector<std::uint64_t> bits_of(const Answer& answer) {
 
 TEST_CASE("a stored model of any learner answers bit for bit as the one that was saved") {
   for (const Learner kind : stored_kinds())
-    for (const bool compressed : {false, true})
+    for (const View view : all_views())
       for (const bool with_aids : {false, true}) {
-        CAPTURE(to_string(kind), compressed, with_aids);
-        const StoredModel before = trained(kind, compressed, with_aids);
+        CAPTURE(to_string(kind), to_string(view), with_aids);
+        const StoredModel before = trained(kind, view, with_aids);
         const std::string text = saved(before);
         const auto after = loaded(text);
         REQUIRE(after);
         CHECK(after->learner.kind() == kind);
-        CHECK(after->learner.compression().has_value() == compressed);
+        CHECK(after->learner.view().kind() == view);
         CHECK(saved(*after) == text);
         for (const Trial& trial : cloths(3, 9)) {
           const auto a = classify(before, trial);
@@ -125,7 +125,7 @@ TEST_CASE("a stored model of any learner answers bit for bit as the one that was
 TEST_CASE("a stored learner answers as the learner itself, and knows the cloths") {
   for (const Learner kind : stored_kinds()) {
     CAPTURE(to_string(kind));
-    const StoredModel stored = trained(kind, true, true);
+    const StoredModel stored = trained(kind, View::ranked, true);
     std::size_t right = 0;
     for (const Trial& trial : cloths(3, 9)) {
       const auto said = classify(stored, trial);
@@ -154,7 +154,7 @@ TEST_CASE("a file of version 3 is read, and stored as the version of today") {
   const auto stored = loaded(text);
   REQUIRE(stored);
   CHECK(stored->learner.kind() == Learner::pvalue);
-  CHECK_FALSE(stored->learner.compression());
+  CHECK(stored->learner.view().kind() == View::plain);
   REQUIRE(stored->aids);
   const std::string today = saved(*stored);
   CHECK(today.starts_with(model_file_header));
@@ -166,6 +166,22 @@ TEST_CASE("a file of version 3 is read, and stored as the version of today") {
   REQUIRE((a && b));
   CHECK(bits_of(*a) == bits_of(*b));
   CHECK_FALSE(loaded(replaced(text, "reduction pvalue", "reduction lda")));
+}
+
+// The file was written by the last program that knew version 4 only.
+TEST_CASE("a file of version 4 with compressed features is read as such") {
+  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/tests/golden/model/version_4.weft");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  REQUIRE(text.starts_with("weft-fabric-model 4\n"));
+  const auto stored = loaded(text);
+  REQUIRE(stored);
+  CHECK(stored->learner.kind() == Learner::lda);
+  CHECK(stored->learner.view().kind() == View::compressed);
+  const auto again = loaded(saved(*stored));
+  REQUIRE(again);
+  const std::vector<double> features(stored->learner.feature_names().size(), 3.0);
+  CHECK(*stored->learner.prepared(features) == *again->learner.prepared(features));
+  CHECK_FALSE(loaded(replaced(text, "compressed 1", "compressed 0")));
 }
 
 TEST_CASE("bench kind, data set and training options travel with a model") {
@@ -198,7 +214,7 @@ TEST_CASE("one altered byte anywhere is noticed") {
 
 TEST_CASE("another version and another file are told apart from damage") {
   const std::string text = saved(trained(Learner::all));
-  CHECK(loaded(replaced(text, "weft-fabric-model 4", "weft-fabric-model 2")).error().code ==
+  CHECK(loaded(replaced(text, "weft-fabric-model 5", "weft-fabric-model 2")).error().code ==
         Errc::unsupported);
   CHECK(loaded("t_s,ch1\n0,1\n").error().code == Errc::parse);
   CHECK(loaded("").error().code == Errc::parse);
@@ -243,8 +259,8 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
       {Learner::lda, "learner lda", "learner best"},
       {Learner::lda, "learner lda", "learner svc"},
       {Learner::lda, "learner lda", "learner pvalue"},
-      {Learner::lda, "compressed 1", "compressed 0"},
-      {Learner::lda, "compressed 1", "compressed 2"},
+      {Learner::lda, "view compressed", "view plain"},
+      {Learner::lda, "view compressed", "view oblique"},
       {Learner::lda, "weight ", "weight nan "},
       {Learner::lda, "bias ", "bias 1 "},
       {Learner::lda, "deviation ", "deviation -"},
@@ -258,12 +274,40 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
       {Learner::svc, "coefficients ", "coefficients inf "},
   }));
   CAPTURE(from, to);
-  const auto stored = loaded(replaced(saved(trained(kind, true)), from, to));
+  const auto stored = loaded(replaced(saved(trained(kind, View::compressed)), from, to));
   REQUIRE_FALSE(stored);
   CHECK(stored.error().code == Errc::corrupt);
   CHECK(stored.error().where.find("line ") != std::string::npos);
   CHECK_FALSE(stored.error().expected.empty());
   CHECK_FALSE(stored.error().got.empty());
+}
+
+TEST_CASE("a wrong line of the knots of ranks is refused with its number") {
+  const auto [from, to] = GENERATE(table<std::string, std::string>({
+      {"view ranked", "view compressed"},
+      {"knots 18", "knots 0"},
+      {"knots 18", "knots 17"},
+      {"knots 18\nrow ", "knots 18\nrow 1e300 "},
+      {"knots 18\nrow ", "knots 18\nrow nan "},
+  }));
+  CAPTURE(from, to);
+  const auto stored = loaded(replaced(saved(trained(Learner::lda, View::ranked)), from, to));
+  REQUIRE_FALSE(stored);
+  CHECK(stored.error().code == Errc::corrupt);
+  CHECK(stored.error().where.find("line ") != std::string::npos);
+}
+
+TEST_CASE("knots that fall are refused") {
+  const std::string text = saved(trained(Learner::lda, View::ranked));
+  const std::size_t first = text.find("\nrow ") + 1;
+  const std::size_t second = text.find("\nrow ", first) + 1;
+  const std::string row = text.substr(first, second - first);
+  std::string swapped = text;
+  swapped.erase(first, row.size());
+  swapped.insert(text.find("\nrow ", second) + 1 - row.size(), row);
+  const auto stored = loaded(sealed(swapped));
+  REQUIRE_FALSE(stored);
+  CHECK(to_string(stored.error()).find("fall") != std::string::npos);
 }
 
 TEST_CASE("a trial of another sensor or with other phases is refused by name") {

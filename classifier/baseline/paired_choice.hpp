@@ -1,0 +1,21 @@
+#pragma once
+// The choice among learners that were tried on the same trials.
+
+#include <cstddef>
+#include <vector>
+
+namespace weft::classifier {
+
+/// Two learners disagree about more + fewer trials, and one of them is wrong on `more` of these:
+/// the probability that a fair coin gives the other side at most `fewer` (one-sided sign test,
+/// McNemar's without its approximation); 1/2 where `more` is not the larger.
+double sign_test(std::size_t more, std::size_t fewer);
+
+/// The first candidate, simple ones first, whose errors exceed those of the best by no more than
+/// one standard deviation, by a sign test on the trials where the two differ; the best is the first
+/// with the fewest errors. That is Breiman's rule of one standard error (Breiman et al. 1984,
+/// section 3.4.3) for learners tried on the same trials. `wrong`: per candidate whether each trial
+/// was got wrong; the first has all trials, and one with fewer was dropped and is passed over.
+std::size_t first_not_clearly_worse(const std::vector<std::vector<bool>>& wrong);
+
+}  // namespace weft::classifier

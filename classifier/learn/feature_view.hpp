@@ -1,0 +1,72 @@
+#pragma once
+// How a learner sees the features: as they are, compressed, or by their rank among training values.
+
+#include <span>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "classifier/features/matrix.hpp"
+#include "classifier/learn/scaler.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+enum class View {
+  plain,
+  /// Scaled by all training rows, then sign(z) log(1 + |z|): moments of contact signals have long
+  /// tails.
+  compressed,
+  /// The share of training values below, 0 to 1: no tail is left, and how far apart two values are
+  /// counts by how many trials lie between them.
+  ranked
+};
+
+std::string_view to_string(View view);
+Result<View> view_from(std::string_view text);
+/// In the order of the enumeration, simple ones first.
+std::vector<View> all_views();
+
+/// Places of values among those of a training, feature by feature.
+class RankTable {
+ public:
+  /// Quantiles kept of a feature; all values where rows are fewer.
+  static constexpr std::size_t most_knots = 256;
+
+  /// At least one row, all values finite.
+  static RankTable fit(const Matrix& rows);
+  /// A stored one: [knots x features], at least one knot, columns not falling.
+  explicit RankTable(Matrix knots) : knots_(std::move(knots)) {}
+
+  /// Between 0 and 1, never falling; linear between knots, in the middle of equal ones, 1/2 for a
+  /// feature that was constant (up to rounding) in the training. `value` finite.
+  [[nodiscard]] double place(std::size_t feature, double value) const;
+  [[nodiscard]] const Matrix& knots() const { return knots_; }
+
+ private:
+  Matrix knots_;
+};
+
+/// A view and what it learnt. Immutable; may be used by several threads.
+class FeatureView {
+ public:
+  using Table = std::variant<std::monostate, Scaler, RankTable>;  ///< in the order of View
+
+  FeatureView() = default;  ///< plain
+  explicit FeatureView(Table table) : table_(std::move(table)) {}
+  /// At least one row, all values finite.
+  static FeatureView fit(View view, const Matrix& rows);
+
+  [[nodiscard]] View kind() const { return static_cast<View>(table_.index()); }
+  [[nodiscard]] const Table& table() const { return table_; }
+
+  /// Features of one trial, in place. As many as the training had, all finite.
+  void apply(std::span<double> features) const;
+  /// Every row so.
+  void apply(Matrix& rows) const;
+
+ private:
+  Table table_;
+};
+
+}  // namespace weft::classifier
