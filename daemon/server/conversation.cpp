@@ -14,21 +14,6 @@ namespace code = rpc::code;
 
 constexpr std::string_view halt_line = "!halt";
 
-const rpc::MethodSpec& session_open() {
-  static const rpc::MethodSpec spec{
-      "session.open",
-      "introduces the client and settles protocol and role; the first request",
-      access::Role::observer,
-      rpc::Effect::read,
-      {{"client", rpc::ParamType::text, true, "name of the program"},
-       {"version", rpc::ParamType::text, false, "of the program"},
-       {"protocol", rpc::ParamType::text, false, "wanted, \"1.x\""},
-       {"token", rpc::ParamType::text, false, "where the peer's credentials do not do"},
-       {"want", rpc::ParamType::list, false, "features"}},
-      "session, role, protocol, features, epoch, seq, ready"};
-  return spec;
-}
-
 bool speaks(std::string_view wanted) {
   return wanted.empty() || wanted == "1.x" || wanted == protocol_version;
 }
@@ -45,6 +30,33 @@ std::string fingerprint_of(const rpc::MethodSpec& spec, const json& params) {
 }
 
 }  // namespace
+
+const rpc::MethodSpec& session_open() {
+  static const rpc::MethodSpec spec{
+      "session.open",
+      "introduces the client and settles protocol and role; the first request",
+      access::Role::observer,
+      rpc::Effect::read,
+      {{"client", rpc::ParamType::text, true, "name of the program"},
+       {"version", rpc::ParamType::text, false, "of the program"},
+       {"protocol", rpc::ParamType::text, false, "wanted, \"1.x\""},
+       {"token", rpc::ParamType::text, false, "where the peer's credentials do not do"},
+       {"want", rpc::ParamType::list, false, "features"}},
+      "session, role, protocol, features, epoch, seq, ready"};
+  return spec;
+}
+
+void add_session_open(rpc::Methods& methods) {
+  methods.add(session_open(), [](const rpc::Call& call) -> Outcome {
+    return tl::unexpected(rpc_error(code::access + 7, "session.again",
+                                    {Errc::wrong_state,
+                                     "introduced already",
+                                     "/method",
+                                     {},
+                                     call.caller.session,
+                                     "Open another connection for another role"}));
+  });
+}
 
 Conversation::Conversation(Shared& shared, Peer peer, std::string session, Send send)
     : shared_(&shared), peer_(std::move(peer)), send_(std::move(send)) {
@@ -70,7 +82,7 @@ void Conversation::greet() {
 
 void Conversation::hear(std::string_view line) {
   if (line == halt_line) {
-    if (peer_.local) return shared_->halt(caller_);
+    if (peer_.local) return halt();
     return send_(rpc::error_line(
         "null",
         rpc_error(
@@ -81,6 +93,15 @@ void Conversation::hear(std::string_view line) {
   const auto request = rpc::parse_request(line);
   if (!request) return send_(rpc::error_line(request.error().id_json, request.error().error));
   handle(*request);
+}
+
+// Whoever pulls the line is told, subscribed or not (design/API.md, 3).
+void Conversation::halt() {
+  shared_->halt(caller_);
+  const json latched{{"topic", "rig"},
+                     {"seq", shared_->hub->seq()},
+                     {"delta", {{"latched", "halt"}, {"by", caller_.session}}}};
+  send_(json{{"jsonrpc", "2.0"}, {"method", "event"}, {"params", latched}}.dump());
 }
 
 void Conversation::handle(const rpc::Request& request) {

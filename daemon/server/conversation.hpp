@@ -46,6 +46,11 @@ struct Shared {
   std::function<Clock()> now;
 };
 
+/// The first request of every client.
+const rpc::MethodSpec& session_open();
+/// Puts it into the table, so that rpc.discover tells of it and a second one is refused as such.
+void add_session_open(rpc::Methods& methods);
+
 class Conversation {
  public:
   /// Requests that may wait for their answers at a time [count].
@@ -73,6 +78,7 @@ class Conversation {
   [[nodiscard]] std::size_t subscriptions() const { return subscriptions_.size(); }
 
  private:
+  void halt();
   void handle(const rpc::Request& request);
   rpc::Outcome introduce(const nlohmann::json& params);
   [[nodiscard]] std::optional<rpc::RpcError> refusal(const rpc::MethodSpec& spec) const;

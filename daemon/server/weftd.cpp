@@ -105,6 +105,7 @@ void Daemon::wire(const DaemonOptions& options) {
     hub_.publish("rig", {{"rig", "latched"}, {"by", caller.session}}, utc_us());
   };
   shared_.now = [] { return steady_wall_now(); };
+  add_session_open(methods_);
   api::add_system_methods(methods_, services_);
   api::add_lease_methods(methods_, services_);
   api::add_recipe_methods(methods_, services_);

@@ -114,7 +114,11 @@ add_test(NAME scenario_weftd_runs
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_http
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_http.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_weftd_runs scenario_weftd_http PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# docs/api.md against the daemon's own document; its examples are run.
+add_test(NAME scenario_api_document
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/api_document.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_api_document PROPERTIES SKIP_RETURN_CODE 77)
+set_tests_properties(scenario_weftd_runs scenario_weftd_http scenario_api_document PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The plate's tilt found by touching and levelled: simulated, on ports in real time, and where it has to give up.
 add_test(NAME scenario_align

@@ -167,6 +167,7 @@ def halts(daemon, client):
     queued = client.call("run.start", recipe="small", lease=lease)["run"]
     stranger = Client(daemon.socket, introduce=False)
     stranger.send("!halt")
+    assert stranger.read()["params"]["delta"]["latched"] == "halt"
     ended = client.call("run.wait", run=run)
     assert (ended["outcome"], ended["cleanup"]) == ("aborted", "skipped"), ended
     assert client.call("rig.state")["rig"] == "latched"

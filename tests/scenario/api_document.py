@@ -1,0 +1,131 @@
+#!/usr/bin/env python3
+"""docs/api.md is what the daemon says of itself, and its examples do what they say: those for a shell with nc, that in Python.
+
+    api_document.py WEFTD SOURCE_ROOT [--write]      --write: make the page, run nothing
+"""
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+
+SKIPPED = 77
+PATIENCE_S = 240
+TITLES = {"system": "The daemon", "session": "Who you are", "lease": "Leases", "rig": "The rig", "recipe": "Recipes",
+          "run": "Runs", "sub": "Events", "log": "Journal", "rpc": "This document"}
+
+
+class Daemon:
+    def __init__(self, weftd, root, folder):
+        (folder / "recipes").mkdir()
+        small = json.loads((root / "recipes/library/m1.json").read_text())
+        small.update(fabrics=["denim"], repetitions=1)
+        (folder / "recipes/small.json").write_text(json.dumps({k: v for k, v in small.items() if k != "$schema"}))
+        self.socket = folder / "weftd.sock"
+        self.process = subprocess.Popen(
+            [weftd, "--rig", root / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data",
+             "--socket", self.socket], stdout=subprocess.PIPE, text=True)
+
+    def __enter__(self):
+        line = self.process.stdout.readline()
+        assert line.startswith("weftd: ready"), line
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGTERM)
+        assert self.process.wait(PATIENCE_S) == 0
+        self.process.stdout.close()
+
+    def discover(self):
+        with socket.socket(socket.AF_UNIX) as wire:
+            wire.connect(str(self.socket))
+            lines = wire.makefile()
+            lines.readline()
+            answers = []
+            for method, params in (("session.open", {"client": "document", "protocol": "1.x"}), ("rpc.discover", {})):
+                wire.sendall(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).encode() + b"\n")
+                answers.append(json.loads(lines.readline())["result"])
+            return answers[1]
+
+
+def rows(methods):
+    for method in methods:
+        yield f"### {method['name']}\n"
+        role = f"Least role: {method['x-role']}. " + ("Changes something. " if method["x-changes"] else "")
+        yield f"{method['summary'].capitalize()}. {role}Result: {method['result']['description']}.\n"
+        if method["params"]:
+            yield "| parameter | type | |\n|---|---|---|"
+            for p in method["params"]:
+                needed = ", needed" if p["required"] else ""
+                yield f"| `{p['name']}` | {p['schema']['type']}{needed} | {p['description']} |"
+            yield ""
+
+
+def page(document, head):
+    out = [head.rstrip(), "", f"# Methods of version {document['info']['version']}", ""]
+    nouns = []
+    for method in document["methods"]:
+        noun = method["name"].split(".")[0]
+        nouns += [] if noun in nouns else [noun]
+    for noun in nouns:
+        out += [f"## {TITLES.get(noun, noun)}", ""]
+        out += rows(m for m in document["methods"] if m["name"].split(".")[0] == noun)
+    return "\n".join(out).rstrip() + "\n"
+
+
+def run(command, environment):
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, env={**os.environ, **environment})
+    assert ran.returncode == 0, f"{command}: {ran.returncode} {ran.stdout} {ran.stderr}"
+    return ran.stdout
+
+
+def answers(text):
+    return {m["id"]: m for m in map(json.loads, text.splitlines()) if "id" in m}
+
+
+def shell_examples(text, environment):
+    """Indented blocks, in order: ready and recipes, halt, reset, an error."""
+    blocks = [b for b in re.findall(r"(?:^    .*\n)+", text, re.M) if "nc -U" in b]
+    assert len(blocks) == 4, f"{len(blocks)} examples with nc"
+    ready, halt, reset, refused = (run(["bash", "-euc", block], environment) for block in blocks)
+    said = answers(ready)
+    assert said[2]["result"] == {"ok": True, "blockers": []}, ready
+    assert said[3]["result"]["recipes"] == ["small"], ready
+    assert '"latched"' in halt and '"halt"' in halt, halt
+    assert "result" in answers(reset)[2], reset
+    error = answers(refused)[2]["error"]
+    assert error["data"]["kind"] == "param.unknown" and "run" in error["data"]["hint"], refused
+
+
+def main():
+    weftd, root, write = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), "--write" in sys.argv
+    target, folder = root / "docs/api.md", pathlib.Path(tempfile.mkdtemp(prefix="weft-api-"))
+    try:
+        with Daemon(weftd, root, folder) as daemon:
+            made = page(daemon.discover(), (root / "docs/api.head.md").read_text())
+            if write:
+                target.write_text(made)
+                return 0
+            assert target.read_text() == made, "docs/api.md is not what the daemon says: api_document.py WEFTD ROOT --write"
+            environment = {"WEFT_SOCKET": str(daemon.socket), "WEFT_RECIPE": "small"}
+            (example,) = re.findall(r"```python\n(.*?)```", made, re.S)
+            said = run([sys.executable, "-c", example], environment).splitlines()
+            assert "complete done safe" in said, said[-3:]
+            assert any(line.startswith("event run:R-000001") for line in said), said
+            if shutil.which("nc") is None:
+                print("nc is not installed (netcat-openbsd): the examples for a shell were not run")
+                return SKIPPED
+            shell_examples(made, environment)
+            print(f"{made.count('### ')} methods, 5 examples run")
+    finally:
+        shutil.rmtree(folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
