@@ -1,10 +1,12 @@
 #include "daemon/server/socket_server.hpp"
 
 #include <pwd.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <asio/generic/stream_protocol.hpp>
 #include <asio/io_context.hpp>
@@ -15,6 +17,8 @@
 #include <asio/write.hpp>
 #include <deque>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "daemon/server/line_buffer.hpp"
 #include "daemon/server/loopback.hpp"
@@ -62,6 +66,7 @@ struct SocketServer::Parts {
   void listen_unix();
   void listen_tcp();
   void welcome(stream_protocol::socket socket, Peer peer);
+  void next(const asio::error_code& error, void (Parts::*listen)());
   void next_tick(const std::function<void()>& tick);
 
   asio::io_context context{1};
@@ -71,6 +76,8 @@ struct SocketServer::Parts {
   Unix::acceptor local{context};
   tcp::acceptor loopback{context};
   asio::steady_timer ticker{context};
+  /// Could accept nobody, for want of a descriptor as a rule; tried again at the next tick.
+  std::vector<void (Parts::*)()> resting;
   std::set<std::shared_ptr<Connection>> connections;
   std::uint64_t next_session = 1;
 };
@@ -202,7 +209,7 @@ void SocketServer::Parts::listen_unix() {
       const Peer peer = peer_of(socket.native_handle());
       welcome(stream_protocol::socket(std::move(socket)), peer);
     }
-    listen_unix();
+    next(error, &Parts::listen_unix);
   });
 }
 
@@ -214,14 +221,22 @@ void SocketServer::Parts::listen_tcp() {
       socket.set_option(tcp::no_delay(true), ignored);
       welcome(stream_protocol::socket(std::move(socket)), {});
     }
-    listen_tcp();
+    next(error, &Parts::listen_tcp);
   });
+}
+
+void SocketServer::Parts::next(const asio::error_code& error, void (Parts::*listen)()) {
+  if (error)
+    resting.push_back(listen);
+  else
+    (this->*listen)();
 }
 
 void SocketServer::Parts::next_tick(const std::function<void()>& tick) {
   ticker.expires_after(tick_period);
   ticker.async_wait([this, &tick](const asio::error_code& cancelled) {
     if (cancelled) return;
+    for (const auto listen : std::exchange(resting, {})) (this->*listen)();
     tick();
     next_tick(tick);
   });
@@ -267,6 +282,15 @@ Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   return {};
 }
 
+// What the process may open beside what a run needs for its devices and files.
+std::size_t spare_descriptors() {
+  constexpr std::size_t needed = 100;
+  rlimit found{};
+  if (getrlimit(RLIMIT_NOFILE, &found) != 0) return needed;
+  const auto allowed = static_cast<std::size_t>(found.rlim_cur);
+  return allowed > 2 * needed ? allowed - needed : allowed / 2;
+}
+
 }  // namespace
 
 SocketServer::SocketServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -279,7 +303,9 @@ SocketServer::~SocketServer() {
 
 Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Shared& shared,
                                                          const Limits& limits) {
-  auto parts = std::make_unique<Parts>(shared, limits, where.socket);
+  Limits held = limits;
+  held.connections = std::min(held.connections, spare_descriptors());
+  auto parts = std::make_unique<Parts>(shared, held, where.socket);
   if (Status ok = open_unix(parts->local, where.socket); !ok) return pass(ok.error());
   if (where.loopback_port)
     if (Status ok = listen_on_loopback(parts->loopback, *where.loopback_port); !ok)

@@ -18,7 +18,7 @@ class io_context;
 namespace weft::daemon::server {
 
 struct Limits {
-  std::size_t connections = 2048;
+  std::size_t connections = 2048;  ///< fewer where the process may open fewer files
   std::size_t line_bytes = rpc::most_line_bytes;
   std::size_t unsent_bytes = std::size_t{4} << 20;  ///< answers that a client does not read
   std::chrono::seconds introduction{10};            ///< until session.open; then it is closed

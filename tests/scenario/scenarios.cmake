@@ -124,3 +124,8 @@ set_tests_properties(scenario_weftd_runs scenario_weftd_http scenario_api_docume
 add_test(NAME scenario_align
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/align.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_align PROPERTIES TIMEOUT 600 COST 800 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# The same daemon among broken and hostile clients.
+add_test(NAME scenario_weftd_hostile
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_hostile.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

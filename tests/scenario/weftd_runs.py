@@ -10,87 +10,15 @@ import hashlib
 import json
 import os
 import pathlib
-import re
 import signal
-import socket
 import sqlite3
 import subprocess
 import sys
 import tempfile
 
+from weftd_support import PATIENCE_S, Client, Daemon, token_of
+
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-PATIENCE_S = 240  # for an answer; only a daemon that hangs needs it
-
-
-class Daemon:
-    def __init__(self, folder, *more):
-        self.socket = folder / "data" / "weftd.sock"
-        self.process = subprocess.Popen(
-            [WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data", *more],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        line = self.process.stdout.readline()
-        assert line.startswith("weftd: ready"), self.process.stderr.read()
-        found = re.search(r":(\d+)", line.removeprefix("weftd: ready"))
-        self.port = int(found.group(1)) if found else None
-
-    def end(self, how=signal.SIGTERM):
-        self.process.send_signal(how)
-        return self.process.wait(PATIENCE_S)
-
-
-class Client:
-    def __init__(self, where, introduce=True):
-        self.wire = socket.socket(socket.AF_INET if isinstance(where, tuple) else socket.AF_UNIX)
-        self.wire.settimeout(PATIENCE_S)
-        self.wire.connect(where if isinstance(where, tuple) else str(where))
-        self.lines = self.wire.makefile("r", encoding="utf-8")
-        self.events, self.last = [], 0
-        self.greeting = self.read()
-        assert self.greeting["method"] == "hello" and self.greeting["params"]["product"] == "weftd", self.greeting
-        if introduce:
-            self.session = self.call("session.open", client="test", protocol="1.x")
-
-    def read(self):
-        line = self.lines.readline()
-        assert line, "the daemon closed the connection"
-        return json.loads(line)
-
-    def send(self, text):
-        self.wire.sendall(text.encode() + b"\n")
-
-    def answer(self, method, **params):
-        self.last += 1
-        self.send(json.dumps({"jsonrpc": "2.0", "id": self.last, "method": method, "params": params}))
-        while True:
-            message = self.read()
-            if message.get("method") == "event":
-                self.events.append(message["params"])
-            elif message.get("id") == self.last:
-                return message
-
-    def call(self, method, **params):
-        message = self.answer(method, **params)
-        assert "result" in message, message
-        return message["result"]
-
-    def refused(self, method, **params):
-        message = self.answer(method, **params)
-        assert "error" in message, message
-        return message["error"]
-
-    def event(self):
-        while not self.events:
-            message = self.read()
-            if message.get("method") == "event":
-                self.events.append(message["params"])
-        return self.events.pop(0)
-
-    def until(self, run, state):
-        """Follows the run's events until it is in a state."""
-        while True:
-            event = self.event()
-            if event["topic"] == f"run:{run}" and event["delta"].get("state") == state:
-                return event
 
 
 def small_recipe(folder):
@@ -225,7 +153,7 @@ def death(folder, client, daemon):
     distant = subprocess.run([WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data",
                               folder / "elsewhere", "--socket", "/" + "x" * 200], capture_output=True, text=True)
     assert distant.returncode == 1 and "too long" in distant.stderr, distant
-    daemon = Daemon(folder)
+    daemon = Daemon(WEFTD, ROOT, folder)
     other = subprocess.run([WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data"],
                            capture_output=True, text=True)
     assert other.returncode == 1 and "another weftd works in this folder" in other.stderr, other
@@ -298,11 +226,10 @@ def main():
     with tempfile.TemporaryDirectory(prefix="weftd-") as name:
         folder = pathlib.Path(name)
         trials = small_recipe(folder)
-        token = subprocess.run([WEFT, "token", "add", "viewer", "--role", "observer", "--tokens", folder / "tokens.json"],
-                               check=True, capture_output=True, text=True).stdout.strip()
+        token = token_of(WEFT, folder / "tokens.json", "viewer", "observer")
         (folder / "data").mkdir()
         os.rename(folder / "tokens.json", folder / "data" / "tokens.json")
-        daemon = Daemon(folder, "--port", "0")
+        daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
         try:
             client = introductions(daemon)
             checks(client, trials)

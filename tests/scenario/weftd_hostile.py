@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""weftd among people who mean it harm, or whose programs are broken: lines made up by a grammar, lines without end, clients that
+drip, more clients than there are descriptors, sockets and token files that are not what they should be.
+
+    weftd_hostile.py WEFTD WEFT SOURCE_ROOT [LINES]
+"""
+import json
+import pathlib
+import random
+import resource
+import socket
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+
+from weftd_support import Client, Daemon, command, token_of
+
+WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+LINES = int(sys.argv[4]) if len(sys.argv) > 4 else 3000
+DESCRIPTORS = 200       # of the daemon, when many come at once
+FLOOD = 10_000          # connections in all
+
+
+class Grammar:
+    """JSON-RPC requests, from right ones to bytes that are no text."""
+
+    def __init__(self, seed, methods):
+        self.random = random.Random(seed)
+        self.methods = methods  # name: parameters
+        self.words = ["R-000001", "L-1", "u1", "small", "", "\u0000", "../../etc/passwd", "é" * 40, "run:*", "latest", "9" * 400]
+
+    def value(self, depth=0):
+        pick = self.random.randrange(9 if depth < 4 else 7)
+        if pick == 7:
+            return [self.value(depth + 1) for _ in range(self.random.randrange(4))]
+        if pick == 8:
+            return {self.random.choice(self.words): self.value(depth + 1) for _ in range(self.random.randrange(4))}
+        return [None, True, self.random.randrange(-2**63, 2**64), self.random.uniform(-1e300, 1e300), self.random.choice(self.words),
+                self.random.choice(self.words), -1][pick]
+
+    def params(self, method):
+        known = self.methods.get(method, [])
+        out = {}
+        for name in known:
+            if self.random.random() < 0.8:
+                out[name] = self.random.choice(self.words) if self.random.random() < 0.6 else self.value()
+        if self.random.random() < 0.2:
+            out[self.random.choice(["rum", "lease ", "__proto__", ""])] = self.value()
+        return out if self.random.random() < 0.9 else self.value()
+
+    def request(self):
+        method = self.random.choice([*self.methods, "rum.start", "", "run.start\n", "rpc.", "$/cancel"])
+        out = {"jsonrpc": "2.0", "id": self.random.choice([1, "a", None, 2**53, 1.5]), "method": method, "params": self.params(method)}
+        for key in list(out):
+            if self.random.random() < 0.06:
+                del out[key]
+            elif self.random.random() < 0.05:
+                out[key] = self.value()
+        return out
+
+    def line(self):
+        text = json.dumps(self.request(), ensure_ascii=self.random.random() < 0.5)
+        raw = bytearray(text.replace("\n", " "), "utf-8")
+        for _ in range(self.random.choice([0, 0, 0, 1, 3])):
+            at = self.random.randrange(len(raw) + 1)
+            edit = self.random.randrange(4)
+            if edit == 0:
+                raw[at:at] = bytes([self.random.choice([b for b in range(256) if b != 10])])
+            elif edit == 1:
+                del raw[at:at + self.random.randrange(1, 9)]
+            elif edit == 2:
+                raw[at:at] = self.random.choice([b"[" * 2000, b"{\"a\":" * 500, b"1e999", b"\\ud800", b"\xff\xfe", b"//"])
+            else:
+                raw = raw[:at]
+        return bytes(raw)
+
+
+def asked_by_nobody(request):
+    """What ends a connection, or the daemon's patience, in a way that is meant."""
+    return isinstance(request, bytes) and request.strip() in (b"", b"!halt")
+
+
+def grammar(daemon, token):
+    """An observer sends them all. Every line that is not blank and no notification has one answer, and an observer stays one."""
+    client = Client(("127.0.0.1", daemon.port), introduce=False)
+    client.call("session.open", client="x", token=token)
+    methods = {m["name"]: [p["name"] for p in m["params"]] for m in client.call("rpc.discover")["methods"]}
+    methods.pop("rig.halt")  # that is for everybody, see weftd_runs
+    methods.pop("run.wait")  # may rightly wait
+    made = Grammar(2016, methods)
+    errors = answers = 0
+    for _ in range(LINES):
+        line = made.line()
+        if asked_by_nobody(line):
+            continue
+        client.wire.sendall(line + b"\n" + b'{"jsonrpc":"2.0","id":"after","method":"session.whoami"}\n')
+        while True:
+            message = client.read()
+            if message.get("id") == "after" and message.get("result", {}).get("client") == "x":
+                assert message["result"]["role"] == "observer", f"after {line[:300]}: {message}"
+                break
+            if "method" not in message:
+                answers += 1
+                errors += "error" in message
+                kind = message.get("error", {}).get("data", {}).get("kind")
+                assert "result" in message or kind, f"{line[:300]}: {message}"
+    assert client.call("lease.list")["leases"] == [], "an observer has taken a lease"
+    assert client.call("run.list")["runs"] == [], "an observer has started a run"
+    assert errors > LINES / 4 and answers > errors, (errors, answers)
+    return answers, errors
+
+
+def endless_line(daemon):
+    """100 MB without a line's end: told, closed, and never held."""
+    before = daemon.resident_kib()
+    client = Client(daemon.socket, introduce=False)
+    sent = 0
+    try:
+        for _ in range(100):
+            client.wire.sendall(b"x" * 1_000_000)
+            sent += 1
+    except (BrokenPipeError, ConnectionResetError):
+        pass
+    assert sent < 20, f"{sent} MB were taken of a line of at most 1 MiB"
+    assert daemon.resident_kib() - before < 16 * 1024, f"{before} KiB before, {daemon.resident_kib()} after"
+
+
+def drips(daemon):
+    """Bytes that come one by one keep nobody else waiting; who does not introduce himself is sent away."""
+    slow = [Client(daemon.socket, introduce=False) for _ in range(50)]
+    begin = time.monotonic()
+    gone = False
+    while not gone and time.monotonic() - begin < 30:
+        for client in slow:
+            try:
+                client.wire.sendall(b"{")
+            except (BrokenPipeError, ConnectionResetError):
+                gone = True
+        other = Client(daemon.socket)
+        other.call("system.ready")
+        other.wire.close()
+        time.sleep(0.2)
+    assert gone, "clients that never introduce themselves are still there after 30 s"
+
+
+def flood(daemon):
+    """More clients than descriptors: those that are there are served, and when the others are gone new ones are."""
+    old = Client(daemon.socket)
+    waiting = []
+    for i in range(FLOOD):
+        wire = socket.socket(socket.AF_UNIX)
+        wire.settimeout(10)
+        try:
+            wire.connect(str(daemon.socket))
+        except (BlockingIOError, TimeoutError, ConnectionRefusedError):
+            wire.close()
+            continue
+        waiting.append(wire)
+        if len(waiting) > 3 * DESCRIPTORS:
+            waiting.pop(0).close()
+        if i % 1000 == 0:
+            old.call("system.ready")
+    spent = daemon.cpu_s()
+    time.sleep(1)
+    spent = daemon.cpu_s() - spent
+    assert spent < 0.1, f"it spins while clients wait: {spent:.2f} s of processor in a second"
+    assert daemon.descriptors() < DESCRIPTORS - 50, "nothing is left for devices and files"
+    old.call("system.ready")
+    for wire in waiting:
+        wire.close()
+    Client(daemon.socket).call("system.ready")
+
+
+def refuses_to_start(folder, sentence, *options):
+    ran = subprocess.run(command(WEFTD, ROOT, folder, *options), capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 1 and sentence in ran.stderr, f"{ran.returncode}: {ran.stderr}"
+
+
+def places(folder):
+    """A symbolic link where the socket should be, and tokens that everybody may read."""
+    target = folder / "elsewhere"
+    target.write_text("precious")
+    link = folder / "link.sock"
+    link.symlink_to(target)
+    refuses_to_start(folder, "a symbolic link", "--socket", str(link))
+    assert target.read_text() == "precious" and link.is_symlink()
+    tokens = folder / "open_tokens.json"
+    tokens.write_text('{"tokens": []}')
+    tokens.chmod(0o644)
+    refuses_to_start(folder, "chmod 600", "--tokens", str(tokens), "--socket", str(folder / "b.sock"), "--port", "0")
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="weft-hostile-") as name:
+        folder = pathlib.Path(name)
+        (folder / "recipes").mkdir()
+        (folder / "data").mkdir()
+        places(folder)
+        token = token_of(WEFT, folder / "data/tokens.json", "viewer", "observer")
+        resource.setrlimit(resource.RLIMIT_NOFILE, (4096, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+        daemon = Daemon(WEFTD, ROOT, folder, "--port", "0", descriptors=DESCRIPTORS)
+        assert stat.S_IMODE(daemon.socket.stat().st_mode) == 0o660
+        answers, errors = grammar(daemon, token)
+        endless_line(daemon)
+        drips(daemon)
+        flood(daemon)
+        assert daemon.end() == 0
+    print(f"weftd: {LINES} lines of a grammar, {answers} answers, {errors} of them errors; long lines, drips, a flood: it held")
+
+
+main()

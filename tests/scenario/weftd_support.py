@@ -1,0 +1,104 @@
+"""weftd for scenario tests: the program while a test runs, and one end of its socket, with the standard library alone."""
+import json
+import os
+import pathlib
+import re
+import resource
+import signal
+import socket
+import subprocess
+
+PATIENCE_S = 240  # for an answer; only a daemon that hangs needs it
+
+
+class Daemon:
+    """Recipes in folder/recipes, data in folder/data."""
+
+    def __init__(self, weftd, root, folder, *more, descriptors=None):
+        self.socket = folder / "data" / "weftd.sock"
+        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors))) if descriptors else None
+        self.process = subprocess.Popen(command(weftd, root, folder, *more), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        text=True, preexec_fn=limit)
+        line = self.process.stdout.readline()
+        assert line.startswith("weftd: ready"), self.process.stderr.read()
+        found = re.search(r":(\d+)", line.removeprefix("weftd: ready"))
+        self.port = int(found.group(1)) if found else None
+
+    def resident_kib(self):
+        text = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(re.search(r"VmRSS:\s+(\d+)", text).group(1))
+
+    def descriptors(self):
+        return len(list(pathlib.Path(f"/proc/{self.process.pid}/fd").iterdir()))
+
+    def cpu_s(self):
+        fields = pathlib.Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def end(self, how=signal.SIGTERM):
+        self.process.send_signal(how)
+        return self.process.wait(PATIENCE_S)
+
+
+def command(weftd, root, folder, *more):
+    return [weftd, "--rig", root / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data", *more]
+
+
+def token_of(weft, file, name, role):
+    return subprocess.run([weft, "token", "add", name, "--role", role, "--tokens", file], check=True, capture_output=True,
+                          text=True).stdout.strip()
+
+
+class Client:
+    def __init__(self, where, introduce=True):
+        self.wire = socket.socket(socket.AF_INET if isinstance(where, tuple) else socket.AF_UNIX)
+        self.wire.settimeout(PATIENCE_S)
+        self.wire.connect(where if isinstance(where, tuple) else str(where))
+        self.lines = self.wire.makefile("r", encoding="utf-8")
+        self.events, self.last = [], 0
+        self.greeting = self.read()
+        assert self.greeting["method"] == "hello" and self.greeting["params"]["product"] == "weftd", self.greeting
+        if introduce:
+            self.session = self.call("session.open", client="test", protocol="1.x")
+
+    def read(self):
+        line = self.lines.readline()
+        assert line, "the daemon closed the connection"
+        return json.loads(line)
+
+    def send(self, text):
+        self.wire.sendall(text.encode() + b"\n")
+
+    def answer(self, method, **params):
+        self.last += 1
+        self.send(json.dumps({"jsonrpc": "2.0", "id": self.last, "method": method, "params": params}))
+        while True:
+            message = self.read()
+            if message.get("method") == "event":
+                self.events.append(message["params"])
+            elif message.get("id") == self.last:
+                return message
+
+    def call(self, method, **params):
+        message = self.answer(method, **params)
+        assert "result" in message, message
+        return message["result"]
+
+    def refused(self, method, **params):
+        message = self.answer(method, **params)
+        assert "error" in message, message
+        return message["error"]
+
+    def event(self):
+        while not self.events:
+            message = self.read()
+            if message.get("method") == "event":
+                self.events.append(message["params"])
+        return self.events.pop(0)
+
+    def until(self, run, state):
+        """Follows the run's events until it is in a state."""
+        while True:
+            event = self.event()
+            if event["topic"] == f"run:{run}" and event["delta"].get("state") == state:
+                return event
