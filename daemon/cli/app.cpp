@@ -14,6 +14,7 @@
 #include "daemon/cli/doctor_command.hpp"
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/features_command.hpp"
+#include "daemon/cli/manual.hpp"
 #include "daemon/cli/run_command.hpp"
 #include "daemon/cli/trade_command.hpp"
 #include "daemon/cli/trade_sim_command.hpp"
@@ -107,6 +108,21 @@ void add_daemon_commands(CLI::App& root, Commands& all) {
   add(*token, all, "add", "makes one and prints it, once", all.token_add, run_token_add);
 }
 
+/// The command line told to other programs.
+void add_texts(CLI::App& root, Commands& all) {
+  const auto add_text = [&](const char* name, const char* what,
+                            std::string (*text)(const CLI::App&)) {
+    root.add_subcommand(name, what)->callback([&root, &all, text] {
+      all.chosen = [&root, text](Console& console) -> Result<int> {
+        console.out << text(root);
+        return exit_ok;
+      };
+    });
+  };
+  add_text("manual", "these commands as a manual page, for `man -l -`", manual_page);
+  add_text("completion", "what bash completes, for `source <(weft completion)`", bash_completion);
+}
+
 bool asks_for_json(std::span<const char* const> arguments) {
   for (const char* argument : arguments)
     if (std::string_view(argument) == "--json") return true;
@@ -136,6 +152,7 @@ int run(int argc, const char* const* argv, Console& console) {
   try {
     add_commands(root, commands);
     add_daemon_commands(root, commands);
+    add_texts(root, commands);
     if (const auto status = parse(root, argc, argv, console)) return *status;
     const Result<int> status = commands.chosen(console);
     return status ? *status : report(console, status.error());

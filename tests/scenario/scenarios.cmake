@@ -129,3 +129,7 @@ set_tests_properties(scenario_align PROPERTIES TIMEOUT 600 COST 800 ENVIRONMENT 
 add_test(NAME scenario_weftd_hostile
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_hostile.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# What is installed on a machine at a bench.
+add_test(NAME scenario_installed COMMAND ${Python3_EXECUTABLE} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
+set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "daemon/cli/manual.hpp"
 #include "daemon/cli/stop_signals.hpp"
 #include "daemon/server/weftd.hpp"
 
@@ -21,6 +22,13 @@ int main(int argc, char** argv) {
   app.add_option("--port", options.port, "TCP port on 127.0.0.1, for clients with a token");
   app.add_option("--http", options.http_port,
                  "HTTP port on 127.0.0.1: POST /rpc and GET /events, with a token");
+  app.add_flag_callback(
+      "--manual",
+      [&app] {
+        std::cout << weft::daemon::cli::manual_page(app);
+        throw CLI::Success();
+      },
+      "these options as a manual page");
   CLI11_PARSE(app, argc, argv);
   const weft::daemon::cli::StopSignals signals;
   const auto ready = [](const weft::daemon::server::Ports& ports) {

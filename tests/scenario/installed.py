@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""What `cmake --install` puts on a machine: programs that run from there, manual pages without a warning, completion that a shell
+takes, a unit that systemd accepts.
+
+    installed.py BUILD_DIR
+"""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+
+def run(*command, **more):
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, **more)
+    assert ran.returncode == 0, f"{command}: {ran.returncode} {ran.stdout} {ran.stderr}"
+    return ran
+
+
+def completed(script, *words):
+    """What bash offers after these words; the last one is unfinished."""
+    quoted = " ".join(f"'{w}'" for w in words)
+    said = run("bash", "-euc", f"source {script}; COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; _weft; printf '%s\\n' \"${{COMPREPLY[@]}}\"")
+    return set(said.stdout.split())
+
+
+def manual(page, *mentioned):
+    text = page.read_text()
+    assert text.startswith(".TH"), text[:80]
+    for word in mentioned:
+        assert word in text, f"{page.name} says nothing of {word}"
+    if shutil.which("groff") is None:
+        return print("groff is not installed: pages not formatted")
+    said = run("groff", "-man", "-Tutf8", "-ww", "-Wbreak", "-z", page)
+    assert said.stderr == "", said.stderr
+
+
+def unit(file, bin_folder):
+    text = file.read_text()
+    assert f"ExecStart={bin_folder}/weftd --rig" in text, text
+    if shutil.which("systemd-analyze") is None:
+        return print("systemd-analyze is not installed: the unit was not verified")
+    said = subprocess.run(["systemd-analyze", "verify", "--man=no", file], capture_output=True, text=True, timeout=120)
+    about_it = [line for line in said.stderr.splitlines() if "weftd.service" in line and "not executable" not in line]
+    assert about_it == [], about_it
+
+
+def main():
+    build = sys.argv[1]
+    with tempfile.TemporaryDirectory() as name:
+        root = pathlib.Path(name)
+        run("cmake", "--install", build, "--prefix", root, "--component", "weft")
+        for program in ("weft", "weftd", "weft-rig"):
+            assert program in run(root / "bin" / program, "--help").stdout
+        manual(root / "share/man/man1/weft.1", "weft dataset import", "fidelity", "\\-\\-accuracy")
+        manual(root / "share/man/man1/weftd.1", "\\-\\-recipes")
+        script = root / "share/bash-completion/completions/weft"
+        assert completed(script, "weft", "ver") == {"verify"}
+        assert {"import", "export", "info"} <= completed(script, "weft", "dataset", "")
+        assert completed(script, "weft", "dataset", "import", "--form") == {"--format"}
+        assert completed(script, "weft", "--json", "run", "a.json", "--ri") == {"--rig"}
+        assert (root / "share/weft/recipes/m1.json").exists()
+        unit(root / "lib/systemd/system/weftd.service", "/usr/local/bin")
+    print("installed: programs, pages, completion, recipes and unit")
+
+
+main()
