@@ -80,6 +80,34 @@ Result<VerifyReport> looked_at(const fs::path& path) {
   return report;
 }
 
+/// What a certificate lists is there, and what is there is listed.
+bool is_as_listed(const Certificate& certificate, const fs::path& folder, VerifyReport& report) {
+  const std::size_t before = report.findings.size();
+  for (const FilePrint& file : certificate.files)
+    if (!there(folder / file.name))
+      report.findings.push_back({file.name, "is in the certificate, and missing"});
+  for (const fs::path& file : {report.campaign, report.dataset})
+    if (!file.empty() && certified_file(certificate, file) == nullptr)
+      report.findings.push_back({file.filename().string(), "is not in the certificate"});
+  return report.findings.size() == before;
+}
+
+void check_file(const fs::path& file, const Certificate* certificate, VerifyReport& report) {
+  const FilePrint* then = certificate == nullptr ? nullptr : certified_file(*certificate, file);
+  const bool is_campaign = file == report.campaign;
+  if (then != nullptr) compare_bytes(*then, file, report);
+  if (is_campaign && then != nullptr && log_beside(file))
+    report.findings.push_back({file.filename().string(),
+                               "was written to after it had been certified: its log is not empty"});
+  // One that was killed before it had written anything holds nothing that could be wrong.
+  report.blank |= is_campaign && is_blank_campaign(file);
+  if (report.blank && certificate == nullptr && report.dataset.empty()) return;
+  if (is_campaign)
+    check_campaign(file, then == nullptr ? nullptr : certificate, report);
+  else
+    check_dataset(file, then == nullptr ? nullptr : certificate, report);
+}
+
 }  // namespace
 
 Result<VerifyReport> verify(const fs::path& path) {
@@ -92,26 +120,13 @@ Result<VerifyReport> verify(const fs::path& path) {
     report->findings.push_back({certificate_file_name, to_string(read.error())});
   else if (*read)
     certificate = &**read;
-  for (const fs::path& each : {report->campaign, report->dataset}) {
-    if (each.empty()) continue;
-    const FilePrint* then = certificate == nullptr ? nullptr : certified_file(*certificate, each);
-    const bool is_campaign = each == report->campaign;
-    if (then != nullptr) {
-      report->certified = true;
-      compare_bytes(*then, each, *report);
-    }
-    if (is_campaign && then != nullptr && log_beside(each))
-      report->findings.push_back({each.filename().string(),
-                                  "was written to after it had been certified: its log is not "
-                                  "empty"});
-    // One that was killed before it had written anything holds nothing that could be wrong.
-    report->blank |= is_campaign && is_blank_campaign(each);
-    if (is_campaign && report->blank && certificate == nullptr && report->dataset.empty()) continue;
-    if (is_campaign)
-      check_campaign(each, then == nullptr ? nullptr : certificate, *report);
-    else
-      check_dataset(each, then == nullptr ? nullptr : certificate, *report);
-  }
+  std::error_code ignored;
+  if (certificate != nullptr)
+    report->certified = fs::is_directory(path, ignored)
+                            ? is_as_listed(*certificate, path, *report)
+                            : certified_file(*certificate, file) != nullptr;
+  for (const fs::path& each : {report->campaign, report->dataset})
+    if (!each.empty()) check_file(each, certificate, *report);
   return report;
 }
 

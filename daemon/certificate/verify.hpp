@@ -19,9 +19,11 @@ struct VerifyFinding {
 
 struct VerifyReport {
   std::filesystem::path campaign, dataset;  ///< what was looked at; empty: not there
-  bool certified = false;  ///< compared with a certificate, not only with the files' own digests
-  bool finished = false;   ///< the campaign came to its end
-  bool blank = false;      ///< the campaign file was made, and nothing was written into it
+  /// Compared with a certificate, not only with the files' own digests; of a folder: each of its
+  /// two files, and all that the certificate lists.
+  bool certified = false;
+  bool finished = false;  ///< the campaign came to its end
+  bool blank = false;     ///< the campaign file was made, and nothing was written into it
   std::size_t planned = 0, complete = 0, attempts = 0;  ///< trials of the campaign file
   std::uint64_t lost_samples = 0;                       ///< in gaps that are on record
   std::string dataset_sha256;

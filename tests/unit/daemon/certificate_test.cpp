@@ -135,6 +135,32 @@ TEST_CASE("a page of the database that is gone is a sentence and not a crash") {
   CHECK_FALSE(verified(out).holds());
 }
 
+TEST_CASE("a certified file that is missing is found, and one that was never certified too") {
+  const TemporaryFolder folder;
+  const CampaignSummary s = recorded(folder);
+  const auto out = s.campaign_file.parent_path();
+  for (const auto& file : {s.campaign_file, s.dataset_file}) {
+    std::filesystem::rename(file, out / "aside");
+    const VerifyReport report = verified(out);
+    CHECK_FALSE(report.certified);
+    CHECK(says(report, file.filename().string() + ": is in the certificate, and missing"));
+    std::filesystem::rename(out / "aside", file);
+  }
+  CHECK(verified(out).certified);
+  auto certificate = read_certificate(out);
+  REQUIRE(certificate);
+  std::swap((*certificate)->files.front(), (*certificate)->files.back());
+  (*certificate)->files.pop_back();
+  for (const auto& listed : {s.dataset_file, s.campaign_file}) {
+    test::write_file(out / certificate_file_name, to_json(**certificate));
+    const VerifyReport report = verified(out);
+    CHECK_FALSE(report.certified);
+    const auto& other = listed == s.dataset_file ? s.campaign_file : s.dataset_file;
+    CHECK(says(report, other.filename().string() + ": is not in the certificate"));
+    (*certificate)->files = {print_of(s.campaign_file).value()};
+  }
+}
+
 TEST_CASE("what never was a campaign is refused") {
   const TemporaryFolder folder;
   CHECK(verify(folder / "none").error().code == Errc::not_found);
