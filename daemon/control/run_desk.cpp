@@ -22,6 +22,18 @@ Status check_name(const std::string& name) {
               "letters, digits, '-', '_' and '.', at most 100", name);
 }
 
+/// What escapes a run ends that run and nothing else.
+Result<CampaignSummary> run_caught(const CampaignRequest& request, const CampaignHooks& hooks) {
+  constexpr const char* ours = "a mistake of this program ended the run";
+  try {
+    return run_campaign(request, hooks);
+  } catch (const std::exception& escaped) {
+    return fail(Errc::wrong_state, ours, "run", {}, escaped.what());
+  } catch (...) {
+    return fail(Errc::wrong_state, ours, "run");
+  }
+}
+
 }  // namespace
 
 struct RunDesk::Run {
@@ -157,7 +169,7 @@ void RunDesk::begin_next() {
         tell(run);
       });
     };
-    auto summary = run_campaign(request_of(stored), hooks);
+    auto summary = run_caught(request_of(stored), hooks);
     around_.post([this, &run, summary = std::move(summary)] { ended(run, summary); });
   });
 }

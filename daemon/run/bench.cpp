@@ -23,6 +23,21 @@ std::optional<StageAxis> axis_of_role(std::string_view role) {
   return std::nullopt;
 }
 
+constexpr std::array<std::string_view, 5> sample_names{"stage", "wrench", "taxel", "acceleration",
+                                                       "sound"};
+static_assert(std::variant_size_v<decltype(Sample::value)> == sample_names.size());
+
+/// A rig file may give a device any role; which samples its driver publishes is seen only here.
+void refuse(Device& device, const Sample& sample) {
+  device.fault(Error{Errc::invalid_argument,
+                     "its samples are not those of its role",
+                     {},
+                     "what role " + device.entry().role + " takes",
+                     std::string(sample_names[sample.value.index()]) + " samples of driver " +
+                         device.entry().driver,
+                     "Check role and driver of this device in the rig file"});
+}
+
 std::uint32_t digest_of_counts(const TaxelSample& sample) {
   std::uint32_t digest = 0;
   for (const std::uint16_t count : sample.counts) {
@@ -69,8 +84,10 @@ void Bench::connect(Device& device) {
   if (const std::optional<StageAxis> axis = axis_of_role(role)) {
     const std::size_t i = recipes::index(*axis);
     stages_[i] = &device;
-    device.on_sample([this, i](const Sample& sample) {
-      snapshot_.stage[i] = std::get<StageSample>(sample.value);
+    device.on_sample([this, &device, i](const Sample& sample) {
+      const auto* const reading = std::get_if<StageSample>(&sample.value);
+      if (reading == nullptr) return refuse(device, sample);
+      snapshot_.stage[i] = *reading;
       snapshot_.stage_at[i] = sample.host;
     });
   } else if (role == "wrench") {
@@ -80,26 +97,32 @@ void Bench::connect(Device& device) {
     taxels_ = &device;
     device.on_sample([this](const Sample& sample) { take_taxels(sample); });
   } else {
-    device.on_sample([this](const Sample& sample) {
+    device.on_sample([this, &device](const Sample& sample) {
+      if (!std::holds_alternative<AccelerationSample>(sample.value) &&
+          !std::holds_alternative<SoundSample>(sample.value))
+        return refuse(device, sample);
       if (sensor_sink_) sensor_sink_(sample);
     });
   }
 }
 
 void Bench::take_wrench(Sample sample) {
-  auto& wrench = std::get<WrenchSample>(sample.value);
+  auto* const wrench = std::get_if<WrenchSample>(&sample.value);
+  if (wrench == nullptr) return refuse(*wrench_, sample);
   for (std::size_t i = 0; i < 3; ++i) {
-    wrench.force_n[i] -= zero_.force_n[i];
-    wrench.torque_nm[i] -= zero_.torque_nm[i];
+    wrench->force_n[i] -= zero_.force_n[i];
+    wrench->torque_nm[i] -= zero_.torque_nm[i];
   }
-  snapshot_.wrench = wrench;
+  snapshot_.wrench = *wrench;
   snapshot_.wrench_at = sample.host;
   if (sensor_sink_) sensor_sink_(sample);
 }
 
 void Bench::take_taxels(const Sample& sample) {
+  const auto* const frame = std::get_if<TaxelSample>(&sample.value);
+  if (frame == nullptr) return refuse(*taxels_, sample);
   snapshot_.taxels_at = sample.host;
-  snapshot_.taxel_digest = digest_of_counts(std::get<TaxelSample>(sample.value));
+  snapshot_.taxel_digest = digest_of_counts(*frame);
   if (sensor_sink_) sensor_sink_(sample);
 }
 

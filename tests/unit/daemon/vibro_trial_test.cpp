@@ -142,6 +142,20 @@ TEST_CASE("a rig may do without vibrations, and has one sensor of them at most")
   CHECK(recipes::parse_rig_limits(test::bench17().dump()).value().sound_rate_hz == 0);
 }
 
+TEST_CASE("a device in a role that its samples do not fill is a fault that names it") {
+  json rig = vibro_rig();
+  json& taxels = test::device_of(rig, "taxels");
+  json& vibro = test::device_of(rig, "vibro");
+  std::swap(taxels["role"], vibro["role"]);
+  const test::TemporaryFolder folder;
+  const auto run = run_campaign(test::request_in(folder, one_slide(), rig), {});
+  REQUIRE_FALSE(run);
+  const std::string said = to_string(run.error());
+  INFO(said);
+  CHECK(said.find("its samples are not those of its role") != std::string::npos);
+  CHECK((said.find(taxels["name"]) == 0 || said.find(vibro["name"]) == 0));
+}
+
 TEST_CASE(
     "a driver that expects another rate than the sensor's is refused before the first trial") {
   json rig = vibro_rig();
