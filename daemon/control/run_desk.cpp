@@ -22,6 +22,15 @@ Status check_name(const std::string& name) {
               "letters, digits, '-', '_' and '.', at most 100", name);
 }
 
+/// One that is there is an older run's, of a daemon whose memory is gone.
+std::filesystem::path free_folder(const std::filesystem::path& wanted) {
+  std::filesystem::path folder = wanted;
+  std::error_code none;
+  for (int i = 2; std::filesystem::exists(folder, none); ++i)
+    folder = wanted.string() + "-" + std::to_string(i);
+  return folder;
+}
+
 /// What escapes a run ends that run and nothing else.
 Result<CampaignSummary> run_caught(const CampaignRequest& request, const CampaignHooks& hooks) {
   constexpr const char* ours = "a mistake of this program ended the run";
@@ -39,7 +48,7 @@ Result<CampaignSummary> run_caught(const CampaignRequest& request, const Campaig
 struct RunDesk::Run {
   RunView view;
   Deadlines limits{};
-  RunOrders orders;
+  std::optional<RunOrders> orders;  ///< of this turn; nothing before the first
   std::jthread thread;
   std::vector<std::function<void(const RunView&)>> waiting;
 
@@ -62,7 +71,7 @@ RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(aroun
 
 RunDesk::~RunDesk() {
   for (const auto& run : runs_)
-    if (run->thread.joinable()) run->orders.give({Order::abort, "shutdown"});
+    if (run->thread.joinable()) run->orders->give({Order::abort, "shutdown"});
   for (const auto& run : runs_)
     if (run->thread.joinable()) run->thread.join();
 }
@@ -94,7 +103,8 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
   stored.by = wish.by;
   stored.created_us = around_.utc_us();
   if (Status ok = store_.add(stored); !ok) return pass(ok.error());
-  stored.folder = around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name));
+  stored.folder =
+      free_folder(around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name)));
   if (Status ok = store_.update(stored); !ok) return pass(ok.error());
   if (Status ok = store_.journal(stored.created_us, stored.id(), "submitted", wish.by); !ok)
     return pass(ok.error());
@@ -109,11 +119,9 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
   return added.view;
 }
 
-// A folder that is there already is that of a run which somebody goes on with.
 CampaignRequest RunDesk::request_of(const StoredRun& run) {
   CampaignRequest request{run.recipe, run.rig, run.folder, run.seed};
-  std::error_code ignored;
-  request.resume = std::filesystem::exists(run.folder, ignored);
+  request.resume = run.resume;
   return request;
 }
 
@@ -132,6 +140,7 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
   if (!left) return pass(left.error());
   Run& run = *find(id);
   StoredRun& stored = run.view.stored;
+  stored.resume = true;
   stored.outcome = stored.cleanup = stored.rig_fact = stored.error = "";
   run.view.trials_planned = left->planned;
   run.view.trials_done = left->complete;
@@ -152,9 +161,11 @@ void RunDesk::begin_next() {
   Run& run = **next;
   if (run.limits.arming.count() == 0) run.limits = Deadlines::of(0, 600);  // from before a restart
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
+  if (run.thread.joinable()) run.thread.join();  // it has told its end
+  run.orders.emplace();
   run.thread = std::jthread([this, &run, stored = run.view.stored] {
     CampaignHooks hooks;
-    hooks.orders = &run.orders;
+    hooks.orders = &*run.orders;
     hooks.moment = [this, &run](const RunMoment& moment) {
       around_.post([this, &run, moment] {
         run.view.moment = moment;
@@ -177,7 +188,7 @@ void RunDesk::begin_next() {
 void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
   const bool changes = step.next.state != run.state();
   run.view.machine = step.next;
-  if (step.order) run.orders.give({*step.order, std::string(by)});
+  if (step.order && run.orders) run.orders->give({*step.order, std::string(by)});
   if (changes) {
     run.view.stored.state = step.next.state;
     const json payload{{"state", to_string(step.next.state)}};
@@ -205,7 +216,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary) {
     stored.dataset_sha256 = summary->dataset_sha256;
     run.view.trials_done = summary->trials_complete;
   } else {
-    stored.outcome = run.orders.ends_run() ? "aborted" : "failed";
+    stored.outcome = run.orders->ends_run() ? "aborted" : "failed";
     stored.cleanup = "skipped";
     stored.rig_fact = "unknown";
     stored.error = to_string(summary.error());

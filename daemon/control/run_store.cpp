@@ -12,7 +12,7 @@ CREATE TABLE IF NOT EXISTS run (
   recipe TEXT NOT NULL, rig TEXT NOT NULL, folder TEXT NOT NULL, seed TEXT NOT NULL,
   name TEXT NOT NULL, by TEXT NOT NULL, created_us INTEGER NOT NULL,
   state TEXT NOT NULL, outcome TEXT NOT NULL, cleanup TEXT NOT NULL, rig_fact TEXT NOT NULL,
-  error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL
+  error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
   sequence INTEGER PRIMARY KEY AUTOINCREMENT, utc_us INTEGER NOT NULL,
@@ -60,7 +60,19 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   run.rig_fact = row.text(11);
   run.error = row.text(12);
   run.dataset_sha256 = row.text(13);
+  run.resume = row.integer(14) != 0;
   return run;
+}
+
+/// A file from before there was the column gets it.
+Status add_resume(sqlite::Database& database) {
+  auto query =
+      database.prepare("SELECT count(*) FROM pragma_table_info('run') WHERE name='resume'");
+  if (!query) return pass(query.error());
+  const auto row = query->step();
+  if (!row) return pass(row.error());
+  if (query->integer(0) > 0) return {};
+  return database.execute("ALTER TABLE run ADD COLUMN resume INTEGER NOT NULL DEFAULT 0");
 }
 
 }  // namespace
@@ -81,8 +93,9 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
     return fail(Errc::wrong_state, "another weftd works in this folder", file.string(), {}, {},
                 "Stop it, or give this one a folder of its own");
   }
-  if (const Status made = database->execute(schema_sql); !made)
-    return pass(made.error(), file.string());
+  Status made = database->execute(schema_sql);
+  if (made) made = add_resume(*database);
+  if (!made) return pass(made.error(), file.string());
   RunStore store(std::move(*database));
   auto runs = store.load();
   if (!runs) return pass(runs.error(), file.string());
@@ -100,7 +113,7 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
 Result<std::vector<StoredRun>> RunStore::load() {
   auto query = database_.prepare(
       "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
-      "rig_fact, error, dataset_sha256 FROM run ORDER BY number");
+      "rig_fact, error, dataset_sha256, resume FROM run ORDER BY number");
   if (!query) return pass(query.error());
   std::vector<StoredRun> out;
   for (;;) {
@@ -132,12 +145,12 @@ Status RunStore::add(StoredRun& run) {
 Status RunStore::update(const StoredRun& run) {
   auto change = database_.prepare(
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
-      "folder=? WHERE number=?");
+      "folder=?, resume=? WHERE number=?");
   if (!change) return pass(change.error());
   const std::string folder = run.folder.string();
   change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
   change->bind(4, run.rig_fact).bind(5, run.error).bind(6, run.dataset_sha256).bind(7, folder);
-  change->bind(8, run.number);
+  change->bind(8, std::int64_t{run.resume}).bind(9, run.number);
   return change->run();
 }
 

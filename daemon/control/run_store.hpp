@@ -25,6 +25,7 @@ struct StoredRun {
   std::string outcome, cleanup, rig_fact;  ///< the three facts, once it has ended
   std::string error;                       ///< the first thing that went wrong
   std::string dataset_sha256;
+  bool resume = false;  ///< somebody asked to go on with what its folder holds
 
   [[nodiscard]] std::string id() const;  ///< "R-000318"
 };

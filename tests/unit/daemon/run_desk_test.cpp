@@ -99,3 +99,39 @@ TEST_CASE("what escapes from a run's thread is a fault of that run, and the next
   const RunView next = bench.ended(bench.submit().stored.id());
   CHECK(next.stored.outcome == "complete");
 }
+
+TEST_CASE("a desk that has forgotten its runs begins a new one beside the old one's folder") {
+  const TemporaryFolder folder;
+  std::filesystem::path old;
+  {
+    DeskBench bench(folder);
+    old = bench.ended(bench.submit().stored.id()).stored.folder;
+  }
+  const std::string before = test::read_file(old / "campaign.sqlite");
+  for (const char* part : {"", "-wal", "-shm"})
+    std::filesystem::remove(folder / ("weftd.sqlite" + std::string(part)));
+  DeskBench bench(folder);
+  const RunView run = bench.ended(bench.submit().stored.id());
+  CHECK(run.stored.id() == "R-000001");
+  CHECK(run.stored.outcome == "complete");
+  CHECK(run.stored.folder != old);
+  CHECK(test::read_file(old / "campaign.sqlite") == before);
+}
+
+TEST_CASE("a memory of runs from before there was the wish to resume is read, without one") {
+  const TemporaryFolder folder;
+  {
+    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+    StoredRun run;
+    REQUIRE(store.add(run));
+    run.resume = true;
+    REQUIRE(store.update(run));
+    CHECK(store.load().value().front().resume);
+  }
+  {
+    auto file = sqlite::Database::open(folder / "weftd.sqlite", sqlite::Mode::read_write);
+    REQUIRE(file->execute("ALTER TABLE run DROP COLUMN resume"));
+  }
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  CHECK_FALSE(store.load().value().front().resume);
+}
