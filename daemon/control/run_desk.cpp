@@ -180,8 +180,10 @@ void RunDesk::begin_next() {
         tell(run);
       });
     };
-    auto summary = run_caught(request_of(stored), hooks);
-    around_.post([this, &run, summary = std::move(summary)] { ended(run, summary); });
+    const CampaignRequest request = request_of(stored);
+    auto summary = run_caught(request, hooks);
+    const bool left = request.resume && is_anything_left(request);
+    around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });
 }
 
@@ -206,7 +208,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
   tell(run);
 }
 
-void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary) {
+void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
   StoredRun& stored = run.view.stored;
   if (summary) {
     stored.outcome = recipes::to_string(summary->outcome);
@@ -222,7 +224,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary) {
     stored.error = to_string(summary.error());
   }
   run.view.wall_left_s = 0;
-  apply(run, on_ended(run.view.machine), "auto:run");
+  apply(run, on_ended(may_go_on), "auto:run");
   for (const auto& told : std::exchange(run.waiting, {})) told(run.view);
   begin_next();
 }
@@ -238,10 +240,11 @@ Status RunDesk::withdraw(std::string_view id, std::string_view by) {
   if (run->state() != RunState::queued)
     return fail(Errc::wrong_state, "the run has begun", "/params/run", "queued",
                 std::string(to_string(run->state())), "run.stop or run.abort ends it");
-  run->view.stored.outcome = "stopped";
+  const bool as_before = run->view.stored.resume;
+  run->view.stored.outcome = as_before ? "interrupted" : "stopped";
   run->view.stored.cleanup = "skipped";
-  run->view.stored.rig_fact = "safe";
-  apply(*run, on_ended(run->view.machine), by);
+  run->view.stored.rig_fact = as_before ? "unknown" : "safe";
+  apply(*run, on_ended(as_before), by);
   for (const auto& told : std::exchange(run->waiting, {})) told(run->view);
   return {};
 }

@@ -86,7 +86,7 @@ class RunDesk {
   void begin_next();
   [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);
-  void ended(Run& run, const Result<CampaignSummary>& summary);
+  void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
   void tell(Run& run);
   Run* find(std::string_view id) const;
 

@@ -127,8 +127,8 @@ RunStep on_step(const RunMachine& run, const Deadlines& limits, recipes::Step st
   return {run, {}, {}};
 }
 
-RunStep on_ended(const RunMachine&) {
-  return {{RunState::ended, Clock::max()}, {}, {}};
+RunStep on_ended(bool may_go_on) {
+  return {{may_go_on ? RunState::interrupted : RunState::ended, Clock::max()}, {}, {}};
 }
 
 RunStep on_time(const RunMachine& run, const Deadlines& limits, Clock now) {

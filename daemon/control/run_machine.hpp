@@ -24,7 +24,7 @@ enum class RunState : std::uint8_t {
   aborting,     ///< motion stops, the probe retracts
   halting,      ///< motion stops where it is
   ended,        ///< outcome, cleanup and rig say how
-  interrupted,  ///< the daemon died under it; waits for somebody's choice
+  interrupted,  ///< cut short by the daemon's death, or on its way on; waits for somebody's choice
 };
 std::string_view to_string(RunState state);
 
@@ -57,7 +57,8 @@ RunStep on_begun(const RunMachine& run, const Deadlines& limits, RunMachine::Clo
 /// The engine is in this step.
 RunStep on_step(const RunMachine& run, const Deadlines& limits, recipes::Step step,
                 RunMachine::Clock now);
-RunStep on_ended(const RunMachine& run);
+/// `may_go_on`: it was to go on with what is on record, and there is something left.
+RunStep on_ended(bool may_go_on = false);
 /// Time has passed.
 RunStep on_time(const RunMachine& run, const Deadlines& limits, RunMachine::Clock now);
 

@@ -80,7 +80,27 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
   return {};
 }
 
+bool carries_on(const recipes::Plan& plan) {
+  return plan.on_trial_failure == recipes::OnTrialFailure::carry_on;
+}
+
+bool is_over(const CampaignPast& past, const recipes::Plan& plan) {
+  return past.progress.finished && past.first_left(carries_on(plan)) >= past.progress.planned;
+}
+
+bool is_certified(const std::filesystem::path& campaign) {
+  std::error_code unseen;
+  return std::filesystem::exists(campaign.parent_path() / certificate_file_name, unseen);
+}
+
 }  // namespace
+
+bool is_anything_left(const CampaignRequest& request) {
+  const std::filesystem::path campaign = request.out / "campaign.sqlite";
+  const auto checked = check_request(request);
+  const auto past = load_past(campaign);
+  return !checked || !past || !is_over(*past, checked->plan) || !is_certified(campaign);
+}
 
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
                                              const CheckedRequest& checked, BenchMode mode) {
@@ -95,13 +115,10 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   if (Status same = same_request(*past, checked); !same) return pass(same.error());
   if (past->attempts.empty()) return std::optional<Resumption>{};  // no trial has begun
   Resumption out;
-  out.first_trial =
-      past->first_left(checked.plan.on_trial_failure == recipes::OnTrialFailure::carry_on);
+  out.first_trial = past->first_left(carries_on(checked.plan));
   out.plays_again = mode == BenchMode::simulated && !past->disturbed;
-  const bool over = out.first_trial >= past->progress.planned && past->progress.finished;
-  std::error_code unseen;
-  out.only_concludes =
-      over && !std::filesystem::exists(campaign.parent_path() / certificate_file_name, unseen);
+  const bool over = is_over(*past, checked.plan);
+  out.only_concludes = over && !is_certified(campaign);
   if (over && !out.only_concludes)
     return fail(Errc::wrong_state, "nothing is left: the campaign came to its end",
                 campaign.string());

@@ -32,6 +32,10 @@ struct Resumption {
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
                                              const CheckedRequest& checked, BenchMode mode);
 
+/// Whether the folder's campaign may be gone on with by what its file says, which is not verified.
+/// True as well where that cannot be read: somebody may put right what keeps it from it.
+bool is_anything_left(const CampaignRequest& request);
+
 /// The bench that came up is the one on record. Errors: wrong_state, naming the device.
 Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench);
 

@@ -21,12 +21,16 @@ namespace {
 class Posted {
  public:
   void post(std::function<void()> work) {
+    const std::lock_guard passing(held_);
     const std::lock_guard lock(mutex_);
     if (std::exchange(throws_, false)) throw std::runtime_error("nobody takes this");
     waiting_.push_back(std::move(work));
     arrived_.notify_all();
   }
   void throw_once() { throws_ = true; }
+  /// Whoever posts waits until `let_go`.
+  void hold() { held_.lock(); }
+  void let_go() { held_.unlock(); }
   /// Does what is posted until `enough`; false when nothing comes any more.
   bool run_until(const std::function<bool()>& enough) {
     constexpr std::chrono::seconds patience(120);
@@ -42,7 +46,7 @@ class Posted {
   }
 
  private:
-  std::mutex mutex_;
+  std::mutex mutex_, held_;
   std::condition_variable arrived_;
   std::deque<std::function<void()>> waiting_;
   bool throws_ = false;
@@ -85,6 +89,20 @@ struct DeskBench {
     return desk->get(id).value();
   }
 };
+
+/// A folder in which a daemon died under its only run, some trials of which are on record.
+void leave_interrupted(const TemporaryFolder& folder) {
+  CampaignRequest request = test::request_in(folder, test::tiny_recipe(2));
+  request.error_check = false;
+  StoredRun run;
+  run.recipe = request.recipe;
+  run.rig = request.rig;
+  run.folder = request.out = folder / "R-000001";
+  run.state = RunState::running;
+  REQUIRE(test::killed_at(request, {90, false}) == true);
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  REQUIRE(store.add(run));
+}
 
 }  // namespace
 
@@ -134,4 +152,38 @@ TEST_CASE("a memory of runs from before there was the wish to resume is read, wi
   }
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
   CHECK_FALSE(store.load().value().front().resume);
+}
+
+TEST_CASE("a run whose recovery came to nothing may be recovered again") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  const std::string id = bench.desk->all().front().stored.id();
+  REQUIRE(bench.ended(id).machine.state == RunState::interrupted);
+  bench.posted.hold();
+  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.desk->order(id, Order::abort, "test"));
+  bench.posted.let_go();
+  const RunView aborted = bench.ended(id);
+  CHECK(aborted.machine.state == RunState::interrupted);
+  CHECK(aborted.stored.outcome == "aborted");
+  REQUIRE(bench.desk->recover(id, "test"));
+  const RunView done = bench.ended(id);
+  CHECK(done.machine.state == RunState::ended);
+  CHECK(done.stored.outcome == "complete");
+  CHECK(done.trials_done == 4);
+  CHECK_FALSE(bench.desk->recover(id, "test"));
+}
+
+TEST_CASE("a run that is withdrawn before it goes on is as interrupted as it was") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  const std::string id = bench.desk->all().front().stored.id();
+  bench.desk->halt("test");  // nothing begins on a latched rig
+  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.desk->withdraw(id, "test"));
+  CHECK(bench.desk->get(id).value().stored.outcome == "interrupted");
+  REQUIRE(bench.desk->recover(id, "test"));
+  CHECK(bench.desk->get(id).value().machine.state == RunState::queued);
 }

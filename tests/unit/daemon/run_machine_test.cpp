@@ -126,6 +126,6 @@ TEST_CASE("Any sequence of orders, reports and time ends once the run's thread e
       const bool waits_for_people = run.state == RunState::queued || run.state == RunState::ended;
       REQUIRE((run.deadline == RunMachine::Clock::max()) == waits_for_people);
     }
-    CHECK(on_ended(run).next.state == RunState::ended);
+    CHECK(on_ended().next.state == RunState::ended);
   }
 }
