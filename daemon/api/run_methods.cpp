@@ -58,16 +58,18 @@ json preview_json(const ResumePreview& preview) {
 Outcome resume(const Services& services, const Call& call) {
   const auto run = services.desk->get(run_of(call));
   if (!run) return refused(run.error());
-  const bool preview = call.params.value("preview", false);
-  if (preview) {
-    const auto left = services.desk->preview(run_of(call));
-    return left ? Outcome(text_of(preview_json(*left))) : refused(left.error());
-  }
   if (run->machine.state != RunState::interrupted) return ordered(services, call, Order::resume);
   if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
   const auto gone_on = services.desk->recover(run_of(call), by(call.caller));
   if (!gone_on) return refused(gone_on.error());
   return text_of(run_json(*gone_on));
+}
+
+void resume_or_preview(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (!call.params.value("preview", false)) return respond(resume(services, call));
+  services.desk->preview(run_of(call), [respond](const Result<ResumePreview>& left) {
+    respond(left ? Outcome(text_of(preview_json(*left))) : refused(left.error()));
+  });
 }
 
 Outcome pause(const Services& services, const Call& call) {
@@ -130,7 +132,9 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
                  "interrupted runs: answers what it would do, and does nothing"},
                 {"lease", ParamType::text, false, "of the rig; interrupted runs need it"}},
                "the run, or will, trials_planned, trials_done, trials_left"},
-              [s](const Call& call) { return resume(*s, call); });
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                resume_or_preview(*s, call, respond);
+              }));
   add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
   add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
   methods.add({"run.withdraw",

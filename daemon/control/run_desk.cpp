@@ -31,11 +31,12 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
   return folder;
 }
 
-/// What escapes a run ends that run and nothing else.
-Result<CampaignSummary> run_caught(const CampaignRequest& request, const CampaignHooks& hooks) {
+/// What escapes a run's thread ends that work and nothing else.
+template <class Work>
+auto caught(const Work& work) -> decltype(work()) {
   constexpr const char* ours = "a mistake of this program ended the run";
   try {
-    return run_campaign(request, hooks);
+    return work();
   } catch (const std::exception& escaped) {
     return fail(Errc::wrong_state, ours, "run", {}, escaped.what());
   } catch (...) {
@@ -50,6 +51,8 @@ struct RunDesk::Run {
   Deadlines limits{};
   std::optional<RunOrders> orders;  ///< of this turn; nothing before the first
   std::jthread thread;
+  std::vector<PreviewTold> curious;  ///< wait for what `looker` finds
+  std::jthread looker;
   std::vector<std::function<void(const RunView&)>> waiting;
 
   [[nodiscard]] RunState state() const { return view.machine.state; }
@@ -125,29 +128,46 @@ CampaignRequest RunDesk::request_of(const StoredRun& run) {
   return request;
 }
 
-Result<ResumePreview> RunDesk::preview(std::string_view id) const {
-  const Run* run = find(id);
+Result<RunDesk::Run*> RunDesk::interrupted(std::string_view id) const {
+  Run* const run = find(id);
   if (run == nullptr)
     return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
   if (run->state() != RunState::interrupted)
     return fail(Errc::wrong_state, "only an interrupted run is gone on with", "/params/run",
                 "interrupted", std::string(to_string(run->state())));
-  return preview_resume(request_of(run->view.stored));
+  return run;
+}
+
+// Who asks while somebody looks hears what that one finds.
+void RunDesk::preview(std::string_view id, PreviewTold told) {
+  const auto found = interrupted(id);
+  if (!found) return told(pass(found.error()));
+  Run& run = **found;
+  run.curious.push_back(std::move(told));
+  if (run.curious.size() > 1) return;
+  CampaignRequest request = request_of(run.view.stored);
+  request.resume = true;
+  run.looker = std::jthread([this, &run, request = std::move(request)] {
+    const auto left = caught([&] { return preview_resume(request); });
+    around_.post([&run, left] {
+      for (const auto& each : std::exchange(run.curious, {})) each(left);
+    });
+  });
 }
 
 Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
-  const auto left = preview(id);
-  if (!left) return pass(left.error());
-  Run& run = *find(id);
+  const auto found = interrupted(id);
+  if (!found) return pass(found.error());
+  Run& run = **found;
   StoredRun& stored = run.view.stored;
-  stored.resume = true;
-  stored.outcome = stored.cleanup = stored.rig_fact = stored.error = "";
-  run.view.trials_planned = left->planned;
-  run.view.trials_done = left->complete;
   const auto checked = check_request(request_of(stored));
   if (!checked) return pass(checked.error());
+  stored.resume = true;
+  stored.outcome = stored.cleanup = stored.rig_fact = stored.error = "";
+  const std::size_t planned = checked->plan.trials.size();
+  run.view.trials_planned = planned;
   const double forecast_s = checked->plan.forecast.duration_s;
-  run.limits = Deadlines::of(forecast_s, forecast_s / static_cast<double>(left->planned));
+  run.limits = Deadlines::of(forecast_s, forecast_s / static_cast<double>(planned));
   apply(run, {{RunState::queued, RunMachine::Clock::max()}, {}, false}, by);
   begin_next();
   return run.view;
@@ -181,7 +201,7 @@ void RunDesk::begin_next() {
       });
     };
     const CampaignRequest request = request_of(stored);
-    auto summary = run_caught(request, hooks);
+    auto summary = caught([&] { return run_campaign(request, hooks); });
     const bool left = request.resume && is_anything_left(request);
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });

@@ -63,10 +63,13 @@ class RunDesk {
   Status withdraw(std::string_view id, std::string_view by);
   /// Errors: not_found; wrong_state, with what the state takes.
   Result<RunView> order(std::string_view id, Order order, std::string_view by);
-  /// What going on with an interrupted run would do; nothing moves. Errors: not_found; wrong_state;
-  /// preview_resume()'s.
-  [[nodiscard]] Result<ResumePreview> preview(std::string_view id) const;
-  /// Puts an interrupted run in line again, to go on where it was. Errors: as preview().
+  using PreviewTold = std::function<void(const Result<ResumePreview>&)>;
+  /// What going on with an interrupted run would do; nothing moves. The campaign is verified, which
+  /// takes a second for each 150 MB, on another thread; `told` is called once, on the desk's.
+  /// Errors: not_found; wrong_state; preview_resume()'s.
+  void preview(std::string_view id, PreviewTold told);
+  /// Puts an interrupted run in line again, to go on where it was. What its file says is looked at
+  /// when it begins. Errors: not_found; wrong_state; check_request()'s.
   Result<RunView> recover(std::string_view id, std::string_view by);
   /// Stops motion now, whatever runs, and latches the rig until reset().
   void halt(std::string_view by);
@@ -89,6 +92,7 @@ class RunDesk {
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
   void tell(Run& run);
   Run* find(std::string_view id) const;
+  [[nodiscard]] Result<Run*> interrupted(std::string_view id) const;
 
   Surroundings around_;
   RunStore& store_;

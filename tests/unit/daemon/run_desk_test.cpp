@@ -160,6 +160,13 @@ TEST_CASE("a run whose recovery came to nothing may be recovered again") {
   DeskBench bench(folder);
   const std::string id = bench.desk->all().front().stored.id();
   REQUIRE(bench.ended(id).machine.state == RunState::interrupted);
+  const std::string recipe = test::read_file(bench.request.recipe);
+  test::write_file(bench.request.recipe, recipe + " ");
+  REQUIRE(bench.desk->recover(id, "test"));
+  const RunView refused = bench.ended(id);
+  CHECK(refused.machine.state == RunState::interrupted);
+  CHECK(refused.stored.error.find("another recipe") != std::string::npos);
+  test::write_file(bench.request.recipe, recipe);
   bench.posted.hold();
   REQUIRE(bench.desk->recover(id, "test"));
   REQUIRE(bench.desk->order(id, Order::abort, "test"));
@@ -186,4 +193,38 @@ TEST_CASE("a run that is withdrawn before it goes on is as interrupted as it was
   CHECK(bench.desk->get(id).value().stored.outcome == "interrupted");
   REQUIRE(bench.desk->recover(id, "test"));
   CHECK(bench.desk->get(id).value().machine.state == RunState::queued);
+}
+
+TEST_CASE("the desk goes on with its work while a campaign is looked at, and tells all who asked") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  const std::string id = bench.desk->all().front().stored.id();
+  std::vector<ResumePreview> told;
+  const auto ask = [&] {
+    bench.desk->preview(id, [&](const Result<ResumePreview>& left) {
+      REQUIRE(left);
+      told.push_back(*left);
+    });
+  };
+  bench.posted.hold();
+  ask();
+  ask();
+  CHECK(told.empty());  // the look takes as long as the test holds it
+  bench.desk->halt("test");
+  bench.desk->tick();
+  CHECK(bench.desk->latched());
+  bench.posted.let_go();
+  REQUIRE(bench.posted.run_until([&] { return told.size() == 2; }));
+  CHECK(told[0].planned == 4);
+  CHECK(told[0].complete >= 2);
+  CHECK(told[1].will == told[0].will);
+  ask();
+  REQUIRE(bench.posted.run_until([&] { return told.size() == 3; }));
+  std::optional<Error> refused;
+  bench.desk->preview("R-000009", [&](const Result<ResumePreview>& left) {
+    if (!left) refused = left.error();
+  });
+  REQUIRE(refused);
+  CHECK(refused->code == Errc::not_found);
 }
