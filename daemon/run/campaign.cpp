@@ -152,6 +152,9 @@ class Run {
     s.error = done ? done->error : std::nullopt;
     s.trials_planned = plan_->trials.size();
     s.trials_complete = complete_;
+    // The engine knows nothing of trials that failed before it went on.
+    if (s.outcome == recipes::Outcome::complete && s.trials_complete < s.trials_planned)
+      s.outcome = recipes::Outcome::failed;
     s.forecast_s = plan_->forecast.duration_s;
     s.virtual_s = to_seconds(session_->loop().now());
     s.bring_up_s = to_seconds(brought_up_);

@@ -93,6 +93,8 @@ Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
 Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
                                   const RigFile& rig, const CampaignPast& past) {
   CampaignSummary summary;
+  summary.cleanup = recipes::Cleanup::skipped;  // nobody has looked at the rig
+  summary.rig = recipes::RigFact::unknown;
   summary.name = plan.name;
   summary.bench = rig.bench;
   summary.level = rig.plant_level;

@@ -33,7 +33,8 @@ class Machine {
 
   void on(const Start& start) {
     if (state_.step != Step::ready) return;
-    if (start.first_trial >= plan_.trials.size()) return finish(Outcome::complete, Cleanup::done);
+    if (start.first_trial >= plan_.trials.size())
+      return finish(Outcome::complete, Cleanup::skipped);
     state_.trial = start.first_trial;
     emit(TrialBegin{state_.trial});
     clear();

@@ -10,6 +10,7 @@
 #include "daemon/certificate/verify.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/recorder/campaign_past.hpp"
+#include "daemon/recorder/sqlite.hpp"
 #include "daemon/run/campaign_folder.hpp"
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
@@ -185,6 +186,42 @@ TEST_CASE("a resume refuses another recipe, rig or seed, a bench of another past
   refused("exists already");
   resumed(request);
   check_whole(request.out, 1);
+}
+
+TEST_CASE("a resume that only writes data set and certificate claims nothing of the rig") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = request_for(folder);
+  run(request);
+  std::filesystem::remove(request.out / certificate_file_name);
+  const CampaignSummary summary = resumed(request);
+  CHECK(summary.outcome == recipes::Outcome::complete);
+  CHECK(summary.cleanup == recipes::Cleanup::skipped);
+  CHECK(summary.rig == recipes::RigFact::unknown);
+  check_whole(request.out, 0);
+}
+
+TEST_CASE("a campaign with a failed trial from before a resume is not complete after it") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = request_for(folder);
+  CampaignHooks hooks;
+  std::atomic<bool> stop = false;
+  hooks.stop = &stop;
+  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
+  run(request, hooks);
+  {
+    // As after a pause, so that the past is not played again and the engine begins with trial 2.
+    auto file = sqlite::Database::open(request.out / "campaign.sqlite", sqlite::Mode::read_write);
+    REQUIRE(file);
+    REQUIRE(
+        file->execute("UPDATE trial SET outcome = 'failed' WHERE plan_index = 0;"
+                      "INSERT INTO journal (t_ns, kind, payload_json) VALUES "
+                      "(0, 'order', '{\"order\":\"pause\"}')"));
+  }
+  std::filesystem::remove(request.out / certificate_file_name);
+  const CampaignSummary summary = resumed(request);
+  CHECK(summary.trials_complete == 3);
+  CHECK(summary.outcome == recipes::Outcome::failed);
+  CHECK(summary.cleanup == recipes::Cleanup::done);
 }
 
 TEST_CASE("two runs do not work in one folder") {

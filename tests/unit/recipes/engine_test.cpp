@@ -131,6 +131,15 @@ TEST_CASE("A campaign can go on from a later trial") {
   CHECK(past.end->outcome == Outcome::complete);
 }
 
+TEST_CASE("A campaign that goes on with nothing left has cleaned nothing up") {
+  Bench b = bench();
+  b.send(Start{b.plan.trials.size()});
+  const auto done = only<CampaignDone>(b.effects);
+  REQUIRE(done);
+  CHECK(done->cleanup == Cleanup::skipped);
+  CHECK(done->rig == RigFact::safe);  // its stages are homed
+}
+
 TEST_CASE("Recorded phases last as long as the recipe says") {
   Bench b = bench();
   b.now = TimePoint(std::chrono::seconds(100));
