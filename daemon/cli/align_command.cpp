@@ -41,7 +41,10 @@ std::string align_banner(BenchKind bench) {
 }
 
 std::string text_of(const AlignSummary& s) {
-  std::string out = align_banner(s.bench) + "Alignment of " + s.rig_name + "\n";
+  std::string out = align_banner(s.bench) + "Alignment of " + s.rig_name + ": " +
+                    std::string(recipes::to_string(s.done.outcome)) + ", clean-up " +
+                    std::string(recipes::to_string(s.done.cleanup)) + ", rig " +
+                    std::string(recipes::to_string(s.done.rig)) + "\n";
   if (s.rounds.empty()) return out + "  no tilt was found\n";
   Table table(Align::right);
   table.row({"", "about x deg", "about y deg", "lean urad", "sd urad", "residual rms", "worst",
@@ -75,6 +78,7 @@ json json_of(const AlignSummary& s) {
            {"bench", to_string(s.bench)},
            {"outcome", recipes::to_string(s.done.outcome)},
            {"cleanup", recipes::to_string(s.done.cleanup)},
+           {"rig_fact", recipes::to_string(s.done.rig)},
            {"tolerance_rad", s.plan.tolerance_rad},
            {"bench_time_s", s.bench_s}};
   out["rounds"] = json::array();

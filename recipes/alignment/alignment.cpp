@@ -90,7 +90,7 @@ class Aligner {
     if (state_.step != AlignStep::retracting) return give_up(step_timed_out(place()));
     note(step_timed_out(place()));
     emit(StopMotion{});
-    finish(Cleanup::failed);
+    finish(Cleanup::failed, RigFact::unknown);
   }
 
   void on(const Fault& event) { give_up(event.error); }
@@ -107,7 +107,7 @@ class Aligner {
   void on(const HaltRequested&) {
     state_.outcome = Outcome::aborted;
     emit(StopMotion{});
-    finish(Cleanup::skipped);
+    finish(Cleanup::skipped, RigFact::holding);
   }
 
   // ---- a round ----
@@ -218,7 +218,7 @@ class Aligner {
   void cut_short(Outcome outcome) {
     if (state_.step == AlignStep::ready) {
       state_.outcome = outcome;
-      return finish(Cleanup::skipped);
+      return finish(Cleanup::skipped, RigFact::holding);
     }
     if (state_.outcome == Outcome::complete) state_.outcome = outcome;
     if (state_.step == AlignStep::retracting) return;
@@ -226,11 +226,11 @@ class Aligner {
     retract();
   }
 
-  void finish(Cleanup cleanup) {
+  void finish(Cleanup cleanup, RigFact rig = RigFact::safe) {
     if (cleanup == Cleanup::failed) state_.outcome = Outcome::failed;
     state_.step = AlignStep::done;
     ++state_.ticket;
-    emit(AlignDone{state_.outcome, cleanup, state_.error});
+    emit(AlignDone{state_.outcome, cleanup, rig, state_.error});
   }
 
   // ---- helpers ----

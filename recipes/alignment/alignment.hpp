@@ -37,10 +37,11 @@ struct TiltFound {
 /// Compares a plane with where the rotary stages stand. Errors: those of tilts_along().
 Result<TiltFound> tilt_of(const PlaneFit& plane, const Tilts& stages);
 
-/// The machine has ended.
+/// The machine has ended, with the three facts of a campaign.
 struct AlignDone {
   Outcome outcome = Outcome::complete;
   Cleanup cleanup = Cleanup::done;
+  RigFact rig = RigFact::safe;
   std::optional<Error> error;  ///< why it is not complete
 };
 

@@ -32,7 +32,7 @@ def found(t, report, tilt_deg, step_rad):
     for axis, degrees in zip("xy", tilt_deg):
         error = report["before"][f"tilt_{axis}_rad"] - math.radians(degrees)
         t.expect(abs(error) < step_rad, f"tilt about {axis} is {error * 1e6:.1f} urad off")
-    t.expect(report["bench"] == "simulated" and report["outcome"] == "complete", f"{report}")
+    t.expect(report["bench"] == "simulated" and report["outcome"] == "complete" and report["rig_fact"] == "safe", f"{report}")
     t.expect(report["after"]["lean_rad"] < 2 * step_rad, f"left: {report['after']}")
     t.expect(len(report["rounds"]) == 2 and report["before"]["lean_sd_rad"] > 0, f"{report}")
 

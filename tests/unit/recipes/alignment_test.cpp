@@ -157,6 +157,7 @@ TEST_CASE("A surface that is no plane is refused, and nothing is turned") {
   const auto [state, done] = align(world, plan_with());
   CHECK(done.outcome == Outcome::failed);
   CHECK(done.cleanup == Cleanup::done);
+  CHECK(done.rig == RigFact::safe);
   REQUIRE(done.error);
   CHECK_THAT(to_string(*done.error), Catch::Contains("not a plane"));
   CHECK(world.at[Axis::rx] == 0);
@@ -256,6 +257,21 @@ TEST_CASE("An abort raises the probe; during the retreat it changes nothing but 
   CHECK(step(plan, state, AbortRequested{}, TimePoint{}).effects.empty());
   const auto end = step(plan, state, MotionDone{state.ticket}, TimePoint{});
   CHECK(std::get<AlignDone>(end.effects.back()).outcome == Outcome::aborted);
+}
+
+TEST_CASE("The rig is safe after a retreat that arrived, holds after a halt, and is unknown else") {
+  const AlignPlan plan = plan_with();
+  const AlignState up = step(plan, {}, Start{}, TimePoint{}).next;
+  const AlignState back = step(plan, up, AbortRequested{}, TimePoint{}).next;
+  const auto ended_with = [&](const AlignState& state, const Event& event) {
+    return std::get<AlignDone>(step(plan, state, event, TimePoint{}).effects.back());
+  };
+  CHECK(ended_with(back, MotionDone{back.ticket}).rig == RigFact::safe);
+  const AlignDone late = ended_with(back, TimerExpired{back.ticket});
+  CHECK(late.cleanup == Cleanup::failed);
+  CHECK(late.rig == RigFact::unknown);
+  CHECK(ended_with(up, HaltRequested{}).rig == RigFact::holding);
+  CHECK(ended_with({}, AbortRequested{}).rig == RigFact::holding);
 }
 
 TEST_CASE("Settings that do not fit the rig are refused before anything moves") {
