@@ -14,6 +14,7 @@
 namespace weft::daemon {
 
 inline constexpr const char* certificate_file_name = "certificate.json";
+inline constexpr const char* dataset_file_name = "dataset.h5";
 
 /// Samples of a stream that never arrived.
 struct CertifiedGap {

@@ -32,6 +32,19 @@ CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
   return header;
 }
 
+/// Certificate and data set are of the state that ends here.
+Status forget_end(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::remove(folder / certificate_file_name, error);
+  const std::filesystem::path dataset = folder / dataset_file_name;
+  if (const auto aside = name_aside(dataset); !error && !aside.empty())
+    std::filesystem::rename(dataset, folder / aside, error);
+  if (error)
+    return fail(Errc::io, "cannot set certificate and data set aside", folder.string(), {},
+                error.message());
+  return {};
+}
+
 Result<std::string> export_dataset(const std::filesystem::path& campaign,
                                    const std::filesystem::path& dataset) {
   const Result<Dataset> loaded = load_campaign(campaign);
@@ -45,6 +58,8 @@ Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest
                          BenchSession& session, const RigFile& rig) {
   const auto aside = set_aside(file);
   if (!aside) return pass(aside.error());
+  if (!aside->empty())
+    if (Status ok = forget_end(file.parent_path()); !ok) return pass(ok.error());
   Result<Recorder> recorder = Recorder::create(file, header_of(checked, rig));
   if (!recorder) return recorder;
   if (session.real_time()) recorder->write_behind();
@@ -63,13 +78,10 @@ Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& h
                           BenchSession& session) {
   if (Status same = same_devices(how.past.info.devices, session.bench()); !same)
     return pass(same.error());
-  const auto forget_certificate = [certificate = file.parent_path() / certificate_file_name] {
-    std::error_code none;  // it is of the state that ends here
-    std::filesystem::remove(certificate, none);
-    return Status{};
-  };
-  Result<Recorder> recorder =
-      Recorder::resume(file, how.past, {how.first_trial, how.plays_again, forget_certificate});
+  Result<Recorder> recorder = Recorder::resume(
+      file, how.past, {how.first_trial, how.plays_again, [folder = file.parent_path()] {
+                         return forget_end(folder);
+                       }});
   if (!recorder || recorder->plays_again()) return recorder;
   if (session.real_time()) recorder->write_behind();
   if (Status ok = recorder->go_on(session.loop().now()); !ok) return pass(ok.error());
@@ -80,7 +92,7 @@ Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& h
 Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
   const auto began = steady_wall_now();
   if (summary.trials_complete > 0) {
-    summary.dataset_file = folder / "dataset.h5";
+    summary.dataset_file = folder / dataset_file_name;
     Result<std::string> digest = export_dataset(summary.campaign_file, summary.dataset_file);
     if (!digest) return pass(digest.error());
     summary.dataset_sha256 = *digest;

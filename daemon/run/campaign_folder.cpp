@@ -71,13 +71,13 @@ Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint
   return lock;
 }
 
-std::filesystem::path name_aside(const std::filesystem::path& campaign) {
+std::filesystem::path name_aside(const std::filesystem::path& file) {
   std::error_code none;
-  if (!std::filesystem::exists(campaign, none)) return {};
-  std::filesystem::path name = campaign;
+  if (!std::filesystem::exists(file, none)) return {};
+  std::filesystem::path name = file;
   for (int i = 1; std::filesystem::exists(name, none); ++i)
-    name.replace_filename(campaign.stem().string() + ".aside-" + std::to_string(i) +
-                          campaign.extension().string());
+    name.replace_filename(file.stem().string() + ".aside-" + std::to_string(i) +
+                          file.extension().string());
   return name.filename();
 }
 

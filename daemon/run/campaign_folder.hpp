@@ -27,10 +27,11 @@ class FolderLock {
 /// Makes the folder and takes it; refuses one that cannot be written to or lacks room for `bytes`.
 Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes);
 
-/// What a campaign file is called once another takes its place in the folder; empty where there is
-/// none. Nothing that was recorded is ever removed.
-std::filesystem::path name_aside(const std::filesystem::path& campaign);
-/// Renames it so, its log folded in, and returns the name. Errors: io, those of SQLite.
+/// What a file is called once another takes its place in the folder ("campaign.aside-1.sqlite");
+/// empty where there is none. Nothing that was recorded is ever removed.
+std::filesystem::path name_aside(const std::filesystem::path& file);
+/// Renames a campaign file so, its log folded in, and returns the name. Errors: io, those of
+/// SQLite.
 Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign);
 
 /// What the loop's zero was in the world's time, so that a file can be laid beside other records.

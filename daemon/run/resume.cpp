@@ -93,6 +93,17 @@ bool is_certified(const std::filesystem::path& campaign) {
   return std::filesystem::exists(campaign.parent_path() / certificate_file_name, unseen);
 }
 
+/// What a campaign leaves at its end is not left by one that recorded nothing.
+Result<std::optional<Resumption>> nothing_recorded(const std::filesystem::path& folder) {
+  std::error_code unseen;
+  for (const char* name : {certificate_file_name, dataset_file_name})
+    if (std::filesystem::exists(folder / name, unseen))
+      return fail(Errc::corrupt, "the campaign file is missing or blank, but its end is there",
+                  (folder / name).string(), {}, {},
+                  "Put campaign.sqlite back, or begin in another folder");
+  return std::optional<Resumption>{};
+}
+
 }  // namespace
 
 bool is_anything_left(const CampaignRequest& request) {
@@ -108,7 +119,7 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   const auto log = read_log(campaign);
   if (!log) return pass(log.error());
   const bool nothing = log->bytes == 0 && !std::filesystem::exists(campaign, ignored);
-  if (nothing || is_blank_campaign(campaign)) return std::optional<Resumption>{};
+  if (nothing || is_blank_campaign(campaign)) return nothing_recorded(campaign.parent_path());
   if (Status ok = holds(campaign); !ok) return pass(ok.error());
   auto past = load_past(campaign);
   if (!past) return pass(past.error());

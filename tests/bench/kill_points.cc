@@ -45,9 +45,10 @@ CampaignRequest request_in(const fs::path& folder, const fs::path& out, std::siz
 }
 
 /// Killed from outside after so long. True when it was still running.
-bool killed_after(const CampaignRequest& request, std::chrono::microseconds delay) {
+bool killed_after(const CampaignRequest& request, std::chrono::microseconds delay,
+                  const CampaignHooks& hooks) {
   const pid_t child = fork();
-  if (child == 0) _exit(run_campaign(request, {}) ? 0 : 1);
+  if (child == 0) _exit(run_campaign(request, hooks) ? 0 : 1);
   std::this_thread::sleep_for(delay);
   kill(child, SIGKILL);
   int status = 0;
@@ -65,15 +66,16 @@ bool fails(Counts& counts, const std::string& what) {
   return false;
 }
 
-/// Goes on with what a kill left and looks at it.
-bool look(CampaignRequest request, const Dataset& undisturbed, Counts& counts) {
+/// Goes on with what a kill left and looks at it. `told`: trials that the killed run told of.
+bool look(CampaignRequest request, const Dataset& undisturbed, std::size_t told, Counts& counts) {
   const fs::path file = request.out / "campaign.sqlite";
-  std::size_t before = 0;
+  std::size_t kept = 0;
   if (fs::exists(file) && !is_blank_campaign(file)) {
     const auto seen = verify(file);
     if (!seen || !seen->holds()) return fails(counts, "does not hold after the kill");
-    before = seen->complete;
+    kept = seen->complete;
   }
+  counts.lost += told > kept ? told - kept : 0;
   request.resume = true;
   if (!fs::exists(request.out / "certificate.json")) {
     const auto summary = run_campaign(request, {});
@@ -85,7 +87,6 @@ bool look(CampaignRequest request, const Dataset& undisturbed, Counts& counts) {
   if (!all) return fails(counts, to_string(all.error()));
   counts.repeated += after->attempts - after->complete;
   if (after->attempts > after->complete + 1) return fails(counts, "more than one repeated");
-  counts.lost += before > all->trials.size() ? before - all->trials.size() : 0;
   counts.doubled += after->complete > undisturbed.trials.size() ? 1 : 0;
   const std::string differs = test::difference(undisturbed, *all);
   return differs.empty() || fails(counts, "differs: " + differs);
@@ -111,11 +112,13 @@ int main() {
     fs::remove_all(out);
     const CampaignRequest request = request_in(folder, out, trials);
     const bool by_write = i % 2 == 0;
+    const test::ToldTrials told;
     const bool killed =
-        by_write ? test::killed_at(request, {1 + dice() % (40 * trials), dice() % 2 == 0}) == true
-                 : killed_after(request, lasting * (dice() % 1000) / 1000);
+        by_write ? test::killed_at(request, {1 + dice() % (40 * trials), dice() % 2 == 0},
+                                   told.hooks()) == true
+                 : killed_after(request, lasting * (dice() % 1000) / 1000, told.hooks());
     counts.kills += killed ? 1 : 0;
-    look(request, *undisturbed, counts);
+    look(request, *undisturbed, told.complete(), counts);
   }
   fs::remove_all(folder);
   const double seconds = std::chrono::duration<double>(steady_wall_now() - began).count();
@@ -129,5 +132,5 @@ int main() {
        {"complete ones doubled", static_cast<double>(counts.doubled), "", "none", 0, ""},
        {"failures", static_cast<double>(counts.failures), "", "none", 0, ""},
        {"wall time", seconds, "s", "", 0, ""}});
-  return counts.failures == 0 ? 0 : 1;
+  return counts.failures + counts.lost == 0 ? 0 : 1;
 }

@@ -90,18 +90,19 @@ bool survives(KillPoint point) {
   const TemporaryFolder folder;
   const CampaignRequest request = request_for(folder, 1);
   INFO("write " << point.write << (point.torn ? ", torn" : ""));
-  const auto killed = killed_at(request, point);
+  const test::ToldTrials told;
+  const auto killed = killed_at(request, point, told.hooks());
   REQUIRE(killed);
   if (!*killed) return false;
   const auto file = request.out / "campaign.sqlite";
-  std::size_t complete_before = 0;
+  std::size_t kept = 0;
   if (std::filesystem::exists(file)) {
     check_holds(file);
-    if (!is_blank_campaign(file)) complete_before = loaded(file).trials.size();
+    if (!is_blank_campaign(file)) kept = loaded(file).trials.size();
   }
+  CHECK(kept >= told.complete());
   resumed(request);
   check_whole(request.out, 1, 1);
-  CHECK(loaded(file).trials.size() >= complete_before);
   return true;
 }
 
@@ -222,6 +223,41 @@ TEST_CASE("a campaign with a failed trial from before a resume is not complete a
   CHECK(summary.trials_complete == 3);
   CHECK(summary.outcome == recipes::Outcome::failed);
   CHECK(summary.cleanup == recipes::Cleanup::done);
+}
+
+TEST_CASE(
+    "while a campaign goes on, no data set from before lies beside it as if it were its own") {
+  const TemporaryFolder folder;
+  CampaignRequest request = request_for(folder);
+  CampaignHooks hooks;
+  std::atomic<bool> stop = false;
+  hooks.stop = &stop;
+  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
+  const std::string before = test::read_file(run(request, hooks).dataset_file);
+  request.resume = true;
+  REQUIRE(killed_at(request, {12, false}) == true);
+  CHECK_FALSE(std::filesystem::exists(request.out / certificate_file_name));
+  CHECK_FALSE(std::filesystem::exists(request.out / "dataset.h5"));
+  CHECK(test::read_file(request.out / "dataset.aside-1.h5") == before);
+  resumed(request);
+  check_whole(request.out, 2);
+}
+
+TEST_CASE("a folder whose campaign file was removed is not begun anew by a resume") {
+  const TemporaryFolder folder;
+  CampaignRequest request = request_for(folder);
+  const CampaignSummary whole = run(request);
+  const std::string dataset = test::read_file(whole.dataset_file);
+  request.resume = true;
+  for (const char* left : {"", "nothing"}) {
+    std::filesystem::remove(whole.campaign_file);
+    if (*left == 0) test::write_file(whole.campaign_file, "");
+    const auto refused = run_campaign(request, {});
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == Errc::corrupt);
+    CHECK(test::read_file(whole.dataset_file) == dataset);
+    CHECK(std::filesystem::exists(request.out / certificate_file_name));
+  }
 }
 
 TEST_CASE("two runs do not work in one folder") {
