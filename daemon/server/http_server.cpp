@@ -18,8 +18,8 @@ namespace {
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr auto pause_without_descriptors = 100ms;
-constexpr auto farewell = 2s;  // for a client to read the answer and close
+constexpr auto pause_without_descriptors = 100ms;  // at once it would fail again
+constexpr auto farewell = 2s;                      // for a client to read the answer and close
 // What a refused client still sends is read, or it would be reset before it has read why.
 constexpr std::size_t most_ignored_bytes = std::size_t{4} << 20;
 constexpr std::size_t stream_room_bytes = std::size_t{64} << 10;
@@ -35,6 +35,7 @@ struct HttpServer::Parts {
       : context(&io), shared(&all), limits(at_most), acceptor(io), pause(io) {}
 
   void listen();
+  bool make_room(std::size_t most);
   void welcome(tcp::socket socket);
 
   asio::io_context* context;
@@ -265,6 +266,7 @@ void HttpServer::Parts::listen() {
       welcome(std::move(socket));
       return listen();
     }
+    if (make_room(1)) return listen();  // out of descriptors
     pause.expires_after(pause_without_descriptors);
     pause.async_wait([this](const asio::error_code& cancelled) {
       if (!cancelled) listen();
@@ -272,13 +274,18 @@ void HttpServer::Parts::listen() {
   });
 }
 
-void HttpServer::Parts::welcome(tcp::socket socket) {
+/// Closes the oldest brief connection where there are that many.
+bool HttpServer::Parts::make_room(std::size_t most) {
   const auto brief = [](const auto& connection) { return connection->is_brief(); };
   const auto count = std::count_if(connections.begin(), connections.end(), brief);
-  if (static_cast<std::size_t>(count) >= limits.brief) {
-    const auto oldest = *std::find_if(connections.begin(), connections.end(), brief);
-    oldest->close();
-  }
+  if (static_cast<std::size_t>(count) < most) return false;
+  const auto oldest = *std::find_if(connections.begin(), connections.end(), brief);
+  oldest->close();
+  return true;
+}
+
+void HttpServer::Parts::welcome(tcp::socket socket) {
+  make_room(limits.brief);
   asio::error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   connections.push_back(std::make_shared<Connection>(*this, std::move(socket)));

@@ -17,7 +17,7 @@ namespace weft::daemon::server {
 
 struct HttpLimits {
   /// Whose request is not whole or whose answer is under way; the oldest makes room for a new one.
-  std::size_t brief = 256;
+  std::size_t brief = 64;
   std::size_t waiting = 16;                   ///< calls whose answers come later
   std::size_t streams = 8;                    ///< of events
   std::chrono::seconds request{10};           ///< from connecting to the request's last byte

@@ -1,7 +1,10 @@
 #pragma once
 // A TCP port on 127.0.0.1, one program's alone.
 
+// clang-format off
+#include <cstdint>  // first: by its configuration Asio chooses how it allocates, in each file alike
 #include <asio/ip/tcp.hpp>
+// clang-format on
 
 #include "protocols/base/result.hpp"
 

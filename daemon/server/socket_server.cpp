@@ -282,9 +282,9 @@ Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   return {};
 }
 
-// What the process may open beside what a run needs for its devices and files.
+// What the process may open beside what a run needs for its devices and files, and HTTP.
 std::size_t spare_descriptors() {
-  constexpr std::size_t needed = 100;
+  constexpr std::size_t needed = 200;
   rlimit found{};
   if (getrlimit(RLIMIT_NOFILE, &found) != 0) return needed;
   const auto allowed = static_cast<std::size_t>(found.rlim_cur);

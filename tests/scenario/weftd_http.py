@@ -7,13 +7,16 @@ clients that mean no good: slow, endless, gone, too many.
 import contextlib
 import http.client
 import json
+import os
 import pathlib
 import re
+import resource
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
+import time
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 120
@@ -213,12 +216,36 @@ class Drip:
 
 def slow(web):
     """Nobody waits for clients that drip, be they many; they have 10 s, to whom the daemon says so."""
-    dripping = Drip(web, 400)
+    dripping = Drip(web, 200)
     quick = Web(web.port, web.token, patience_s=8)
     quick.call("rig.halt")
     quick.call("rig.reset", reason="test")
     assert answer_of(dripping.wires[-1])[0] == 408, "the newest, which made the oldest go"
     dripping.end()
+
+
+def out_of_descriptors(web, daemon, folder):
+    """Connections take all that the daemon may open: HTTP makes room, and nothing spins."""
+    opened = len(list(pathlib.Path(f"/proc/{daemon.pid}/fd").iterdir()))
+    _, hard = resource.prlimit(daemon.pid, resource.RLIMIT_NOFILE)
+    resource.prlimit(daemon.pid, resource.RLIMIT_NOFILE, (opened + 10, hard))
+    idle = [socket.create_connection(("127.0.0.1", web.port)) for _ in range(30)]
+    Web(web.port, web.token, patience_s=8).call("rig.state")
+    for _ in range(30):  # of these none makes room for another
+        idle.append(socket.socket(socket.AF_UNIX))
+        idle[-1].connect(str(folder / "data/weftd.sock"))
+    web.call("rig.state")
+    used = cpu_s(daemon)
+    time.sleep(1)
+    assert cpu_s(daemon) - used < 0.3, "it spins"
+    for wire in idle:
+        wire.close()
+    resource.prlimit(daemon.pid, resource.RLIMIT_NOFILE, (hard, hard))
+
+
+def cpu_s(process):
+    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def too_many(web):
@@ -319,6 +346,7 @@ def main():
             one_port(web, folder)
             endless(web, daemon)
             slow(web)
+            out_of_descriptors(web, daemon, folder)
             too_many(web)
             end(web, daemon)
         finally:
