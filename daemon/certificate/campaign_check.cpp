@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "daemon/certificate/catalogue_digest.hpp"
 #include "daemon/dataset/sha256.hpp"
@@ -36,11 +37,15 @@ class CampaignCheck {
   }
 
  private:
-  void found(const std::string& where, std::string what) {
+  void found(const std::string& where, std::string what, std::string hint = {}) {
     const std::string name = file_.filename().string();
-    report_.findings.push_back({where.empty() ? name : name + ": " + where, std::move(what)});
+    report_.findings.push_back(
+        {where.empty() ? name : name + ": " + where, std::move(what), std::move(hint)});
   }
-  void found(const std::string& where, const Error& error) { found(where, to_string(error)); }
+  void found(const std::string& where, Error error) {
+    std::string hint = std::exchange(error.hint, {});
+    found(where, to_string(error), std::move(hint));
+  }
 
   /// Before SQLite opens the file: it says nothing of what it leaves out.
   void log() {
