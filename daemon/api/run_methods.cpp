@@ -206,17 +206,26 @@ void add_run_methods(rpc::Methods& methods, const Services& services) {
   add_run_reads(methods, &services);
 }
 
+namespace {
+
+json rig_json(const control::RunDesk& desk) {
+  using Fact = control::RigStanding::Fact;
+  const control::RigStanding& standing = desk.standing();
+  const auto run = desk.active();
+  const bool moves = run && standing.fact != Fact::latched;
+  json out{{"rig", moves ? "moving" : to_string(standing.fact)}};
+  if (run) out["run"] = *run;
+  if (standing.fact == Fact::latched) out["latched_by"] = standing.why;
+  if (standing.fact == Fact::unknown) out["left_by"] = standing.why;
+  return out;
+}
+
+}  // namespace
+
 void add_rig_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
-  methods.add({"rig.state", "the rig's own fact", {}, {}, {}, "rig, run, latched_by"},
-              [s](const Call&) -> Outcome {
-                const auto& by_whom = s->desk->latched();
-                const auto run = s->desk->active();
-                json out{{"rig", by_whom ? "latched" : run ? "moving" : "safe"}};
-                if (run) out["run"] = *run;
-                if (by_whom) out["latched_by"] = *by_whom;
-                return text_of(out);
-              });
+  methods.add({"rig.state", "the rig's own fact", {}, {}, {}, "rig, run, latched_by, left_by"},
+              [s](const Call&) -> Outcome { return text_of(rig_json(*s->desk)); });
   methods.add({"rig.halt",
                "stops motion where it is and latches the rig; needs no lease and no role",
                Role::observer,

@@ -34,6 +34,17 @@ json blocker(std::string_view kind, std::string where, std::string hint) {
   return {{"kind", kind}, {"where", std::move(where)}, {"hint", std::move(hint)}};
 }
 
+void add_standing_blocker(const control::RigStanding& standing, json& blockers) {
+  using Fact = control::RigStanding::Fact;
+  if (standing.fact == Fact::latched)
+    blockers.push_back(blocker("rig.latched", "rig",
+                               "Halted by " + standing.why + ": look at the rig, then rig.reset"));
+  if (standing.fact == Fact::unknown)
+    blockers.push_back(blocker("rig.unknown", standing.why,
+                               "Nobody knows where that run left the rig: look at it, then "
+                               "rig.reset, or go on with the run where it was interrupted"));
+}
+
 void add_rig_file_blocker(const Services& services, json& blockers) {
   const auto text = read_text_file(services.rig);
   if (!text)
@@ -67,9 +78,7 @@ Outcome log_tail(const Services& services, const Call& call) {
 std::string readiness_json(const Services& services) {
   json blockers = json::array();
   add_rig_file_blocker(services, blockers);
-  if (const auto& by = services.desk->latched())
-    blockers.push_back(
-        blocker("rig.latched", "rig", "Halted by " + *by + ": look at the rig, then rig.reset"));
+  add_standing_blocker(services.desk->standing(), blockers);
   if (const auto run = services.desk->active())
     blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
   if (const Status space = check_space(services.data, std::uint64_t{1} << 28); !space)

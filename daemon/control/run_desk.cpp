@@ -63,7 +63,9 @@ struct RunDesk::Run {
 
 RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(around)), store_(store) {
   const auto known = store_.load();
-  if (!known) return;  // opening has just read them
+  const auto standing = store_.standing();
+  if (!known || !standing) return;  // opening has just read them
+  standing_ = *standing;
   for (const StoredRun& stored : *known) {
     auto run = std::make_unique<Run>();
     run->view.stored = stored;
@@ -173,10 +175,20 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
   return run.view;
 }
 
+bool RunDesk::may_begin(const Run& run) const {
+  if (run.state() != RunState::queued || standing_.fact == RigStanding::Fact::latched) return false;
+  return standing_.fact == RigStanding::Fact::safe || run.view.stored.resume;
+}
+
+void RunDesk::stand(RigStanding::Fact fact, std::string_view why) {
+  standing_ = {fact, std::string(why)};
+  static_cast<void>(store_.keep(standing_));
+}
+
 void RunDesk::begin_next() {
-  if (latched_ || active()) return;
-  const auto next = std::find_if(runs_.begin(), runs_.end(),
-                                 [](const auto& run) { return run->state() == RunState::queued; });
+  if (active()) return;
+  const auto next =
+      std::find_if(runs_.begin(), runs_.end(), [this](const auto& run) { return may_begin(*run); });
   if (next == runs_.end()) return;
   Run& run = **next;
   if (run.limits.arming.count() == 0) run.limits = Deadlines::of(0, 600);  // from before a restart
@@ -223,6 +235,8 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     run.view.stored.cleanup = "skipped";
     run.view.stored.rig_fact = "unknown";
     run.view.stored.error = "the run does not answer";
+    if (standing_.fact != RigStanding::Fact::latched)
+      stand(RigStanding::Fact::unknown, run.view.stored.id());
     static_cast<void>(store_.update(run.view.stored));
   }
   tell(run);
@@ -243,6 +257,9 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     stored.rig_fact = "unknown";
     stored.error = to_string(summary.error());
   }
+  if (standing_.fact != RigStanding::Fact::latched)
+    stand(stored.rig_fact == "safe" ? RigStanding::Fact::safe : RigStanding::Fact::unknown,
+          stored.rig_fact == "safe" ? "" : stored.id());
   run.view.wall_left_s = 0;
   apply(run, on_ended(may_go_on), "auto:run");
   for (const auto& told : std::exchange(run.waiting, {})) told(run.view);
@@ -280,7 +297,7 @@ Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_vie
 }
 
 void RunDesk::halt(std::string_view by) {
-  latched_ = std::string(by);
+  stand(RigStanding::Fact::latched, by);
   for (const auto& run : runs_) {
     const auto step = on_order(run->view.machine, run->limits, Order::halt, around_.now());
     if (step) apply(*run, *step, by);
@@ -289,13 +306,14 @@ void RunDesk::halt(std::string_view by) {
 }
 
 Status RunDesk::reset(std::string_view reason, std::string_view by) {
-  if (!latched_) return fail(Errc::wrong_state, "the rig is not latched", "rig");
+  if (standing_.fact == RigStanding::Fact::safe)
+    return fail(Errc::wrong_state, "the rig is neither latched nor unknown", "rig");
   if (reason.size() < 3)
     return fail(Errc::invalid_argument, "a reset needs a reason", "/params/reason", "a few words",
                 std::string(reason));
   if (const auto run = active())
     return fail(Errc::wrong_state, "a run has not ended yet", *run, "ended", {}, "Wait for it");
-  latched_.reset();
+  stand(RigStanding::Fact::safe, "");
   if (Status ok =
           store_.journal(around_.utc_us(), "", "reset", by, json{{"reason", reason}}.dump());
       !ok)

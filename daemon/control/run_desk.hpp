@@ -74,7 +74,9 @@ class RunDesk {
   /// Stops motion now, whatever runs, and latches the rig until reset().
   void halt(std::string_view by);
   Status reset(std::string_view reason, std::string_view by);
-  [[nodiscard]] const std::optional<std::string>& latched() const { return latched_; }
+  /// Where it is not safe nothing begins before reset(), but for a run that somebody goes on with
+  /// where it is unknown: that ends the doubt or leaves it. Outlives the daemon.
+  [[nodiscard]] const RigStanding& standing() const { return standing_; }
 
   [[nodiscard]] Result<RunView> get(std::string_view id) const;
   [[nodiscard]] std::vector<RunView> all() const;
@@ -87,6 +89,8 @@ class RunDesk {
  private:
   struct Run;
   void begin_next();
+  [[nodiscard]] bool may_begin(const Run& run) const;
+  void stand(RigStanding::Fact fact, std::string_view why);
   [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
@@ -97,7 +101,7 @@ class RunDesk {
   Surroundings around_;
   RunStore& store_;
   std::vector<std::unique_ptr<Run>> runs_;  // oldest first
-  std::optional<std::string> latched_;      // by whom
+  RigStanding standing_;
 };
 
 }  // namespace weft::daemon::control

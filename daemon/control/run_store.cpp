@@ -18,6 +18,9 @@ CREATE TABLE IF NOT EXISTS journal (
   sequence INTEGER PRIMARY KEY AUTOINCREMENT, utc_us INTEGER NOT NULL,
   run TEXT NOT NULL, kind TEXT NOT NULL, by TEXT NOT NULL, payload_json TEXT NOT NULL
 ) STRICT;
+CREATE TABLE IF NOT EXISTS rig (
+  id INTEGER PRIMARY KEY CHECK (id = 1), fact TEXT NOT NULL, why TEXT NOT NULL
+) STRICT;
 )sql";
 
 // Full synchronisation: what was answered is on the disk, also when the power goes.
@@ -37,6 +40,9 @@ Result<RunState> state_from(const std::string& name) {
     return fail(Errc::corrupt, "a run in no state that there is", "run", {}, name);
   return *found;
 }
+
+constexpr std::array facts{RigStanding::Fact::safe, RigStanding::Fact::unknown,
+                           RigStanding::Fact::latched};
 
 bool was_under_way(RunState state) {
   return state != RunState::queued && state != RunState::ended && state != RunState::interrupted;
@@ -77,6 +83,11 @@ Status add_resume(sqlite::Database& database) {
 
 }  // namespace
 
+std::string_view to_string(RigStanding::Fact fact) {
+  constexpr std::array<std::string_view, 3> names{"safe", "unknown", "latched"};
+  return names[static_cast<std::size_t>(fact)];
+}
+
 std::string StoredRun::id() const {
   std::string digits = std::to_string(number);
   constexpr std::size_t width = 6;
@@ -97,17 +108,47 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
   if (made) made = add_resume(*database);
   if (!made) return pass(made.error(), file.string());
   RunStore store(std::move(*database));
-  auto runs = store.load();
-  if (!runs) return pass(runs.error(), file.string());
+  if (Status ok = store.take_stock(); !ok) return pass(ok.error(), file.string());
+  return store;
+}
+
+Status RunStore::take_stock() {
+  auto runs = load();
+  if (!runs) return pass(runs.error());
+  const auto before = standing();
+  if (!before) return pass(before.error());
   for (StoredRun& run : *runs) {
     if (!was_under_way(run.state)) continue;
     run.state = RunState::interrupted;
     run.outcome = "interrupted";
     run.cleanup = "skipped";
     run.rig_fact = "unknown";
-    if (Status ok = store.update(run); !ok) return pass(ok.error(), file.string());
+    if (before->fact != RigStanding::Fact::latched)
+      if (Status ok = keep({RigStanding::Fact::unknown, run.id()}); !ok) return ok;
+    if (Status ok = update(run); !ok) return ok;
   }
-  return store;
+  return {};
+}
+
+Result<RigStanding> RunStore::standing() {
+  auto query = database_.prepare("SELECT fact, why FROM rig");
+  if (!query) return pass(query.error());
+  const auto row = query->step();
+  if (!row) return pass(row.error());
+  if (!*row) return RigStanding{};
+  const std::string name = query->text(0);
+  const auto* found =
+      std::find_if(facts.begin(), facts.end(), [&](auto fact) { return to_string(fact) == name; });
+  if (found == facts.end())
+    return fail(Errc::corrupt, "a rig in no state that there is", "rig", {}, name);
+  return RigStanding{*found, query->text(1)};
+}
+
+Status RunStore::keep(const RigStanding& standing) {
+  auto change = database_.prepare("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)");
+  if (!change) return pass(change.error());
+  change->bind(1, to_string(standing.fact)).bind(2, standing.why);
+  return change->run();
 }
 
 Result<std::vector<StoredRun>> RunStore::load() {

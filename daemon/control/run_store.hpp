@@ -30,9 +30,23 @@ struct StoredRun {
   [[nodiscard]] std::string id() const;  ///< "R-000318"
 };
 
+/// Whether the rig may be moved without somebody's word, and why not.
+struct RigStanding {
+  enum class Fact {
+    safe,
+    unknown,  ///< a run ended, or died, without knowing where it left the rig
+    latched   ///< halted
+  };
+  Fact fact = Fact::safe;
+  std::string why;  ///< who halted it, or which run left it so
+  friend bool operator==(const RigStanding&, const RigStanding&) = default;
+};
+std::string_view to_string(RigStanding::Fact fact);
+
 class RunStore {
  public:
-  /// Opens or makes the file. Runs that were under way when the daemon died become `interrupted`.
+  /// Opens or makes the file. Runs that were under way when the daemon died become `interrupted`,
+  /// and the rig unknown, unless it was latched.
   /// Errors: io, corrupt; wrong_state, when another daemon has it.
   static Result<RunStore> open(const std::filesystem::path& file);
 
@@ -43,6 +57,9 @@ class RunStore {
   Status journal(std::int64_t utc_us, std::string_view run, std::string_view kind,
                  std::string_view by, std::string_view payload_json = "{}");
 
+  [[nodiscard]] Result<RigStanding> standing();
+  Status keep(const RigStanding& standing);
+
   struct Line {
     std::int64_t sequence = 0, utc_us = 0;
     std::string run, kind, by, payload_json;
@@ -52,6 +69,7 @@ class RunStore {
 
  private:
   explicit RunStore(sqlite::Database database) : database_(std::move(database)) {}
+  Status take_stock();
   sqlite::Database database_;
 };
 

@@ -161,6 +161,8 @@ def death(folder, client, daemon):
     found = client.call("run.get", run=run)
     assert (found["state"], found["outcome"], found["rig"]) == ("interrupted", "interrupted", "unknown"), found
     assert client.call("run.list", state="interrupted")["runs"][0]["run"] == run
+    assert client.call("rig.state") == {"rig": "unknown", "left_by": run}
+    assert [b["kind"] for b in client.call("system.ready")["blockers"]] == ["rig.unknown"]
     return daemon, client, run
 
 

@@ -106,7 +106,7 @@ void leave_interrupted(const TemporaryFolder& folder) {
 
 }  // namespace
 
-TEST_CASE("what escapes from a run's thread is a fault of that run, and the next one runs") {
+TEST_CASE("what escapes from a run's thread is a fault of that run; the next waits for a word") {
   const TemporaryFolder folder;
   DeskBench bench(folder);
   bench.posted.throw_once();
@@ -114,8 +114,39 @@ TEST_CASE("what escapes from a run's thread is a fault of that run, and the next
   CHECK(failed.stored.outcome == "failed");
   CHECK(failed.stored.rig_fact == "unknown");
   CHECK(failed.stored.error.find("nobody takes this") != std::string::npos);
-  const RunView next = bench.ended(bench.submit().stored.id());
-  CHECK(next.stored.outcome == "complete");
+  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, failed.stored.id()});
+  const std::string next = bench.submit().stored.id();
+  CHECK(bench.desk->get(next)->machine.state == RunState::queued);
+  CHECK_FALSE(bench.desk->reset("", "test"));
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+  CHECK(bench.ended(next).stored.outcome == "complete");
+  CHECK(bench.desk->standing().fact == RigStanding::Fact::safe);
+  CHECK_FALSE(bench.desk->reset("looked at it", "test"));
+}
+
+TEST_CASE("a rig that was halted is latched for the next daemon too") {
+  const TemporaryFolder folder;
+  { DeskBench(folder).desk->halt("the one at the bench"); }
+  DeskBench bench(folder);
+  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::latched, "the one at the bench"});
+  const std::string id = bench.submit().stored.id();
+  CHECK(bench.desk->get(id)->machine.state == RunState::queued);
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+  CHECK(bench.ended(id).stored.outcome == "complete");
+}
+
+TEST_CASE("a daemon that died under a run leaves a rig that only that run or a word may move") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  const std::string id = bench.desk->all().front().stored.id();
+  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, id});
+  const std::string other = bench.submit().stored.id();
+  CHECK(bench.desk->get(other)->machine.state == RunState::queued);
+  REQUIRE(bench.desk->recover(id, "test"));
+  CHECK(bench.ended(id).stored.outcome == "complete");
+  CHECK(bench.ended(other).stored.outcome == "complete");
+  CHECK(bench.desk->standing().fact == RigStanding::Fact::safe);
 }
 
 TEST_CASE("a desk that has forgotten its runs begins a new one beside the old one's folder") {
@@ -213,7 +244,7 @@ TEST_CASE("the desk goes on with its work while a campaign is looked at, and tel
   CHECK(told.empty());  // the look takes as long as the test holds it
   bench.desk->halt("test");
   bench.desk->tick();
-  CHECK(bench.desk->latched());
+  CHECK(bench.desk->standing().fact == RigStanding::Fact::latched);
   bench.posted.let_go();
   REQUIRE(bench.posted.run_until([&] { return told.size() == 2; }));
   CHECK(told[0].planned == 4);
