@@ -160,9 +160,11 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   }
 
   void said(std::string line) {
-    if (is(Stage::asking)) said_ = std::move(line);
-    if (is(Stage::waiting)) leave(answer_text(200, line));
-    if (is(Stage::streaming)) unsent_ += event_text(line, server_->shared->epoch);
+    if (is(Stage::waiting)) return leave(answer_text(200, line));
+    if (is(Stage::streaming))
+      unsent_ += event_text(line, server_->shared->epoch);
+    else
+      said_ = std::move(line);
   }
 
   void call() {
@@ -170,22 +172,22 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     if (!parsed)
       return leave(answer_text(400, rpc::error_line(parsed.error().id_json, parsed.error().error)));
     const auto method = server_->shared->methods->find(parsed->method);
-    const HttpLimits& limits = server_->limits;
-    if (method && (*method)->answers_later && !has_seat(Stage::waiting, limits.waiting))
-      return leave(too_many_text("calls wait for their answers", limits.waiting,
+    const HttpLimits& most = server_->limits;
+    if (method && (*method)->answers_later && !has_seat(Stage::waiting, most.waiting))
+      return leave(too_many_text("calls wait for their answers", most.waiting,
                                  "Ask again later, or use the socket"));
     const std::string answer = ask(request_.body());
     if (!parsed->id_json) return leave(answer_text(204, {}));
     if (!answer.empty()) return leave(answer_text(200, answer));
     stage_ = Stage::waiting;
-    within(limits.answer,
+    within(most.answer,
            [this] { leave(no_answer_text(std::chrono::seconds(server_->limits.answer).count())); });
   }
 
   void stream() {
-    const HttpLimits& limits = server_->limits;
-    if (!has_seat(Stage::streaming, limits.streams))
-      return leave(too_many_text("streams of events", limits.streams,
+    const HttpLimits& most = server_->limits;
+    if (!has_seat(Stage::streaming, most.streams))
+      return leave(too_many_text("streams of events", most.streams,
                                  "Close one, or use the socket, which has no such bound"));
     auto from_seq = seen_last(request_, server_->shared->epoch);
     std::string first = ask(subscribe_line(request_, from_seq));

@@ -1,6 +1,9 @@
 // Bytes to one HTTP request: in any pieces, within bounds, and the head before the body.
 
 #include <catch2/catch.hpp>
+#include <map>
+#include <random>
+#include <set>
 
 #include "daemon/server/http_request.hpp"
 
@@ -139,4 +142,44 @@ TEST_CASE("A client that waits to be told to go on is seen") {
   HttpRequest old;
   CHECK(old.add("POST /rpc HTTP/1.0" + begin) == HttpStage::body);
   CHECK_FALSE(old.awaits_continue());
+}
+
+TEST_CASE("Damaged requests are taken or refused alike in one piece and in many, within bounds") {
+  constexpr int count = 20000;
+  constexpr std::size_t most_body = 64;
+  const std::string_view spare = "\r\n\r\n :%?&=+/0123456789-,;xZ\t";
+  const std::string text = post_head + "{\"id\": 123}";
+  std::mt19937 random(7);
+  const auto below = [&](std::size_t n) { return random() % n; };
+  std::map<int, int> outcomes;
+  for (int i = 0; i < count; ++i) {
+    std::string damaged = text;
+    for (std::size_t changes = 1 + below(3); changes > 0; --changes) {
+      const std::size_t at = below(damaged.size());
+      const auto byte = below(2) != 0 ? spare[below(spare.size())] : static_cast<char>(below(256));
+      if (below(3) == 0)
+        damaged.erase(at, 1 + below(4));
+      else
+        damaged.replace(at, below(2), 1, byte);
+    }
+    HttpRequest whole({4096, most_body}), pieces({4096, most_body});
+    take(whole, damaged);
+    for (std::size_t at = 0, n = 0; at < damaged.size(); at += n)
+      take(pieces, std::string_view(damaged).substr(at, n = 1 + below(40)));
+    INFO(damaged);
+    if (pieces.stage() == HttpStage::head) {  // no end of the head: what is wrong may be seen later
+      REQUIRE((whole.stage() == HttpStage::head || whole.stage() == HttpStage::refused));
+      continue;
+    }
+    REQUIRE(pieces.stage() == whole.stage());
+    REQUIRE(pieces.refusal() == whole.refusal());
+    ++outcomes[whole.refusal()];
+    if (whole.stage() != HttpStage::whole) continue;
+    REQUIRE(pieces.body() == whole.body());
+    REQUIRE(whole.body().size() <= most_body);
+    REQUIRE(pieces.path() == whole.path());
+  }
+  std::set<int> seen;
+  for (const auto& [refusal, times] : outcomes) seen.insert(refusal);
+  CHECK(seen == std::set<int>{0, 400, 411, 413});
 }
