@@ -180,9 +180,12 @@ bool RunDesk::may_begin(const Run& run) const {
   return standing_.fact == RigStanding::Fact::safe || run.view.stored.resume;
 }
 
-void RunDesk::stand(RigStanding::Fact fact, std::string_view why) {
-  standing_ = {fact, std::string(why)};
+void RunDesk::stand(RigStanding::Fact fact, std::string_view why, std::string_view by) {
+  const RigStanding now{fact, std::string(why)};
+  if (now == standing_ && fact != RigStanding::Fact::latched) return;  // every halt is told
+  standing_ = now;
   static_cast<void>(store_.keep(standing_));
+  if (around_.stands) around_.stands(standing_, by);
 }
 
 void RunDesk::begin_next() {
@@ -236,7 +239,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     run.view.stored.rig_fact = "unknown";
     run.view.stored.error = "the run does not answer";
     if (standing_.fact != RigStanding::Fact::latched)
-      stand(RigStanding::Fact::unknown, run.view.stored.id());
+      stand(RigStanding::Fact::unknown, run.view.stored.id(), by);
     static_cast<void>(store_.update(run.view.stored));
   }
   tell(run);
@@ -259,7 +262,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
   }
   if (standing_.fact != RigStanding::Fact::latched)
     stand(stored.rig_fact == "safe" ? RigStanding::Fact::safe : RigStanding::Fact::unknown,
-          stored.rig_fact == "safe" ? "" : stored.id());
+          stored.rig_fact == "safe" ? "" : stored.id(), "auto:run");
   run.view.wall_left_s = 0;
   apply(run, on_ended(may_go_on), "auto:run");
   for (const auto& told : std::exchange(run.waiting, {})) told(run.view);
@@ -297,7 +300,7 @@ Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_vie
 }
 
 void RunDesk::halt(std::string_view by) {
-  stand(RigStanding::Fact::latched, by);
+  stand(RigStanding::Fact::latched, by, by);
   for (const auto& run : runs_) {
     const auto step = on_order(run->view.machine, run->limits, Order::halt, around_.now());
     if (step) apply(*run, *step, by);
@@ -313,7 +316,7 @@ Status RunDesk::reset(std::string_view reason, std::string_view by) {
                 std::string(reason));
   if (const auto run = active())
     return fail(Errc::wrong_state, "a run has not ended yet", *run, "ended", {}, "Wait for it");
-  stand(RigStanding::Fact::safe, "");
+  stand(RigStanding::Fact::safe, "", by);
   if (Status ok =
           store_.journal(around_.utc_us(), "", "reset", by, json{{"reason", reason}}.dump());
       !ok)

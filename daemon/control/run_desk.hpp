@@ -49,6 +49,8 @@ class RunDesk {
     std::function<Clock()> now;
     std::function<std::int64_t()> utc_us;
     std::function<void(const RunView&)> changed;
+    /// The rig stands otherwise than before, by whose word or act.
+    std::function<void(const RigStanding&, std::string_view by)> stands;
   };
   /// `store` outlives the desk.
   RunDesk(Surroundings around, RunStore& store);
@@ -90,7 +92,7 @@ class RunDesk {
   struct Run;
   void begin_next();
   [[nodiscard]] bool may_begin(const Run& run) const;
-  void stand(RigStanding::Fact fact, std::string_view why);
+  void stand(RigStanding::Fact fact, std::string_view why, std::string_view by);
   [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);

@@ -71,6 +71,16 @@ class Daemon {
   std::unique_ptr<control::RunDesk> desk_;  // gone first: its threads post to the server
 };
 
+// What changes of the topic "rig"; null where a reason is gone.
+nlohmann::json rig_delta(const control::RigStanding& standing, std::string_view by) {
+  using Fact = control::RigStanding::Fact;
+  nlohmann::json delta{
+      {"rig", to_string(standing.fact)}, {"latched_by", nullptr}, {"left_by", nullptr}, {"by", by}};
+  if (standing.fact == Fact::latched) delta["latched_by"] = standing.why;
+  if (standing.fact == Fact::unknown) delta["left_by"] = standing.why;
+  return delta;
+}
+
 Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options) {
   if (Status made = make_folder(options.data); !made) return pass(made.error());
   auto tokens = access::TokenFile::load(or_in(options.tokens, options.data, "tokens.json"));
@@ -102,7 +112,6 @@ void Daemon::wire(const DaemonOptions& options) {
   shared_.readiness_json = [this] { return api::readiness_json(services_); };
   shared_.halt = [this](const rpc::Caller& caller) {
     services_.desk->halt(caller.session + " (" + caller.user + ")");
-    hub_.publish("rig", {{"rig", "latched"}, {"by", caller.session}}, utc_us());
   };
   shared_.now = [] { return steady_wall_now(); };
   add_session_open(methods_);
@@ -127,7 +136,11 @@ Status Daemon::begin(const DaemonOptions& options) {
           .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
           .now = [] { return steady_wall_now(); },
           .utc_us = [] { return utc_us(); },
-          .changed = [this](const control::RunView& run) { changed(run); }},
+          .changed = [this](const control::RunView& run) { changed(run); },
+          .stands =
+              [this](const control::RigStanding& standing, std::string_view by) {
+                hub_.publish("rig", rig_delta(standing, by), utc_us());
+              }},
       log_);
   services_.desk = desk_.get();
   if (options.http_port) {

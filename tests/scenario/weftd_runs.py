@@ -89,7 +89,7 @@ def a_run(client, trials):
 
 def halts(daemon, client):
     lease = client.call("lease.acquire")["lease"]
-    client.call("sub.open", topics=["run:*"], mode="every")
+    client.call("sub.open", topics=["run:*", "rig"], mode="every")
     run = client.call("run.start", recipe="small", lease=lease)["run"]
     client.until(run, "running")
     queued = client.call("run.start", recipe="small", lease=lease)["run"]
@@ -104,7 +104,11 @@ def halts(daemon, client):
     client.call("run.withdraw", run=queued)
     assert client.refused("rig.reset", reason="")["data"]["kind"] == "request.invalid"
     client.call("rig.reset", reason="looked at the probe")
+    client.call("rig.halt")
+    client.call("rig.reset", reason="looked once more")
     assert client.call("system.ready")["ok"]
+    told = [(e["delta"]["rig"], e["delta"]["latched_by"] is None) for e in client.events if e["topic"] == "rig"]
+    assert told == [("latched", False), ("safe", True)] * 2, told
     client.call("lease.release", lease=lease)
 
 

@@ -71,7 +71,8 @@ struct DeskBench {
             .post = [this](std::function<void()> work) { posted.post(std::move(work)); },
             .now = [] { return RunMachine::Clock{}; },
             .utc_us = [] { return std::int64_t{0}; },
-            .changed = {}},
+            .changed = {},
+            .stands = {}},
         store);
   }
 
