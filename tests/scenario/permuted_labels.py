@@ -68,7 +68,7 @@ def main():
         ran = t.run("run", "recipe.json", "--rig", root / "sim/rigs/bench17.json", "--out", "out", "--no-evaluate",
                     cwd=d)
         t.expect(ran.returncode == 0, f"run: {ran.returncode} {ran.stderr}")
-        ran = t.run("evaluate", "out/dataset.h5", "--train-fraction", "0.4", "--repeats", "10", "--permute-labels",
+        ran = t.run("evaluate", "out/dataset.h5", "--train-fraction", "0.4", "--repeats", "30", "--permute-labels",
                     PERMUTATIONS, "--json", cwd=d)
         t.expect(ran.returncode == 0, f"evaluate: {ran.returncode} {ran.stderr}")
         results = json.loads(ran.stdout)["results"] if ran.returncode == 0 else {}
