@@ -63,7 +63,7 @@ def build(t, d, root, build_folder):
     t.expect(lines < MOST_LINES, f"the sample driver is short: {lines} lines")
     shutil.copytree(source, d / "sample")
     compiler = [f"-DCMAKE_CXX_COMPILER={shutil.which('clang++')}"] if shutil.which("clang++") else []
-    call("cmake", "-S", d / "sample", "-B", d / "plugins", f"-DCMAKE_PREFIX_PATH={d / 'sdk'}",
+    call("cmake", "-G", "Ninja", "-S", d / "sample", "-B", d / "plugins", f"-DCMAKE_PREFIX_PATH={d / 'sdk'}",
          "-DCMAKE_BUILD_TYPE=Debug", *compiler)
     call("cmake", "--build", d / "plugins")
     symbols = subprocess.run(["nm", "-D", "--defined-only", d / "plugins/weft-driver-line_taxels.so"],
