@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "daemon/cli/bench_check.hpp"
+#include "daemon/run/open_rig.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -33,25 +34,21 @@ Error refusal(const std::filesystem::path& file, const std::vector<FileProblem>&
 Result<Preflight> preflight(const std::filesystem::path& recipe, const std::filesystem::path& rig,
                             std::optional<std::uint64_t> seed, const FidelityAsked& fidelity,
                             const PluginSettings& plugins) {
-  const Result<std::string> rig_text = read_text_file(rig);
-  if (!rig_text) return pass(rig_text.error());
-  const Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
-  if (!limits) return pass(limits.error(), rig.string());
-  Result<RigFile> devices = parse_rig_file(*rig_text);
-  if (!devices) return pass(devices.error(), rig.string());
-  use_plugins(*devices, rig, plugins);
+  const auto opened = open_rig(rig, plugins);
+  if (!opened) return pass(opened.error());
+  const RigFile& devices = opened->file;
   const Result<std::string> text = read_text_file(recipe, recipes::max_recipe_bytes);
   if (!text) return pass(text.error());
-  recipes::CheckReport checked = recipes::check_recipe(*text, *limits, seed);
+  recipes::CheckReport checked = recipes::check_recipe(*text, opened->limits, seed);
   Preflight out{std::move(checked.plan), {}, {}, std::move(checked.warnings)};
   add(recipe, checked.problems, out.problems);
   if (!out.plan) return out;
-  const auto chosen = choose_simulation(*devices, rig, *out.plan, fidelity);
+  const auto chosen = choose_simulation(devices, rig, *out.plan, fidelity);
   if (chosen) out.simulation = chosen->note;
   // A fidelity that is refused is told once; the rig file as it stands may have other problems.
-  Result<RigFile> settled = parse_rig_file(chosen ? chosen->rig_text : *rig_text);
+  Result<RigFile> settled = parse_rig_file(chosen ? chosen->rig_text : devices.text);
   if (!settled) return pass(settled.error(), rig.string());
-  settled->drivers = devices->drivers;
+  settled->drivers = devices.drivers;
   BenchFindings bench = check_bench(*out.plan, *settled, rig);
   if (!chosen && bench.rig.empty())
     bench.rig.push_back(diagnostic(chosen.error(), pointer_in(chosen.error().where)));

@@ -4,8 +4,8 @@
 
 #include "daemon/doctor/system_checks.hpp"
 #include "daemon/loop/real_loop.hpp"
+#include "daemon/run/open_rig.hpp"
 #include "daemon/run/simulated_bench.hpp"
-#include "recipes/engine/rig_limits.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -113,25 +113,21 @@ std::size_t DoctorReport::count(Severity severity) const {
 }
 
 Result<DoctorReport> examine(const DoctorRequest& request) {
-  const Result<std::string> text = read_text_file(request.rig);
-  if (!text) return pass(text.error());
-  const auto limits = recipes::parse_rig_limits(*text);
-  if (!limits) return pass(limits.error(), request.rig.string());
-  Result<RigFile> rig = parse_rig_file(*text);
-  if (!rig) return pass(rig.error(), request.rig.string());
-  use_plugins(*rig, request.rig, request.plugins);
+  const auto opened = open_rig(request.rig, request.plugins);
+  if (!opened) return pass(opened.error());
+  const auto& [rig, limits] = *opened;
   DoctorReport report;
-  report.rig_name = rig->name;
-  report.mode = rig->mode;
+  report.rig_name = rig.name;
+  report.mode = rig.mode;
   report.ports = serial_ports();
-  name_devices(*rig, *limits, report);
-  const bool real_time = rig->mode != BenchMode::simulated;
+  name_devices(rig, limits, report);
+  const bool real_time = rig.mode != BenchMode::simulated;
   if (real_time) {
-    add(report.findings, shared_ports(rig->devices));
-    examine_ports(*rig, request, report);
+    add(report.findings, shared_ports(rig.devices));
+    examine_ports(rig, request, report);
     add(report.findings, unclaimed_controllers());
   } else {
-    examine_simulated(*rig, request, report);
+    examine_simulated(rig, request, report);
   }
   add(report.findings, judge_devices(report.devices));
   add(report.findings, judge_machine(look_at_machine(request.data_folder), real_time));

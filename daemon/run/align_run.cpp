@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/run/open_rig.hpp"
+
 namespace weft::daemon {
 namespace {
 
@@ -47,9 +49,7 @@ void AlignRun::cycle() {
   const Duration since_last = now - std::exchange(last_cycle_, now);
   ++cycles_;
   if (guarded(since_last)) {
-    actions_.look_at_motion();
-    actions_.look_at_descent();
-    actions_.look_at_bias();
+    actions_.look_at_all();
   }
   if (result_) return;
   actions_.poll(cycles_);
@@ -104,16 +104,12 @@ void AlignRun::carry_out(const recipes::AlignDone& done) {
 }
 
 Result<AlignSummary> run_alignment(const AlignRequest& request) {
-  const Result<std::string> text = read_text_file(request.rig);
-  if (!text) return pass(text.error());
-  const auto limits = recipes::parse_rig_limits(*text);
-  if (!limits) return pass(limits.error(), request.rig.string());
-  Result<RigFile> rig = parse_rig_file(*text);
-  if (!rig) return pass(rig.error(), request.rig.string());
-  use_plugins(*rig, request.rig, request.plugins);
-  const auto plan = recipes::plan_alignment(*limits, request.settings);
+  const auto opened = open_rig(request.rig, request.plugins);
+  if (!opened) return pass(opened.error());
+  const auto& [rig, limits] = *opened;
+  const auto plan = recipes::plan_alignment(limits, request.settings);
   if (!plan) return pass(plan.error(), request.rig.string());
-  auto session = open_session({*rig, request.rig, *limits, request.seed, nothing_to_mount});
+  auto session = open_session({rig, request.rig, limits, request.seed, nothing_to_mount});
   if (!session) return pass(session.error());
   const auto stop_asked = [&] { return request.stop != nullptr && request.stop->load(); };
   const DeviceLog log((*session)->bench(), (*session)->loop(), request.device_log);
@@ -129,7 +125,7 @@ Result<AlignSummary> run_alignment(const AlignRequest& request) {
     return run.result().has_value();
   });
   if (!run.result()) return fail(Errc::timeout, "the bench fell silent", "bench");
-  return AlignSummary{rig->name,     rig->bench,         *plan,
+  return AlignSummary{rig.name,      rig.bench,          *plan,
                       *run.result(), run.state().rounds, to_seconds((*session)->loop().now())};
 }
 

@@ -118,6 +118,12 @@ void BenchActions::stop() {
   for (const StageAxis axis : recipes::all_axes) stand_still(axis);
 }
 
+void BenchActions::look_at_all() {
+  look_at_motion();
+  look_at_descent();
+  look_at_bias();
+}
+
 void BenchActions::look_at_motion() {
   if (!motion_) return;
   const Snapshot& seen = bench_->snapshot();

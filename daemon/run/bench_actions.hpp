@@ -35,9 +35,8 @@ class BenchActions {
   void stop();
 
   /// One cycle's look at what is under way.
+  void look_at_all();
   void look_at_motion();
-  void look_at_descent();
-  void look_at_bias();
   /// What trips a guard in this cycle, if anything.
   std::optional<recipes::GuardTrip> look_at_guards(const GuardContext& context);
 
@@ -48,6 +47,9 @@ class BenchActions {
   void poll(std::uint64_t cycle);
 
  private:
+  void look_at_descent();
+  void look_at_bias();
+
   static constexpr Duration servo_horizon = std::chrono::milliseconds(100);
 
   /// A motion command under way and the number that confirms it.

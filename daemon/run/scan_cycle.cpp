@@ -17,9 +17,7 @@ void Supervisor::cycle() {
   const Duration since_last = now - std::exchange(last_cycle_, now);
   ++cycles_;
   if (guarded(since_last)) {
-    actions_.look_at_motion();
-    actions_.look_at_descent();
-    actions_.look_at_bias();
+    actions_.look_at_all();
     regulate(since_last);
   }
   if (cycles_ % slow_divisor == 0) recording_->stages(bench_->snapshot(), now);

@@ -57,7 +57,7 @@ class Machine {
         return bias();
       case Step::approaching:
       case Step::seating:
-        return fail_trial(no_contact());
+        return fail_trial(nothing_bears(place()));
       case Step::lowering:
         return record(Step::resting, Phase::rest);
       case Step::sliding:
@@ -200,7 +200,8 @@ class Machine {
   void lower_to_rest(double touch_z_m) {
     state_.rest_z_m = touch_z_m + plan_.limits.rest_travel_m;
     const Range& travel = plan_.limits.geometry.travel[index(Axis::z)];
-    if (!travel.contains(state_.rest_z_m)) return fail_trial(rest_out_of_travel());
+    if (!travel.contains(state_.rest_z_m))
+      return fail_trial(rest_out_of_travel(place(), state_.rest_z_m));
     const double speed = plan_.approach.seat_speed_mps;
     enter(Step::lowering, move_timeout_s(plan_.limits.rest_travel_m / speed));
     move({{Axis::z, state_.rest_z_m, speed}});
@@ -366,24 +367,6 @@ class Machine {
     return "trial " + std::to_string(trial().index) + " (" + plan_.fabrics[trial().fabric] + ", " +
            exploration().name + ", repetition " + std::to_string(trial().repetition) +
            "): " + std::string(to_string(state_.step));
-  }
-
-  [[nodiscard]] Error no_contact() const {
-    return {Errc::device,
-            "the probe reached its lowest height without bearing on the cloth",
-            place(),
-            "contact above the plate",
-            "none",
-            "Check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
-  }
-
-  [[nodiscard]] Error rest_out_of_travel() const {
-    return {Errc::range,
-            "the rest position is outside the travel of z",
-            place(),
-            "within the stage's travel",
-            std::to_string(state_.rest_z_m) + " m",
-            "Check plate.surface_z_mm and probe.rest_travel_mm"};
   }
 
   const Plan& plan_;

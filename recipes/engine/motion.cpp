@@ -78,4 +78,22 @@ Error step_timed_out(std::string place) {
           "Look at the log of the devices involved"};
 }
 
+Error nothing_bears(std::string place) {
+  return {Errc::device,
+          "the probe reached its lowest height without bearing on the cloth",
+          std::move(place),
+          "contact above the plate",
+          "none",
+          "Check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
+}
+
+Error rest_out_of_travel(std::string place, double rest_z_m) {
+  return {Errc::range,
+          "the rest position is outside the travel of z",
+          std::move(place),
+          "within the stage's travel",
+          std::to_string(rest_z_m) + " m",
+          "Check plate.surface_z_mm and probe.rest_travel_mm"};
+}
+
 }  // namespace weft::recipes

@@ -43,6 +43,12 @@ double full_travel_s(const RigLimits& limits, Axis axis, double transfer_speed_m
 /// A step whose timer came first; `place` says which.
 Error step_timed_out(std::string place);
 
+/// The probe came down to the plate and no cloth bore it.
+Error nothing_bears(std::string place);
+
+/// The height at rest over this cloth is one that the stage does not reach.
+Error rest_out_of_travel(std::string place, double rest_z_m);
+
 /// Lowest z an approach may go to: a little under the bare plate's surface, within travel.
 double lowest_z_m(const RigLimits& limits);
 

@@ -37,6 +37,14 @@ CampaignSummary run(const CampaignRequest& request, const CampaignHooks& hooks =
   return *summary;
 }
 
+CampaignSummary stopped_after_two(const CampaignRequest& request) {
+  CampaignHooks hooks;
+  std::atomic<bool> stop = false;
+  hooks.stop = &stop;
+  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
+  return run(request, hooks);
+}
+
 CampaignSummary resumed(CampaignRequest request) {
   request.resume = true;
   return run(request);
@@ -134,11 +142,7 @@ TEST_CASE("a resume that is killed too is resumed") {
 TEST_CASE("a resume says first what is left, and changes nothing by that") {
   const TemporaryFolder folder;
   const CampaignRequest request = request_for(folder);
-  CampaignHooks hooks;
-  std::atomic<bool> stop = false;
-  hooks.stop = &stop;
-  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
-  CHECK(run(request, hooks).trials_complete == 2);
+  CHECK(stopped_after_two(request).trials_complete == 2);
   const std::string before = test::read_file(request.out / "campaign.sqlite");
   const auto preview = preview_resume(request);
   REQUIRE(preview);
@@ -204,11 +208,7 @@ TEST_CASE("a resume that only writes data set and certificate claims nothing of 
 TEST_CASE("a campaign with a failed trial from before a resume is not complete after it") {
   const TemporaryFolder folder;
   const CampaignRequest request = request_for(folder);
-  CampaignHooks hooks;
-  std::atomic<bool> stop = false;
-  hooks.stop = &stop;
-  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
-  run(request, hooks);
+  stopped_after_two(request);
   {
     // As after a pause, so that the past is not played again and the engine begins with trial 2.
     auto file = sqlite::Database::open(request.out / "campaign.sqlite", sqlite::Mode::read_write);
@@ -229,11 +229,7 @@ TEST_CASE(
     "while a campaign goes on, no data set from before lies beside it as if it were its own") {
   const TemporaryFolder folder;
   CampaignRequest request = request_for(folder);
-  CampaignHooks hooks;
-  std::atomic<bool> stop = false;
-  hooks.stop = &stop;
-  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
-  const std::string before = test::read_file(run(request, hooks).dataset_file);
+  const std::string before = test::read_file(stopped_after_two(request).dataset_file);
   request.resume = true;
   REQUIRE(killed_at(request, {12, false}) == true);
   CHECK_FALSE(std::filesystem::exists(request.out / certificate_file_name));

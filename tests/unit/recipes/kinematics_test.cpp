@@ -11,6 +11,7 @@
 using namespace weft;
 using namespace weft::recipes;
 using test::bench_geometry;
+using test::joints_anywhere;
 
 namespace {
 
@@ -56,13 +57,8 @@ TEST_CASE("Without tilt the contact point is the stage position less the origin"
 TEST_CASE("Forward and inverse undo each other over the whole range") {
   const Geometry g = bench_geometry();
   std::mt19937 random(3);
-  std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < 2000; ++i) {
-    Joints joints;
-    for (const Axis axis : all_axes) {
-      const Range& r = g.travel[index(axis)];
-      joints[axis] = r.min + (0.001 + 0.998 * unit(random)) * r.width();
-    }
+    const Joints joints = joints_anywhere(g, random);
     const Result<Joints> back = inverse(g, forward(g, joints));
     REQUIRE(back);
     for (const Axis axis : all_axes) REQUIRE(std::abs((*back)[axis] - joints[axis]) < 1e-14);

@@ -11,6 +11,7 @@
 using namespace weft;
 using namespace weft::recipes;
 using test::bench_geometry;
+using test::joints_anywhere;
 
 namespace {
 
@@ -29,13 +30,8 @@ double norm(const Direction& d) {
 TEST_CASE("Stage positions come back from point and normal to 1e-12, over the whole travel") {
   const Geometry g = bench_geometry();
   std::mt19937 random(11);
-  std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < 2000; ++i) {
-    Joints joints;
-    for (const Axis axis : all_axes) {
-      const Range& r = g.travel[index(axis)];
-      joints[axis] = r.min + (0.001 + 0.998 * unit(random)) * r.width();
-    }
+    const Joints joints = joints_anywhere(g, random);
     const auto pose = surface_pose(g, joints);
     REQUIRE(pose);
     const auto back = joints_on(g, *pose);
