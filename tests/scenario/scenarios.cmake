@@ -133,3 +133,12 @@ set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT P
 # What is installed on a machine at a bench.
 add_test(NAME scenario_installed COMMAND ${Python3_EXECUTABLE} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
 set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# script/test has two slots for each processor: a test that computes takes two of them, one that waits for ports in real time one.
+get_property(all_tests DIRECTORY PROPERTY TESTS)
+set_tests_properties(${all_tests} PROPERTIES PROCESSORS 2)
+foreach(waiting emulated_trial emulated_kill align modbus_clients apt_client netft_client doctor)
+  if(TEST scenario_${waiting})
+    set_tests_properties(scenario_${waiting} PROPERTIES PROCESSORS 1)
+  endif()
+endforeach()

@@ -47,6 +47,13 @@ void insert_rows(sqlite::Database& database, int count) {
     REQUIRE(database.execute("INSERT INTO t VALUES (randomblob(3000))"));
 }
 
+sqlite::Database with_rows(const std::filesystem::path& file, int count) {
+  auto database = opened(file);
+  REQUIRE(database.execute("CREATE TABLE t (data BLOB)"));
+  insert_rows(database, count);
+  return database;
+}
+
 LogState state_of(const std::filesystem::path& file) {
   const auto state = read_log(file);
   REQUIRE(state);
@@ -62,9 +69,7 @@ bool commits(const std::string& log, std::size_t at) {
 TEST_CASE("a log that nothing happened to holds as many transactions as SQLite reads") {
   const TemporaryFolder folder;
   CHECK(state_of(folder / "none").bytes == 0);
-  auto database = opened(folder / "a");
-  REQUIRE(database.execute("CREATE TABLE t (data BLOB)"));
-  insert_rows(database, 7);
+  auto database = with_rows(folder / "a", 7);
   const LogState state = state_of(folder / "a");
   CHECK(state.transactions == 8);
   CHECK_FALSE(state.damage);
@@ -78,9 +83,7 @@ TEST_CASE("a log that nothing happened to holds as many transactions as SQLite r
 
 TEST_CASE("every flipped bit of a log is found, unless it costs the last transaction alone") {
   const TemporaryFolder folder;
-  auto database = opened(folder / "a");
-  REQUIRE(database.execute("CREATE TABLE t (data BLOB)"));
-  insert_rows(database, 5);
+  auto database = with_rows(folder / "a", 5);
   copy_both(folder / "a", folder / "b");
   const std::string whole = read_file(folder / "b-wal");
   REQUIRE((whole.size() - header_bytes) % frame_bytes == 0);
@@ -109,9 +112,7 @@ TEST_CASE("every flipped bit of a log is found, unless it costs the last transac
 
 TEST_CASE("a log that ends within a frame or a transaction is no damage") {
   const TemporaryFolder folder;
-  auto database = opened(folder / "a");
-  REQUIRE(database.execute("CREATE TABLE t (data BLOB)"));
-  insert_rows(database, 4);
+  auto database = with_rows(folder / "a", 4);
   copy_both(folder / "a", folder / "b");
   const std::string whole = read_file(folder / "b-wal");
   for (std::size_t size = 0; size <= whole.size(); size += 211) {
@@ -123,9 +124,7 @@ TEST_CASE("a log that ends within a frame or a transaction is no damage") {
 
 TEST_CASE("what a killed process had begun, behind what the next one wrote, is no damage") {
   const TemporaryFolder folder;
-  auto first = opened(folder / "a");
-  REQUIRE(first.execute("CREATE TABLE t (data BLOB)"));
-  insert_rows(first, 2);
+  auto first = with_rows(folder / "a", 2);
   REQUIRE(first.execute("PRAGMA cache_size=4; BEGIN"));
   insert_rows(first, 12);  // more than the cache holds: some is in the log already
   copy_both(folder / "a", folder / "b");
@@ -141,9 +140,7 @@ TEST_CASE("what a killed process had begun, behind what the next one wrote, is n
 
 TEST_CASE("a log that is begun anew may be torn in its header, and only then holds without one") {
   const TemporaryFolder folder;
-  auto database = opened(folder / "a");
-  REQUIRE(database.execute("CREATE TABLE t (data BLOB)"));
-  insert_rows(database, 3);
+  auto database = with_rows(folder / "a", 3);
   copy_both(folder / "a", folder / "unfolded");
   const std::string before = read_file(folder / "a-wal");
   REQUIRE(database.execute("PRAGMA wal_checkpoint(PASSIVE)"));
@@ -160,9 +157,7 @@ TEST_CASE("a log that is begun anew may be torn in its header, and only then hol
 TEST_CASE("a log whose file is missing or empty is not opened, and stays as it is") {
   const TemporaryFolder folder;
   {
-    auto database = opened(folder / "a");
-    REQUIRE(database.execute("CREATE TABLE t (data BLOB)"));
-    insert_rows(database, 1);
+    auto database = with_rows(folder / "a", 1);
     copy_both(folder / "a", folder / "b");
   }
   const std::string log = read_file(folder / "b-wal");
@@ -182,9 +177,7 @@ TEST_CASE("reading a file that lacks its log leaves the folder as it is") {
   const TemporaryFolder folder;
   const auto odd = folder / "a %?#b";
   {
-    auto database = opened(folder / "a");
-    REQUIRE(database.execute("CREATE TABLE t (data BLOB)"));
-    insert_rows(database, 3);
+    auto database = with_rows(folder / "a", 3);
     REQUIRE(database.execute("PRAGMA wal_checkpoint(TRUNCATE)"));
     write_file(odd, read_file(folder / "a"));
   }
