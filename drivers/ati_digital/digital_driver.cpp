@@ -28,7 +28,9 @@ DigitalDriver::DigitalDriver(const DigitalSettings& settings, DriverHost& driver
       settings_(settings),
       exchange_(driver_host.loop(), {settings.slave, settings.reply_timeout},
                 [this](ByteView bytes) { send(bytes); }),
-      stale_(driver_host.loop(), [this] { on_stale(); }) {}
+      stale_(driver_host.loop(), [this] { on_stale(); }),
+      watch_({settings.rate_hz, settings.stuck_after,
+              "rate_hz is the sensor's records a second divided by average"}) {}
 
 Status DigitalDriver::open() noexcept {
   if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
@@ -138,6 +140,11 @@ void DigitalDriver::on_calibration() {
   calibration_ = decode_calibration(registers_).value();  // as many as were asked for
   Result<GaugeMatrix> matrix = gauge_matrix(calibration_);
   const std::string place = "calibration " + std::to_string(settings_.calibration);
+  if (!settings_.calibration_serial.empty() && settings_.calibration_serial != calibration_.serial)
+    return raise({Errc::device, "the sensor holds another calibration than the rig file names",
+                  place + ": /calibration_serial", settings_.calibration_serial,
+                  calibration_.serial,
+                  "Correct the rig file, or choose another of the sensor's calibrations"});
   if (!matrix) return raise(Error(matrix.error()).in(place));
   matrix_ = *matrix;
   setup_ = {Vendor{Function::vendor_lock, lock},
@@ -201,6 +208,7 @@ void DigitalDriver::on_started(const Reply& reply) {
   phase_ = Phase::streaming;
   stream_.begin_in_step();
   mean_ = {};
+  watch_.restart();
   sequence_ = 0;
   damage_reported_ = stream_.resynchronisations();
   stale_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
@@ -219,8 +227,13 @@ void DigitalDriver::take_stream(ByteView bytes, TimePoint arrival) {
 void DigitalDriver::on_record(const StreamRecord& record, std::uint32_t lost, TimePoint arrival) {
   stale_.expect_within(settings_.stale_after);
   mean_.add(record, lost);
-  if (mean_.count() < settings_.average) return;
+  if (mean_.count() >= settings_.average) on_mean(arrival);
+}
+
+void DigitalDriver::on_mean(TimePoint arrival) {
+  const std::array<double, 6> gauges = mean_.counts();
   const Sample sample = to_sample(arrival);
+  if (auto wrong = watch_.look(gauges, sample.lost, arrival)) return raise(*wrong);
   if (state() == DriverState::open) enter(LifecycleEvent::armed);
   if (state() == DriverState::armed) host().publish(sample);
 }
@@ -267,6 +280,13 @@ void DigitalDriver::report_damage(TimePoint arrival) {
 }
 
 void DigitalDriver::on_stale() {
+  if (arrival_ != TimePoint{} && now() - arrival_ < settings_.stale_after)
+    return raise({Errc::device,
+                  "only damaged records come from the force/torque sensor",
+                  {},
+                  "a whole one every " + std::to_string(to_seconds(settings_.stale_after)) + " s",
+                  "bytes whose sums do not hold",
+                  "Check the line's speed, its cable and what runs beside it"});
   raise({Errc::timeout,
          "no record came from the force/torque sensor",
          {},

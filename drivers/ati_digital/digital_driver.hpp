@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "drivers/api/driver_base.hpp"
+#include "drivers/api/wrench_watch.hpp"
 #include "drivers/ati_digital/exchange.hpp"
 #include "drivers/ati_digital/settings.hpp"
 #include "drivers/ati_digital/wrench_mean.hpp"
@@ -57,6 +58,7 @@ class DigitalDriver final : public DriverBase {
   void take_stream(ByteView bytes, TimePoint arrival);
   void on_record(const protocols::ati_digital::StreamRecord& record, std::uint32_t lost,
                  TimePoint arrival);
+  void on_mean(TimePoint arrival);
   Sample to_sample(TimePoint arrival);
   bool within_rating(const std::array<double, 6>& wrench);
   void report_damage(TimePoint arrival);
@@ -79,6 +81,7 @@ class DigitalDriver final : public DriverBase {
   protocols::ati_digital::GaugeMatrix matrix_;
   protocols::ati_digital::StreamSplitter stream_;
   WrenchMean mean_;
+  WrenchWatch watch_;
   std::array<double, 6> bias_{};  ///< N, N m
   std::array<double, 6> last_{};  ///< N, N m, before bias
   std::uint32_t sequence_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "protocols/base/result.hpp"
@@ -13,9 +14,12 @@ struct DigitalSettings {
   int calibration = 1;  ///< 1 to 16, of those that the sensor holds
   /// Fz of the sample = sign_z * Fz of the device. +1 where pushing the plate down is positive.
   double sign_z = 1;
+  double rate_hz = 100;       ///< samples a second
   std::uint32_t average = 1;  ///< records of the stream whose mean is a sample
   Duration reply_timeout{};   ///< of each of a few tries of a request
   Duration stale_after{};
+  Duration stuck_after{};          ///< zero: never
+  std::string calibration_serial;  ///< empty: any
 };
 
 /// JSON Schema of the configuration.

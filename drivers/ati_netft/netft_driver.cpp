@@ -1,5 +1,6 @@
 #include "drivers/ati_netft/netft_driver.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -11,12 +12,20 @@ namespace {
 /// Datagrams may be lost: the one-sample request that opens is sent so often at most.
 constexpr int max_opening_tries = 3;
 constexpr std::uint32_t late_run_of_a_restart = 5;
+
+std::array<double, 6> counts_of(const Record& record) {
+  std::array<double, 6> counts{};
+  std::copy_n(record.force_counts.begin(), 3, counts.begin());
+  std::copy_n(record.torque_counts.begin(), 3, counts.begin() + 3);
+  return counts;
+}
 }  // namespace
 
 NetftDriver::NetftDriver(const NetftSettings& settings, DriverHost& driver_host)
     : DriverBase(driver_host),
       settings_(settings),
-      watch_(settings.rate_hz, settings.stuck_after),
+      watch_({settings.rate_hz, settings.stuck_after,
+              "Set the box's RDT output rate, or correct the rig file"}),
       reader_([this](const Result<BoxPages>& pages) { on_pages(pages); }),
       opening_(driver_host.loop(), [this] { on_opening_timeout(); }),
       stale_(driver_host.loop(), [this] { on_stale(); }) {}
@@ -180,7 +189,7 @@ void NetftDriver::on_record(const Record& record, TimePoint arrival) {
     return on_late_record(record);
   late_in_a_row_ = 0;
   stale_.expect_within(settings_.stale_after);
-  if (auto wrong = watch_.look(record, step.lost, arrival)) return raise(*wrong);
+  if (auto wrong = watch_.look(counts_of(record), step.lost, arrival)) return raise(*wrong);
   if (state() == DriverState::open) enter(LifecycleEvent::armed);
   if (state() == DriverState::armed) host().publish(to_sample(record, step.lost, arrival));
 }

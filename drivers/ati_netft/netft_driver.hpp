@@ -3,9 +3,9 @@
 
 #include "drivers/api/driver_base.hpp"
 #include "drivers/api/timer.hpp"
+#include "drivers/api/wrench_watch.hpp"
 #include "drivers/ati_netft/page_reader.hpp"
 #include "drivers/ati_netft/settings.hpp"
-#include "drivers/ati_netft/stream_watch.hpp"
 #include "protocols/rdt/rdt.hpp"
 
 namespace weft::drivers {
@@ -55,7 +55,7 @@ class NetftDriver final : public DriverBase {
   std::uint32_t last_late_ = 0;
   int opening_tries_ = 0;
   std::optional<BoxPages> pages_;
-  StreamWatch watch_;
+  WrenchWatch watch_;
   PageReader reader_;
 
   Timer opening_;

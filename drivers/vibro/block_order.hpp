@@ -19,15 +19,16 @@ class BlockOrder {
   void reset() { *this = {}; }
 
   /// A block that is older than the last one came twice or late, unless its clock is far behind or
-  /// a run of such blocks shows that the sensor counts anew.
+  /// a run of such blocks shows that the sensor counts anew: a short one while its clock goes on,
+  /// which that of late datagrams does not.
   Step observe(const protocols::vibro::Frame& block) {
-    const bool far_back =
-        seen_ && static_cast<std::int32_t>(last_us_ - block.device_us) > latest_us;
+    const std::int32_t back_us = seen_ ? static_cast<std::int32_t>(last_us_ - block.device_us) : 0;
+    const bool far_back = back_us > latest_us;
+    const int restart_after = back_us < 0 ? run_while_clock_goes_on : run_with_clock_back;
     const SequenceStep step = sequence_.observe(block.sequence);
     const bool older =
         step.event == SequenceEvent::out_of_order || step.event == SequenceEvent::duplicate;
-    if (older && !far_back && ++late_in_a_row(block) < late_run_of_a_restart)
-      return {Verdict::late, 0};
+    if (older && !far_back && ++late_in_a_row(block) < restart_after) return {Verdict::late, 0};
     late_run_ = 0;
     seen_ = true;
     last_us_ = block.device_us;
@@ -39,7 +40,8 @@ class BlockOrder {
 
  private:
   static constexpr std::int32_t latest_us = 2'000'000;
-  static constexpr int late_run_of_a_restart = 3;
+  static constexpr int run_while_clock_goes_on = 3;
+  static constexpr int run_with_clock_back = 10;
 
   /// How many late blocks came right before, each the next of the one before.
   int& late_in_a_row(const protocols::vibro::Frame& block) {

@@ -57,7 +57,7 @@ void StreamSplitter::begin_in_step() {
 
 void StreamSplitter::begin_anywhere() {
   buffer_.clear();
-  in_step_ = have_last_ = false;
+  in_step_ = have_last_ = damaged_here_ = false;
   dropped_since_record_ = 0;
 }
 
@@ -74,6 +74,7 @@ bool StreamSplitter::next(StreamRecord& record, std::uint32_t& lost) {
     const std::optional<StreamRecord> decoded = decode_record(bytes);
     if (!decoded) {
       in_step_ = false;
+      damaged_here_ = have_last_;
       ++resynchronisations_;
       continue;
     }
@@ -94,6 +95,10 @@ bool StreamSplitter::next(StreamRecord& record, std::uint32_t& lost) {
 /// are there to tell.
 bool StreamSplitter::find_step() {
   const ByteView bytes = buffer_.view();
+  if (damaged_here_) {
+    if (bytes.size() < (1 + records_to_go_on) * record_size) return false;
+    if (goes_on_behind_damage()) return true;
+  }
   constexpr std::size_t needed = (records_to_agree + 1) * record_size;
   std::size_t at = 0;
   for (; bytes.size() >= at + needed; ++at) {
@@ -104,6 +109,16 @@ bool StreamSplitter::find_step() {
   }
   drop(at);
   return false;
+}
+
+/// Drops the record that failed, when those behind it tell that nothing else is missing.
+bool StreamSplitter::goes_on_behind_damage() {
+  damaged_here_ = false;
+  const ByteView behind = buffer_.view().subspan(record_size);
+  if (records_in_row(behind, records_to_go_on) < records_to_go_on || distance(behind) > near_counts)
+    return false;
+  drop(record_size);
+  return in_step_ = true;
 }
 
 /// Of the 13 phases behind a place where one agrees: the one to take. Nothing when more bytes are

@@ -27,16 +27,20 @@ void append(Bytes& out, const StreamRecord& record);
 /// The first 13 of `bytes` as a record; nothing when there are fewer or the sum does not hold.
 std::optional<StreamRecord> decode_record(ByteView bytes);
 
-/// Finds the records in the stream. While in step each record's sum is checked; when one fails, the
-/// records that follow are looked for at all 13 phases: one is taken when `records_to_agree` of its
-/// sums in a row hold, and no other phase's do. The sums of a load that does not change at all can
-/// hold at several phases for ever: after `records_to_decide`, the phase whose first record is
-/// nearest to the last good one wins.
+/// Finds the records in the stream. While in step each record's sum is checked. When one fails and
+/// `records_to_go_on` behind it hold, the first of them near the last good one, it was damaged in
+/// its place and is dropped. Otherwise the records that follow are looked for at all 13 phases: one
+/// is taken when `records_to_agree` of its sums in a row hold, and no other phase's do. The sums of
+/// a load that does not change at all can hold at several phases for ever: after
+/// `records_to_decide`, the phase whose first record is nearest to the last good one wins.
 ///
 /// push() a chunk, then call next() until it returns false; any chunking gives the same records.
 class StreamSplitter {
  public:
   static constexpr std::size_t capacity = 65536;
+  static constexpr std::size_t records_to_go_on = 3;
+  /// Sum over the gauges. Bytes of another phase are anything up to 65535 each.
+  static constexpr int near_counts = 6 * 1000;
   static constexpr std::size_t records_to_agree = 4;
   static constexpr std::size_t records_to_decide = 16;
 
@@ -62,6 +66,7 @@ class StreamSplitter {
 
  private:
   bool find_step();
+  bool goes_on_behind_damage();
   [[nodiscard]] std::optional<std::size_t> begin_of_step(ByteView bytes) const;
   [[nodiscard]] int distance(ByteView record) const;
   void drop(std::size_t bytes);
@@ -70,6 +75,7 @@ class StreamSplitter {
   StreamRecord last_;
   bool have_last_ = false;
   bool in_step_ = false;
+  bool damaged_here_ = false;  ///< what comes next failed, and was in step
   std::uint64_t dropped_since_record_ = 0;
   std::uint64_t dropped_bytes_ = 0;
   std::uint64_t resynchronisations_ = 0;

@@ -52,6 +52,17 @@ std::uint8_t code_of(Function function) {
   return static_cast<std::uint8_t>(function);
 }
 
+/// Another calibration in the sensor: told by its serial number and its scale.
+digital::Calibration changed(digital::Calibration calibration, double factor) {
+  constexpr std::size_t longest_serial = 8;
+  calibration.serial = calibration.serial.substr(0, longest_serial - 1) + "x";
+  calibration.counts_per_force =
+      static_cast<std::int32_t>(std::lround(calibration.counts_per_force * factor));
+  calibration.counts_per_torque =
+      static_cast<std::int32_t>(std::lround(calibration.counts_per_torque * factor));
+  return calibration;
+}
+
 }  // namespace
 
 AtiDigitalEmulator::AtiDigitalEmulator(const AtiDigitalParams& params, BenchWorld& world,
@@ -84,6 +95,7 @@ void AtiDigitalEmulator::serve_rtu(ByteView bytes, TimePoint now, ByteSink& out)
   while (const std::optional<ByteView> pdu = rtu_.next()) {
     buffer_.clear();
     append_rtu(buffer_, params_.slave, answer(*pdu, now));
+    if (struck_by(FaultKind::crc_errors, now) != nullptr) buffer_.back() ^= 0x55;
     out(buffer_);
   }
 }
@@ -99,6 +111,8 @@ void AtiDigitalEmulator::serve_tcp(ByteView bytes, TimePoint now, ByteSink& out)
 }
 
 Reply AtiDigitalEmulator::answer(ByteView pdu, TimePoint now) {
+  if (suffers(FaultKind::wrong_reply, now) != nullptr)
+    return ReadReply{Function::read_input, Registers(std::array<std::uint16_t, 1>{})};
   const Result<Request> request = decode_request(pdu);
   if (!request) return Exception{pdu.empty() ? std::uint8_t{0} : pdu[0], code_for(request.error())};
   if (const auto* r = std::get_if<Read>(&*request)) return read(*r, now);
@@ -109,13 +123,25 @@ Reply AtiDigitalEmulator::answer(ByteView pdu, TimePoint now) {
   return obey(std::get<Vendor>(*request), now);
 }
 
-Reply AtiDigitalEmulator::read(const Read& read, TimePoint now) const {
+Reply AtiDigitalEmulator::read_holding(const Read& read, TimePoint now) const {
+  ReadReply reply{read.function, {}};
+  const double factor = calibration_factor(now);
+  const bool other = factor != 1 && read.address >= digital::holding::first_calibration;
+  const auto problem = other
+                           ? DigitalRegisters(changed(calibration_, factor), params_.calibration, 0)
+                                 .read_holding(read.address, read.count, reply.registers)
+                           : registers_.read_holding(read.address, read.count, reply.registers);
+  if (problem) return Exception{code_of(read.function), *problem};
+  const std::size_t status = digital::holding::status;
+  if (read.address <= status && status < std::size_t{read.address} + read.count)
+    reply.registers.values[status - read.address] = status_word(now);
+  return reply;
+}
+
+Reply AtiDigitalEmulator::read(const Read& read, TimePoint now) {
+  if (read.function == Function::read_holding) return read_holding(read, now);
   const Exception refused{code_of(read.function), ExceptionCode::illegal_address};
   ReadReply reply{read.function, {}};
-  if (read.function == Function::read_holding) {
-    const auto problem = registers_.read_holding(read.address, read.count, reply.registers);
-    return problem ? Reply(refused) : Reply(reply);
-  }
   constexpr std::size_t inputs = digital::input::diagnostics + 6;
   if (std::size_t{read.address} + read.count > inputs) return refused;
   std::array<std::uint16_t, inputs> values{};
@@ -152,17 +178,38 @@ Reply AtiDigitalEmulator::obey(const Vendor& order, TimePoint now) {
 
 /// What the converters say: strain times the active gain, moved by the active offset. How gain and
 /// offset act is an estimate; at the calibration's own values both do nothing.
-AtiDigitalEmulator::GaugeCounts AtiDigitalEmulator::convert(TimePoint at) const {
-  const FtReading reading = sensor_.read(world_->contact(at), conversion_at(at));
+AtiDigitalEmulator::GaugeCounts AtiDigitalEmulator::convert(TimePoint at) {
+  FtReading reading = sensor_.read(world_->contact(at), conversion_at(at));
+  if (const double off_n = fz_off_n(at); off_n != 0)
+    reading.counts[2] = nearest_count(reading.counts[2] + off_n * sensor_.params().counts_per_n);
+  hold_if_stuck(reading, at);
+  const double factor = calibration_factor(at);
   GaugeCounts out{};
   for (std::size_t g = 0; g < digital::gauges; ++g) {
     double counts = 0;
     for (std::size_t i = 0; i < 6; ++i) counts += gauges_per_count_[g][i] * reading.counts[i];
     const double gain = 1.0 * registers_.gain(g) / calibration_.gain[g];
     const double moved = registers_.offset(g) - calibration_.offset[g];
-    out[g] = held(gain * counts + moved);
+    out[g] = held(gain * factor * counts + moved);
   }
+  suffer_gauges(out, at);
   return out;
+}
+
+void AtiDigitalEmulator::suffer_gauges(GaugeCounts& gauges, TimePoint at) {
+  using Limits = std::numeric_limits<std::int16_t>;
+  if (suffers(FaultKind::saturation, at) != nullptr)
+    for (const std::size_t carries_fz : {0U, 2U, 4U}) gauges[carries_fz] = Limits::max();
+  if (struck_by(FaultKind::absurd_counts, at) != nullptr) gauges.fill(Limits::min());
+}
+
+std::uint16_t AtiDigitalEmulator::status_word(TimePoint at) const {
+  constexpr int highest_bit = 13;
+  std::uint16_t word = registers_.status();
+  if (const Fault* bit = suffers(FaultKind::status_bits, at))
+    word = static_cast<std::uint16_t>(
+        word | 1U << std::clamp(static_cast<int>(bit->amount), 0, highest_bit));
+  return word;
 }
 
 TimePoint AtiDigitalEmulator::record_time(std::uint64_t record) const {
@@ -176,12 +223,18 @@ std::optional<TimePoint> AtiDigitalEmulator::next_wakeup() const {
 }
 
 void AtiDigitalEmulator::wake(TimePoint now, ByteSink& out) {
-  while (streaming_ && record_time(sent_) <= now) {
-    buffer_.clear();
-    append(buffer_, digital::StreamRecord{convert(record_time(sent_)), registers_.status() != 0});
-    ++sent_;
-    out(buffer_);
-  }
+  while (streaming_ && record_time(sent_) <= now) send_record(record_time(sent_), out);
+}
+
+void AtiDigitalEmulator::send_record(TimePoint at, ByteSink& out) {
+  const bool odd = ++sent_ % 2 == 0;
+  if (odd && suffers(FaultKind::rate_halved, at) != nullptr) return;
+  const digital::StreamRecord record{convert(at), status_word(at) != 0};
+  if (suffers(FaultKind::silent, at) != nullptr) return;
+  buffer_.clear();
+  append(buffer_, record);
+  if (struck_by(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;
+  out(buffer_);
 }
 
 }  // namespace weft::sim

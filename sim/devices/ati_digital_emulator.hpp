@@ -10,7 +10,7 @@
 #include "protocols/modbus/rtu.hpp"
 #include "sim/devices/bench_world.hpp"
 #include "sim/devices/digital_registers.hpp"
-#include "sim/devices/emulator.hpp"
+#include "sim/devices/force_emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
 
 namespace weft::sim {
@@ -26,7 +26,7 @@ struct AtiDigitalParams {
   FtSensorParams sensor;  ///< its quantum and range are the gauges' own here
 };
 
-class AtiDigitalEmulator final : public Emulator {
+class AtiDigitalEmulator final : public ForceEmulator {
  public:
   /// `world` outlives the emulator.
   AtiDigitalEmulator(const AtiDigitalParams& params, BenchWorld& world, std::uint64_t seed);
@@ -44,11 +44,15 @@ class AtiDigitalEmulator final : public Emulator {
   void serve_rtu(ByteView bytes, TimePoint now, ByteSink& out);
   void serve_tcp(ByteView bytes, TimePoint now, ByteSink& out);
   [[nodiscard]] Reply answer(ByteView pdu, TimePoint now);
-  [[nodiscard]] Reply read(const protocols::modbus::Read& read, TimePoint now) const;
+  [[nodiscard]] Reply read(const protocols::modbus::Read& read, TimePoint now);
+  [[nodiscard]] Reply read_holding(const protocols::modbus::Read& read, TimePoint now) const;
   [[nodiscard]] Reply write(std::uint16_t address, std::span<const std::uint16_t> values,
                             const Reply& done);
   [[nodiscard]] Reply obey(const protocols::modbus::Vendor& order, TimePoint now);
-  [[nodiscard]] GaugeCounts convert(TimePoint at) const;
+  [[nodiscard]] GaugeCounts convert(TimePoint at);
+  void suffer_gauges(GaugeCounts& gauges, TimePoint at);
+  [[nodiscard]] std::uint16_t status_word(TimePoint at) const;
+  void send_record(TimePoint at, ByteSink& out);
   [[nodiscard]] TimePoint record_time(std::uint64_t record) const;
 
   AtiDigitalParams params_;

@@ -15,14 +15,14 @@ double held_to(double range, double value) {
   return std::isnan(value) ? 0 : std::min(std::max(value, -range), range);
 }
 
+}  // namespace
+
 std::int32_t nearest_count(double counts) {
   constexpr double lowest = std::numeric_limits<std::int32_t>::min();
   constexpr double highest = std::numeric_limits<std::int32_t>::max();
   if (std::isnan(counts)) return 0;
   return static_cast<std::int32_t>(std::clamp(std::round(counts), lowest, highest));
 }
-
-}  // namespace
 
 std::uint32_t conversion_at(TimePoint t) {
   constexpr std::int64_t rate_hz = 7000;

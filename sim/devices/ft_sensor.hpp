@@ -30,6 +30,9 @@ struct FtReading {
   bool saturated = false;
 };
 
+/// The count nearest to it, of those that there are; of what is no number, 0.
+std::int32_t nearest_count(double counts);
+
 /// The sensor converts at 7 kHz whatever is sent [S: NETFTCPP]: the number of the conversion at
 /// `t`.
 std::uint32_t conversion_at(TimePoint t);

@@ -10,12 +10,6 @@ namespace {
 
 namespace rdt = protocols::rdt;
 
-std::int32_t as_count(double counts) {
-  constexpr double lowest = std::numeric_limits<std::int32_t>::min();
-  constexpr double highest = std::numeric_limits<std::int32_t>::max();
-  return static_cast<std::int32_t>(std::clamp(std::round(counts), lowest, highest));
-}
-
 }  // namespace
 
 RdtEmulator::RdtEmulator(const RdtEmulatorParams& params, BenchWorld& world, std::uint64_t seed)
@@ -116,33 +110,19 @@ void RdtEmulator::suffer_sequence(TimePoint at) {
   if (once(suffers(FaultKind::threshold_latch, at), latched_by_)) latched_ = true;
 }
 
-double RdtEmulator::calibration_factor(TimePoint at) const {
-  const Fault* changed = suffers(FaultKind::calibration_change, at);
-  return changed == nullptr ? 1 : changed->amount;
-}
-
 void RdtEmulator::suffer_reading(FtReading& reading, TimePoint at) {
   const double scale = params_.sensor.counts_per_n;
-  double fz_off_counts = 0;
-  if (const Fault* drift = suffers(FaultKind::drift, at))
-    fz_off_counts += drift->amount * to_seconds(at - drift->from) * scale;
-  if (const Fault* jump = suffers(FaultKind::bias_jump, at)) fz_off_counts += jump->amount * scale;
-  if (const Fault* noise = struck_by(FaultKind::noise, at))
-    fz_off_counts += noise->amount * fault_dice().gaussian() * scale;
-  if (fz_off_counts != 0) reading.counts[2] = as_count(reading.counts[2] + fz_off_counts);
+  if (const double off_n = fz_off_n(at); off_n != 0)
+    reading.counts[2] = nearest_count(reading.counts[2] + off_n * scale);
   if (const double factor = calibration_factor(at); factor != 1)
-    for (std::int32_t& counts : reading.counts) counts = as_count(counts * factor);
+    for (std::int32_t& counts : reading.counts) counts = nearest_count(counts * factor);
   if (suffers(FaultKind::saturation, at) != nullptr) {
-    reading.counts[2] = as_count(params_.sensor.range[2] * scale);
+    reading.counts[2] = nearest_count(params_.sensor.range[2] * scale);
     reading.saturated = true;
   }
   if (struck_by(FaultKind::absurd_counts, at) != nullptr)
     reading.counts.fill(std::numeric_limits<std::int32_t>::max());
-  if (suffers(FaultKind::stuck_force, at) == nullptr)
-    stuck_.reset();
-  else if (!stuck_)
-    stuck_ = reading;
-  if (stuck_) reading = *stuck_;
+  hold_if_stuck(reading, at);
 }
 
 rdt::SettingsPage RdtEmulator::settings(TimePoint now) {

@@ -8,7 +8,7 @@
 #include "protocols/rdt/page.hpp"
 #include "protocols/rdt/rdt.hpp"
 #include "sim/devices/bench_world.hpp"
-#include "sim/devices/emulator.hpp"
+#include "sim/devices/force_emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
 
 namespace weft::sim {
@@ -21,7 +21,7 @@ struct RdtEmulatorParams {
   FtSensorParams sensor;
 };
 
-class RdtEmulator final : public Emulator {
+class RdtEmulator final : public ForceEmulator {
  public:
   /// `world` outlives the emulator.
   RdtEmulator(const RdtEmulatorParams& params, BenchWorld& world, std::uint64_t seed);
@@ -48,7 +48,6 @@ class RdtEmulator final : public Emulator {
   void suffer_reading(FtReading& reading, TimePoint at);
   void suffer_sequence(TimePoint at);
   [[nodiscard]] bool withheld(TimePoint at) const;
-  [[nodiscard]] double calibration_factor(TimePoint at) const;
   void flush(ByteSink& out);
 
   RdtEmulatorParams params_;
@@ -65,7 +64,6 @@ class RdtEmulator final : public Emulator {
   std::uint64_t ignored_ = 0;
 
   // What faults have done.
-  std::optional<FtReading> stuck_;
   std::optional<TimePoint> jumped_, latched_by_;  ///< onset of the fault that was carried out
 };
 

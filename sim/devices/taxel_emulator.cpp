@@ -68,7 +68,9 @@ void TaxelEmulator::send_frame(TimePoint at, ByteSink& out) {
   if (params_.wire == TaxelWire::cpm_udp) {
     protocols::taxel::cpm::Counts counts{};
     std::copy_n(frame.counts.begin(), counts.size(), counts.begin());
-    return out(protocols::taxel::cpm::encode_datagram(counts));
+    const auto datagram = protocols::taxel::cpm::encode_datagram(counts);
+    const std::size_t told = sizeof(std::uint16_t) * frame.taxel_count;
+    return out(ByteView(datagram).first(std::min(told, datagram.size())));
   }
   protocols::taxel::append(buffer_, frame);
   if (struck_by(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;

@@ -47,8 +47,8 @@ Result<const FaultType*> kind_for(const Fields& fields, const std::string& where
 std::uint8_t exposure_of(const EmulatedDevice& device) {
   if (std::holds_alternative<AptStageParams>(device.params))
     return befalls::stage | befalls::stream;
-  // Its own faults of the force are not emulated yet: those of its line are.
-  if (std::holds_alternative<AtiDigitalParams>(device.params)) return befalls::stream;
+  if (std::holds_alternative<AtiDigitalParams>(device.params))
+    return befalls::digital | befalls::stream;
   if (std::holds_alternative<RdtEmulatorParams>(device.params))
     return befalls::force | befalls::datagram;
   if (const auto* vibro = std::get_if<VibroEmulatorParams>(&device.params))

@@ -9,7 +9,9 @@ namespace {
 
 using enum FaultKind;
 constexpr std::uint8_t blocks = befalls::taxels | befalls::vibration;
-constexpr std::uint8_t sensors = befalls::force | blocks;
+constexpr std::uint8_t wrench = befalls::force | befalls::digital;
+constexpr std::uint8_t numbered = befalls::force | blocks;
+constexpr std::uint8_t sensors = wrench | blocks;
 
 constexpr std::array types{
     FaultType{"drop", drop, befalls::wire, true, 0, "a message is lost"},
@@ -29,26 +31,28 @@ constexpr std::array types{
     FaultType{"merge", merge, befalls::stream, false, 0.05,
               "bytes come in lumps, one each `amount` s"},
     FaultType{"split", split, befalls::stream, false, 0, "bytes come one by one"},
-    FaultType{"sequence_jump", sequence_jump, sensors, false, 1000,
+    FaultType{"sequence_jump", sequence_jump, numbered, false, 1000,
               "the numbers jump ahead by `amount`, once"},
-    FaultType{"sequence_back", sequence_back, sensors, false, 1000,
+    FaultType{"sequence_back", sequence_back, numbered, false, 1000,
               "the numbers jump back by `amount`, once"},
     FaultType{"rate_halved", rate_halved, sensors, false, 0, "half as many samples a second"},
     FaultType{"silent", silent, sensors, false, 0, "the stream stops"},
-    FaultType{"stuck_force", stuck_force, befalls::force, false, 0, "the values stay the same"},
-    FaultType{"drift", drift, befalls::force, false, 0.05, "Fz drifts by `amount` N/s"},
-    FaultType{"saturation", saturation, befalls::force | befalls::vibration, false, 0,
-              "Fz stands at its range, status says so; all readings of a vibration do"},
-    FaultType{"absurd_counts", absurd_counts, befalls::force, true, 0,
-              "counts are the largest of 32 bits"},
-    FaultType{"calibration_change", calibration_change, befalls::force, false, 1.25,
+    FaultType{"stuck_force", stuck_force, wrench, false, 0, "the values stay the same"},
+    FaultType{"drift", drift, wrench, false, 0.05, "Fz drifts by `amount` N/s"},
+    FaultType{
+        "saturation", saturation, wrench | befalls::vibration, false, 0,
+        "Fz (a Digital F/T: the gauges that carry it) or all readings of a vibration stand at "
+        "the range; a status word says so"},
+    FaultType{"absurd_counts", absurd_counts, wrench, true, 0,
+              "counts are the largest of 32 bits, gauges' the least of 16"},
+    FaultType{"calibration_change", calibration_change, wrench, false, 1.25,
               "counts per newton are `amount` times the configured ones"},
-    FaultType{"status_bits", status_bits, befalls::force, false, 28,
-              "bit `amount` of the status word is set"},
+    FaultType{"status_bits", status_bits, wrench, false, 28,
+              "bit `amount` of the status word is set, or the highest that it has"},
     FaultType{"threshold_latch", threshold_latch, befalls::force, false, 0,
               "a threshold latches, until it is reset"},
-    FaultType{"bias_jump", bias_jump, befalls::force, false, 2, "Fz is `amount` N off"},
-    FaultType{"noise", noise, befalls::force, false, 1, "noise of `amount` N rms on Fz"},
+    FaultType{"bias_jump", bias_jump, wrench, false, 2, "Fz is `amount` N off"},
+    FaultType{"noise", noise, wrench, false, 1, "noise of `amount` N rms on Fz"},
     FaultType{"redirected", redirected, befalls::force, false, 0,
               "another client takes the stream"},
     FaultType{"motor_stall", motor_stall, befalls::stage, false, 0,
@@ -64,8 +68,8 @@ constexpr std::array types{
     FaultType{"disabled", disabled, befalls::stage, false, 0,
               "the channel falls disabled and stops"},
     FaultType{"silent_status", silent_status, befalls::stage, false, 0, "no status is sent"},
-    FaultType{"wrong_reply", wrong_reply, befalls::stage, false, 0,
-              "status requests get another answer"},
+    FaultType{"wrong_reply", wrong_reply, befalls::stage | befalls::digital, false, 0,
+              "requests of a status or a register get another answer"},
     FaultType{"late_completion", late_completion, befalls::stage, false, 1,
               "the end of a move is told `amount` s late"},
     FaultType{"no_completion", no_completion, befalls::stage, false, 0,
@@ -79,7 +83,8 @@ constexpr std::array types{
               "the count stays while the stage moves"},
     FaultType{"overshoot", overshoot, befalls::stage, false, 0.05,
               "moves end `amount` mm or degrees too far"},
-    FaultType{"crc_errors", crc_errors, blocks, true, 0, "a frame's check value is wrong"},
+    FaultType{"crc_errors", crc_errors, blocks | befalls::digital, true, 0,
+              "the check value of a frame, a record or an answer is wrong"},
     FaultType{"dead_pad", dead_pad, befalls::taxels, false, 5, "taxel `amount` stays as it is"},
     FaultType{"noisy_pad", noisy_pad, befalls::taxels, false, 5,
               "taxel `amount` jumps by thousands of counts"},

@@ -75,10 +75,11 @@ enum class FaultKind : std::uint8_t {
 namespace befalls {
 inline constexpr std::uint8_t stream = 1;    ///< a serial line or TCP
 inline constexpr std::uint8_t datagram = 2;  ///< UDP
-inline constexpr std::uint8_t force = 4;
+inline constexpr std::uint8_t force = 4;     ///< a Net F/T box
 inline constexpr std::uint8_t stage = 8;
 inline constexpr std::uint8_t taxels = 16;
 inline constexpr std::uint8_t vibration = 32;
+inline constexpr std::uint8_t digital = 64;  ///< a Digital F/T sensor: no numbers, no thresholds
 inline constexpr std::uint8_t wire = stream | datagram;
 }  // namespace befalls
 

@@ -101,6 +101,41 @@ TEST_CASE("an empty calibration, an exception and a refusal are faults that say 
   CHECK(stubborn.fault().code == Errc::device);
 }
 
+TEST_CASE("another calibration than the rig file names is refused with both names") {
+  Bench bench(R"({"calibration_serial": "FT12289"})");
+  bench.open();
+  CHECK(bench.fault().where == "calibration 1: /calibration_serial");
+  CHECK(bench.fault().expected == "FT12289");
+  CHECK(bench.fault().got == "FT12288");
+  Bench same(R"({"calibration_serial": "FT12288"})");
+  same.open();
+  CHECK(same.driver->state() == DriverState::open);
+}
+
+TEST_CASE("gauges that all stand still for stuck_after_s are a fault, unless it is 0") {
+  for (const bool looks : {true, false}) {
+    Bench bench(looks ? R"({"stuck_after_s": 0.5})" : R"({"stuck_after_s": 0})");
+    bench.arm();
+    for (int i = 0; i < 100 && bench.host.faults.empty(); ++i) {
+      bench.host.loop_.advance(0.01);
+      bench.stream({7, 7, 7, 7, 7, 7});
+    }
+    CHECK(bench.host.faults.size() == (looks ? 1U : 0U));
+    if (looks) CHECK(bench.fault().code == Errc::device);
+    CHECK(bench.host.samples.size() >= 49);
+  }
+}
+
+TEST_CASE("bytes that hold no whole record are told apart from silence") {
+  Bench bench(R"({"stale_after_s": 0.05})");
+  bench.arm();
+  for (int i = 0; i < 10 && bench.host.faults.empty(); ++i) {
+    bench.receive(hex("01 02 03"));
+    bench.host.loop_.advance(0.01);
+  }
+  CHECK(bench.fault().code == Errc::device);
+}
+
 TEST_CASE("storage that was unlocked is locked again when opening ends in a fault") {
   Bench bench;
   REQUIRE(bench.driver->open());
@@ -118,7 +153,7 @@ TEST_CASE("storage that was unlocked is locked again when opening ends in a faul
 }
 
 TEST_CASE("an armed sensor that falls silent is a fault, and its stream is ended") {
-  Bench bench(R"({"stale_after_s": 0.05})");
+  Bench bench(R"({"rate_hz": 20, "stale_after_s": 0.05})");
   bench.arm();
   for (std::int16_t i = 0; i < 100; ++i) {
     bench.host.loop_.advance(0.049);

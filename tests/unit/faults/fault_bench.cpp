@@ -6,6 +6,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "drivers/ati_digital/ati_digital.hpp"
 #include "drivers/ati_netft/ati_netft.hpp"
 #include "drivers/taxel_array/taxel_array.hpp"
 #include "drivers/thorlabs_apt/thorlabs_apt.hpp"
@@ -28,8 +29,17 @@ std::string text_of(const std::string& path) {
 
 /// The device of bench17, and what of its configuration the table looks at.
 json device_of(const json& rig, const std::string& device) {
-  if (device == "vibro")
-    return {{"name", "vibro"}, {"config", json::object()}, {"emulator", {{"kind", "vibro"}}}};
+  if (device.starts_with("vibro"))
+    return {
+        {"name", "vibro"},
+        {"config", json::object()},
+        {"emulator", {{"kind", "vibro"}, {"form", device == "vibro_udp" ? "datagram" : "stream"}}}};
+  if (device.starts_with("digital")) {
+    const int records = device == "digital_mean" ? 10 : 1;
+    return {{"name", "ft"},
+            {"config", {{"rate_hz", 100}, {"average", records}, {"calibration_serial", "FT40001"}}},
+            {"emulator", {{"kind", "ati_digital"}, {"rate_hz", 100 * records}}}};
+  }
   const bool stage = device.starts_with("lts") || device == "prm";
   const std::size_t index = device == "prm" ? 3 : stage ? 2 : device.starts_with("ft") ? 5 : 6;
   json entry = rig["devices"][index];
@@ -59,10 +69,11 @@ FaultBench::FaultBench(const std::string& device) {
     std::tie(page_end_, far_page_end_) = daemon::MemoryLink::make_pair(loop_, loop_, latency);
     REQUIRE(rig_->attach_page(name_, *far_page_end_, loop_));
   }
-  const auto& plugin = stage_                     ? drivers::thorlabs_apt_entry
-                       : device.starts_with("ft") ? drivers::ati_netft_entry
-                       : device == "vibro"        ? drivers::vibro_entry
-                                                  : drivers::taxel_array_entry;
+  const auto& plugin = stage_                        ? drivers::thorlabs_apt_entry
+                       : device.starts_with("ft")    ? drivers::ati_netft_entry
+                       : device.starts_with("vibro") ? drivers::vibro_entry
+                       : device.starts_with("dig")   ? drivers::ati_digital_entry
+                                                     : drivers::taxel_array_entry;
   auto driver = plugin.create(entry["config"].dump(), *this);
   if (!driver) FAIL(to_string(driver.error()));
   driver_ = std::move(*driver);

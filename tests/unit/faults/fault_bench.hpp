@@ -25,7 +25,9 @@ struct Seen {
 
 class FaultBench final : public DriverHost {
  public:
-  /// `device`: lts, lts_encoder, prm, ft, ft_page, taxels, cpm or vibro.
+  /// `device`: lts, lts_encoder, prm, ft, ft_page, digital, digital_mean (ten records a
+  /// sample), taxels, cpm, vibro or
+  /// vibro_udp.
   explicit FaultBench(const std::string& device);
   ~FaultBench() override;
 
@@ -40,6 +42,11 @@ class FaultBench final : public DriverHost {
   [[nodiscard]] bool at_rest() const { return rig_->stages_at_rest(loop_.now()); }
   Driver& driver() { return *driver_; }
   [[nodiscard]] bool is_stage() const { return stage_; }
+  /// No value of a valid sample is larger: the stage's travel here, the force sensor's rating, or
+  /// what counts can be.
+  [[nodiscard]] double largest_believable() const {
+    return stage_ ? 15 : name_ == "ft" ? 120 : 1e5;
+  }
 
   Loop& loop() override { return loop_; }
   Link& link() override { return *host_end_; }

@@ -145,6 +145,25 @@ TEST_CASE("a damaged record is counted as lost, and the next ones come through")
   }
 }
 
+TEST_CASE("one damaged record among four costs that one and no wait for more, at any load") {
+  std::mt19937 random(6);
+  for (const bool still : {true, false}) {
+    Stream stream = make_stream(60, random);
+    if (still) stream = {};
+    for (int i = 0; still && i < 60; ++i) {
+      stream.records.push_back({{3, -2, 0, 1, -1, 2}, false});
+      append(stream.bytes, stream.records.back());
+    }
+    for (const std::size_t damaged : {20U, 24U, 28U}) stream.bytes[damaged * record_size + 3] ^= 4;
+    StreamSplitter splitter;
+    splitter.begin_in_step();
+    const ByteView until_third(stream.bytes.data(), 32 * record_size);
+    const Split got = split(splitter, Bytes(until_third.begin(), until_third.end()), 40, random);
+    CHECK(got.records.size() == 29);
+    CHECK(got.total_lost() == 3);
+  }
+}
+
 TEST_CASE("after garbage of any length or missing bytes the frame is found again") {
   std::mt19937 random(3);
   int wrong = 0;

@@ -1,0 +1,69 @@
+#include "drivers/api/wrench_watch.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace weft::drivers {
+namespace {
+
+constexpr std::uint32_t least_same = 20;  // a slow stream may repeat a few values by chance
+/// The rate is looked at over so many seconds and so many records.
+constexpr double window_s = 2;
+constexpr double least_records = 20;
+
+}  // namespace
+
+void WrenchWatch::restart() {
+  last_.reset();
+  window_from_.reset();
+  rate_.drop();
+}
+
+std::optional<Error> WrenchWatch::look(const std::array<double, 6>& counts, std::uint32_t lost,
+                                       TimePoint arrival) {
+  if (auto stuck = look_for_stuck(counts, arrival)) return stuck;
+  return look_at_rate(lost, arrival);
+}
+
+std::optional<Error> WrenchWatch::look_for_stuck(const std::array<double, 6>& counts,
+                                                 TimePoint arrival) {
+  const bool same = last_ == counts;
+  last_ = counts;
+  if (!same) {
+    changed_at_ = arrival;
+    same_ = 0;
+    return std::nullopt;
+  }
+  if (++same_ < least_same || settings_.stuck_after <= Duration::zero() ||
+      arrival - changed_at_ < settings_.stuck_after)
+    return std::nullopt;
+  return Error{Errc::device,
+               "the force is stuck: all six values stay the same",
+               {},
+               "the noise that a sensor has",
+               "no change for " + std::to_string(to_seconds(arrival - changed_at_)) + " s",
+               "Switch the sensor off and on; stuck_after_s 0 is for one without noise"};
+}
+
+std::optional<Error> WrenchWatch::look_at_rate(std::uint32_t lost, TimePoint arrival) {
+  if (!window_from_) {
+    window_from_ = arrival;
+    in_window_ = 0;
+    return std::nullopt;
+  }
+  in_window_ += 1.0 + lost;
+  const double seconds = to_seconds(arrival - *window_from_);
+  if (seconds < std::max(window_s, least_records / settings_.rate_hz)) return std::nullopt;
+  const double seen_hz = in_window_ / seconds;
+  window_from_ = arrival;
+  in_window_ = 0;
+  if (!rate_.confirmed(seen_hz, settings_.rate_hz)) return std::nullopt;
+  return Error{Errc::device,
+               "the stream has another rate than configured",
+               "/rate_hz",
+               std::to_string(settings_.rate_hz) + " records/s",
+               std::to_string(seen_hz) + " records/s",
+               std::string(settings_.rate_hint)};
+}
+
+}  // namespace weft::drivers
