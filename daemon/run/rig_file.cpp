@@ -20,8 +20,8 @@ constexpr std::string_view vibro_role = "vibro";  // a bench may do without
 // sim::Rig look into their own sections, drivers into `config`.
 const std::vector<std::string> root_keys{"name",  "bench",   "devices", "limits",     "probe",
                                          "plate", "control", "fabrics", "simulation", "plugins"};
-const std::vector<std::string> device_keys{"name", "role", "driver", "config",
-                                           "link", "also", "http",   "emulator"};
+const std::vector<std::string> device_keys{"name", "role", "driver",   "config",  "link",
+                                           "also", "http", "commands", "emulator"};
 
 Status only_known_keys(const json& object, const std::vector<std::string>& known,
                        const std::string& where) {
@@ -51,10 +51,13 @@ Status read_more_links(const json& object, const std::string& where, DeviceEntry
     if (!link) return pass(link.error());
     device.also.push_back(*link);
   }
-  if (!object.contains("http")) return {};
-  const auto http = parse_link(object["http"].dump(), where + "/http");
-  if (!http) return pass(http.error());
-  device.http = *http;
+  for (const auto& [key, member] :
+       {std::pair{"http", &device.http}, {"commands", &device.commands}}) {
+    if (!object.contains(key)) continue;
+    const auto port = parse_link(object[key].dump(), where + "/" + key);
+    if (!port) return pass(port.error());
+    *member = *port;
+  }
   return {};
 }
 
@@ -100,6 +103,13 @@ bool page_suits(const DeviceEntry& device, bool in_memory) {
   return in_memory ? is_memory(*device.http) : std::holds_alternative<TcpPort>(*device.http);
 }
 
+Status commands_suit(const DeviceEntry& device, BenchMode mode, const std::string& where) {
+  if (!device.commands) return {};
+  if (mode == BenchMode::emulated && std::holds_alternative<TcpPort>(*device.commands)) return {};
+  return fail(Errc::invalid_argument, "only weft-rig serves a command port, for other programs",
+              where + "/commands", "tcp on an emulated bench");
+}
+
 // A simulated bench has no ports, and the others nothing but ports.
 Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& where) {
   const bool in_memory = mode == BenchMode::simulated;
@@ -110,6 +120,7 @@ Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& 
   if (!page_suits(device, in_memory))
     return fail(Errc::invalid_argument, "the link does not suit the bench", where + "/http",
                 in_memory ? "memory on a simulated bench" : "tcp on a real port");
+  if (Status s = commands_suit(device, mode, where); !s) return s;
   if (device.also.empty()) return {};
   if (mode != BenchMode::emulated || std::any_of(device.also.begin(), device.also.end(), is_memory))
     return fail(Errc::invalid_argument, "only weft-rig serves a device at more places than one",

@@ -22,8 +22,9 @@ struct DeviceEntry {
   std::string driver;       ///< name of a driver plugin
   std::string config_json;  ///< handed to the driver as it stands
   LinkSettings link;
-  std::vector<LinkSettings> also;    ///< emulated: weft-rig serves the same device there too
-  std::optional<LinkSettings> http;  ///< the page of the device's settings, where it has one
+  std::vector<LinkSettings> also;        ///< emulated: weft-rig serves the same device there too
+  std::optional<LinkSettings> http;      ///< the page of the device's settings, where it has one
+  std::optional<LinkSettings> commands;  ///< emulated: weft-rig serves the device's command port
 };
 
 /// What stands behind the links, and whose time passes.

@@ -103,18 +103,38 @@ Status RigServer::serve(const DeviceEntry& device) {
   ends_.push_back(join_links(std::move(ends)));
   lines_.push_back(device.name + where);
   if (Status s = rig_->attach(device.name, *ends_.back(), *loop_); !s) return s;
-  return device.http ? serve_pages(device) : Status{};
+  if (Status s = serve_pages(device); !s) return s;
+  return serve_commands(device);
 }
 
 Status RigServer::serve_pages(const DeviceEntry& device) {
+  if (!device.http) return {};
   if (rig_->page(device.name) == nullptr)
     return fail(Errc::unsupported, "this device has no settings page", "/http");
-  const Endpoint& at = std::get<TcpPort>(*device.http).end;
-  auto pages = ServedPages::open(
-      *loop_, at, [rig = rig_.get(), name = device.name] { return rig->page(name); });
-  if (!pages) return pass(pages.error(), "/http");
-  pages_.push_back(std::move(*pages));
-  lines_.push_back(device.name + "'s pages on http " + Words::end(at));
+  const Status served = serve_clients(
+      std::get<TcpPort>(*device.http).end,
+      [rig = rig_.get(), name = device.name] { return rig->page(name); },
+      device.name + "'s pages on http ");
+  return served ? Status{} : pass(served.error(), "/http");
+}
+
+Status RigServer::serve_commands(const DeviceEntry& device) {
+  if (!device.commands) return {};
+  if (rig_->command_port(device.name) == nullptr)
+    return fail(Errc::unsupported, "this device has no command port", "/commands", "a Net F/T box");
+  const Status served = serve_clients(
+      std::get<TcpPort>(*device.commands).end,
+      [rig = rig_.get(), name = device.name] { return rig->command_port(name); },
+      device.name + "'s commands on tcp ");
+  return served ? Status{} : pass(served.error(), "/commands");
+}
+
+Status RigServer::serve_clients(const Endpoint& at, ServedClients::Make make,
+                                const std::string& line) {
+  auto clients = ServedClients::open(*loop_, at, std::move(make));
+  if (!clients) return pass(clients.error());
+  clients_.push_back(std::move(*clients));
+  lines_.push_back(line + Words::end(at));
   return {};
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/run/rig_file.hpp"
-#include "daemon/serve/served_pages.hpp"
+#include "daemon/serve/served_clients.hpp"
 #include "sim/rig/rig.hpp"
 
 namespace weft::daemon {
@@ -34,6 +34,8 @@ class RigServer {
   Status serve(const RigFile& rig);
   Status serve(const DeviceEntry& device);
   Status serve_pages(const DeviceEntry& device);
+  Status serve_commands(const DeviceEntry& device);
+  Status serve_clients(const Endpoint& at, ServedClients::Make make, const std::string& line);
   void welcome(std::unique_ptr<Link> host);
   void take(std::size_t console, ByteView bytes);
 
@@ -41,7 +43,7 @@ class RigServer {
   std::vector<std::string> lines_;
   std::vector<std::unique_ptr<Link>> ends_;
   std::unique_ptr<sim::Rig> rig_;  ///< after the ends: gone before them
-  std::vector<std::unique_ptr<ServedPages>> pages_;
+  std::vector<std::unique_ptr<ServedClients>> clients_;
 
   struct Console {
     std::unique_ptr<Link> link;

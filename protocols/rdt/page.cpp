@@ -96,7 +96,8 @@ std::string encode(const SettingsPage& page) {
          tag("scfgfu", page.force_unit) + tag("cfgtu", "3") + tag("scfgtu", page.torque_unit) +
          tag("cfgcpf", number(page.counts_per_force)) +
          tag("cfgcpt", number(page.counts_per_torque)) + tag("cfgmr", list(page.max_ratings)) +
-         tag("cfgtfx", "0;0;0;0;0;0") + tag("comrdte", page.rdt_enabled ? "Enabled" : "Disabled") +
+         tag("cfgtfx", list(page.tool_transform)) +
+         tag("comrdte", page.rdt_enabled ? "Enabled" : "Disabled") +
          tag("comrdtrate", number(page.rdt_rate_hz)) +
          tag("comrdtbsiz", std::to_string(page.buffer_size)) + tag("runrate", "7000") +
          tag("netip", "192.168.1.1") + "</netft>\n";

@@ -29,6 +29,7 @@ struct SettingsPage {
   std::array<double, 6> max_ratings{};        ///< cfgmr
   std::array<std::int32_t, 6> bias_counts{};  ///< setbias
   std::array<std::int32_t, 6> counts{};       ///< runft
+  std::array<double, 6> tool_transform{};     ///< cfgtfx, mm and degrees
   std::uint32_t status = 0;                   ///< runstat, hexadecimal
   std::uint32_t buffer_size = 10;             ///< comrdtbsiz
 };

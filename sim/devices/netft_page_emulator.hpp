@@ -4,14 +4,14 @@
 #include <functional>
 #include <string>
 
-#include "sim/devices/emulator.hpp"
+#include "sim/devices/client_emulator.hpp"
 #include "sim/devices/rdt_emulator.hpp"
 
 namespace weft::sim {
 
 /// One connection. Pages: /netftapi2.xml, /netftcalapi.xml, /comm.cgi?comrdtrate=N (sets the rate),
 /// /setting.cgi (accepted), / (a word of welcome).
-class NetftPageEmulator final : public Emulator {
+class NetftPageEmulator final : public ClientEmulator {
  public:
   /// `box` is asked at each request; nullptr: the box is off.
   explicit NetftPageEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
@@ -20,8 +20,7 @@ class NetftPageEmulator final : public Emulator {
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override { return std::nullopt; }
   void wake(TimePoint, ByteSink&) override {}
 
-  /// The client asked for the connection to end, or sent what is no request.
-  [[nodiscard]] bool finished() const { return finished_; }
+  [[nodiscard]] bool finished() const override { return finished_; }
 
  private:
   [[nodiscard]] std::string answer(const std::string& head, TimePoint now);

@@ -10,6 +10,18 @@ namespace {
 
 namespace rdt = protocols::rdt;
 
+/// What the 16-bit counts of the command port are multiplied by: the rating just fits [E].
+std::uint16_t scale_of(const FtSensorParams& sensor, std::size_t component) {
+  const double counts = component < 3 ? sensor.counts_per_n : sensor.counts_per_nm;
+  const double factor = std::ceil(sensor.range[component] * counts / 32767);
+  return static_cast<std::uint16_t>(std::clamp(factor, 1.0, 65535.0));
+}
+
+std::int16_t narrowed(std::int32_t counts, std::uint16_t scale) {
+  const double narrow = std::round(static_cast<double>(counts) / scale);
+  return static_cast<std::int16_t>(std::clamp(narrow, -32768.0, 32767.0));
+}
+
 }  // namespace
 
 RdtEmulator::RdtEmulator(const RdtEmulatorParams& params, BenchWorld& world, std::uint64_t seed)
@@ -93,9 +105,24 @@ rdt::Record RdtEmulator::record_at(TimePoint at) {
   if (latched_) record.status |= rdt::status::summary | rdt::status::monitor_condition;
   if (const Fault* bit = suffers(FaultKind::status_bits, at))
     record.status |= rdt::status::summary | 1U << std::clamp(static_cast<int>(bit->amount), 0, 31);
-  std::copy_n(reading.counts.begin(), 3, record.force_counts.begin());
-  std::copy_n(reading.counts.begin() + 3, 3, record.torque_counts.begin());
+  const std::array<std::int32_t, 6> counts = transformed(reading.counts);
+  std::copy_n(counts.begin(), 3, record.force_counts.begin());
+  std::copy_n(counts.begin() + 3, 3, record.torque_counts.begin());
   return record;
+}
+
+std::array<std::int32_t, 6> RdtEmulator::transformed(
+    const std::array<std::int32_t, 6>& counts) const {
+  if (transform_.none()) return counts;
+  const auto scale = [&](std::size_t i) {
+    return i < 3 ? params_.sensor.counts_per_n : params_.sensor.counts_per_nm;
+  };
+  Wrench wrench{};
+  for (std::size_t i = 0; i < wrench.size(); ++i) wrench[i] = counts[i] / scale(i);
+  wrench = transform_.apply(wrench);
+  std::array<std::int32_t, 6> out{};
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = nearest_count(wrench[i] * scale(i));
+  return out;
 }
 
 bool RdtEmulator::withheld(TimePoint at) const {
@@ -136,6 +163,7 @@ rdt::SettingsPage RdtEmulator::settings(TimePoint now) {
   page.bias_counts = sensor_.bias_counts();
   std::copy_n(record.force_counts.begin(), 3, page.counts.begin());
   std::copy_n(record.torque_counts.begin(), 3, page.counts.begin() + 3);
+  page.tool_transform = transform_.told();
   page.status = record.status;
   page.buffer_size = static_cast<std::uint32_t>(params_.records_per_datagram);
   return page;
@@ -145,6 +173,36 @@ rdt::CalibrationPage RdtEmulator::calibration(TimePoint now) const {
   const double factor = calibration_factor(now);
   return {params_.calibration_serial + (factor == 1 ? "" : "x"),
           params_.sensor.counts_per_n * factor, params_.sensor.counts_per_nm * factor};
+}
+
+rdt::CalibrationReply RdtEmulator::calibration_reply(TimePoint now) const {
+  const double factor = calibration_factor(now);
+  const FtSensorParams& sensor = params_.sensor;
+  rdt::CalibrationReply reply;
+  reply.counts_per_force = static_cast<std::uint32_t>(std::llround(sensor.counts_per_n * factor));
+  reply.counts_per_torque = static_cast<std::uint32_t>(std::llround(sensor.counts_per_nm * factor));
+  for (std::size_t i = 0; i < reply.scale.size(); ++i) reply.scale[i] = scale_of(sensor, i);
+  return reply;
+}
+
+rdt::FtReply RdtEmulator::read_ft(const rdt::ReadFt& read, TimePoint now) {
+  if (read.bias) sensor_.bias(world_->contact(now), conversion_at(now));
+  if (read.clear_latch) latched_ = false;
+  const rdt::Record record = record_at(now);
+  rdt::FtReply reply;
+  reply.status = static_cast<std::uint16_t>(record.status >> 16);
+  for (std::size_t i = 0; i < reply.counts.size(); ++i) {
+    const std::int32_t counts = i < 3 ? record.force_counts[i] : record.torque_counts[i - 3];
+    reply.counts[i] = narrowed(counts, scale_of(params_.sensor, i));
+  }
+  return reply;
+}
+
+Status RdtEmulator::set_transform(const rdt::WriteTransform& write) {
+  const auto made = ToolTransform::create(write);
+  if (!made) return pass(made.error());
+  transform_ = *made;
+  return {};
 }
 
 void RdtEmulator::flush(ByteSink& out) {

@@ -7,9 +7,11 @@
 
 #include "protocols/rdt/page.hpp"
 #include "protocols/rdt/rdt.hpp"
+#include "protocols/rdt/tcp_command.hpp"
 #include "sim/devices/bench_world.hpp"
 #include "sim/devices/force_emulator.hpp"
 #include "sim/devices/ft_sensor.hpp"
+#include "sim/devices/tool_transform.hpp"
 
 namespace weft::sim {
 
@@ -33,6 +35,11 @@ class RdtEmulator final : public ForceEmulator {
   /// Its settings and present reading, as its HTTP port tells them.
   [[nodiscard]] protocols::rdt::SettingsPage settings(TimePoint now);
   [[nodiscard]] protocols::rdt::CalibrationPage calibration(TimePoint now) const;
+  /// What the command port tells and takes. Bias and latch are carried out first [E].
+  protocols::rdt::FtReply read_ft(const protocols::rdt::ReadFt& read, TimePoint now);
+  [[nodiscard]] protocols::rdt::CalibrationReply calibration_reply(TimePoint now) const;
+  /// Errors: unsupported, for a unit that the box does not have.
+  Status set_transform(const protocols::rdt::WriteTransform& write);
   /// Of the next stream; 1 to 7000.
   void set_rate_hz(double rate_hz) { params_.rate_hz = rate_hz; }
 
@@ -46,6 +53,8 @@ class RdtEmulator final : public ForceEmulator {
   void sample(TimePoint at, ByteSink& out);
   protocols::rdt::Record record_at(TimePoint at);
   void suffer_reading(FtReading& reading, TimePoint at);
+  [[nodiscard]] std::array<std::int32_t, 6> transformed(
+      const std::array<std::int32_t, 6>& counts) const;
   void suffer_sequence(TimePoint at);
   [[nodiscard]] bool withheld(TimePoint at) const;
   void flush(ByteSink& out);
@@ -53,6 +62,7 @@ class RdtEmulator final : public ForceEmulator {
   RdtEmulatorParams params_;
   BenchWorld* world_;
   FtSensor sensor_;
+  ToolTransform transform_;
   bool streaming_ = false;
   bool buffered_ = false;
   std::uint32_t wanted_ = 0;  ///< 0: until stopped

@@ -1,11 +1,13 @@
 #include "sim/rig/rig.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "sim/devices/faults/faulty_wire.hpp"
+#include "sim/devices/netft_command_emulator.hpp"
 #include "sim/devices/netft_page_emulator.hpp"
 #include "sim/devices/replay.hpp"
 #include "sim/plant/fabric_library.hpp"
@@ -33,6 +35,17 @@ struct Rig::Parts {
     auto made = std::make_unique<RdtEmulator>(params, world, mix(seed, name));
     boxes[name] = made.get();
     return made;
+  }
+
+  /// How a port of the box asks for it; empty for a device that is none.
+  [[nodiscard]] std::function<RdtEmulator*()> box_finder(std::string_view name) {
+    for (const EmulatedDevice& device : config.devices)
+      if (device.name == name && std::holds_alternative<RdtEmulatorParams>(device.params))
+        return [this, name = device.name] {
+          const auto found = boxes.find(name);
+          return found == boxes.end() ? nullptr : found->second;
+        };
+    return {};
   }
 
   /// The emulator looks at its faults again.
@@ -105,14 +118,16 @@ Status Rig::attach(std::string_view device_name, Link& device_end, Loop& loop) {
   return {};
 }
 
-std::unique_ptr<NetftPageEmulator> Rig::page(std::string_view device_name) {
-  for (const EmulatedDevice& device : parts_->config.devices)
-    if (device.name == device_name && std::holds_alternative<RdtEmulatorParams>(device.params))
-      return std::make_unique<NetftPageEmulator>([parts = parts_.get(), name = device.name] {
-        const auto found = parts->boxes.find(name);
-        return found == parts->boxes.end() ? nullptr : found->second;
-      });
-  return nullptr;
+std::unique_ptr<ClientEmulator> Rig::page(std::string_view device_name) {
+  auto box = parts_->box_finder(device_name);
+  if (!box) return nullptr;
+  return std::make_unique<NetftPageEmulator>(std::move(box));
+}
+
+std::unique_ptr<ClientEmulator> Rig::command_port(std::string_view device_name) {
+  auto box = parts_->box_finder(device_name);
+  if (!box) return nullptr;
+  return std::make_unique<NetftCommandEmulator>(std::move(box));
 }
 
 Status Rig::attach_page(std::string_view device_name, Link& device_end, Loop& loop) {

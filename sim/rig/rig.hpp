@@ -18,9 +18,9 @@
 
 namespace weft::sim {
 
-class NetftPageEmulator;  // sim/devices/netft_page_emulator.hpp
-struct BenchMotion;       // sim/devices/bench_motion.hpp
-struct FidelitySetting;   // sim/plant/fidelity/setting.hpp
+class ClientEmulator;    // sim/devices/client_emulator.hpp
+struct BenchMotion;      // sim/devices/bench_motion.hpp
+struct FidelitySetting;  // sim/plant/fidelity/setting.hpp
 
 /// What no instrument of the rig can know. For tests, reports and figures only. Of a rig without
 /// force sensor and pads nothing is computed but where the stages are: the rest is NaN.
@@ -54,7 +54,9 @@ class Rig {
   /// without pages).
   Status attach_page(std::string_view device_name, Link& device_end, Loop& loop);
   /// The same for a port that takes connections: an emulator for each. nullptr: no pages.
-  std::unique_ptr<NetftPageEmulator> page(std::string_view device_name);
+  std::unique_ptr<ClientEmulator> page(std::string_view device_name);
+  /// The TCP command port of a Net F/T box, for one connection. nullptr: the device has none.
+  std::unique_ptr<ClientEmulator> command_port(std::string_view device_name);
   /// Whether a datagram makes its sender the one whom the device answers: the box's stream follows
   /// the latest start request, and nothing else.
   [[nodiscard]] bool redirects(std::string_view device_name, ByteView datagram) const;

@@ -1,8 +1,9 @@
-// ATI Net F/T: requests, records, datagrams.
+// ATI Net F/T: requests, records, datagrams, the command port.
 
 #include <algorithm>
 
 #include "protocols/rdt/rdt.hpp"
+#include "protocols/rdt/tcp_command.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace weft::fuzz {
@@ -34,6 +35,26 @@ void try_datagram(ByteView bytes) {
   demand(same(again, bytes), "records that were read are written back");
 }
 
+/// What a request leaves open is written as zeros: it is the same when it is read again.
+void try_command(ByteView bytes) {
+  const Result<CommandRequest> request = decode_command(bytes);
+  if (!request) return demand(!request.error().message.empty(), "an error says what is wrong");
+  Bytes again;
+  append(again, *request);
+  demand(again.size() == command_size, "a request to the command port is 20 bytes");
+  const Result<CommandRequest> read_again = decode_command(again);
+  demand(read_again.has_value() && *read_again == *request,
+         "a command that was read is written back");
+}
+
+template <class Reply>
+void try_reply(ByteView bytes, const Result<Reply>& reply) {
+  if (!reply) return demand(!reply.error().message.empty(), "an error says what is wrong");
+  Bytes again;
+  append(again, *reply);
+  demand(same(again, bytes), "a reply that was read is written back");
+}
+
 }  // namespace
 }  // namespace weft::fuzz
 
@@ -41,6 +62,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const weft::ByteView input(data, size);
   weft::fuzz::try_request(input);
   weft::fuzz::try_datagram(input);
+  weft::fuzz::try_command(input);
+  weft::fuzz::try_reply(input, weft::protocols::rdt::decode_ft_reply(input));
+  weft::fuzz::try_reply(input, weft::protocols::rdt::decode_calibration_reply(input));
+  weft::fuzz::try_reply(input, weft::protocols::rdt::decode_write_reply(input));
   const bool one = weft::protocols::rdt::decode_record(input).has_value();
   weft::fuzz::demand(one == (size == weft::protocols::rdt::record_size), "a record is 36 bytes");
   return 0;

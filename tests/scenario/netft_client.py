@@ -142,6 +142,44 @@ def pages(url):
         assert refused.code == 404
 
 
+def read_exactly(connection, size):
+    data = b""
+    while len(data) < size:
+        more = connection.recv(size - len(data))
+        assert more, f"the box hung up after {len(data)} of {size} bytes"
+        data += more
+    return data
+
+
+def command_port(place, client):
+    """TCP 49151: requests of 20 bytes. WRITETRANSFORM's answer is from memory, the rest is the document's."""
+    with socket.create_connection(place, timeout=5) as port:
+        def ask(request, size):
+            port.sendall(request)
+            return read_exactly(port, size)
+
+        def wrench(bias=False):
+            word, status, *counts = struct.unpack(">HH6h", ask(struct.pack(">B15xHH", 0, 0, int(bias)), 16))
+            assert (word, status) == (0x1234, 0), (word, status)
+            return [c * f / unit for c, f, unit in zip(counts, scale, 3 * [force] + 3 * [torque])]
+
+        word, force_unit, torque_unit, force, torque, *scale = struct.unpack(">HBBII6H", ask(struct.pack(">B19x", 1), 24))
+        assert (word, force_unit, torque_unit, force, torque) == (0x1234, 2, 3, 1000000, 1000000), "newtons and newton metres"
+        wrench(bias=True)
+        assert abs(wrench()[2]) < 0.1, "biased"
+        client.request(START, 5)
+        assert abs(sum(r[3][2] for r in client.records(5)) / 5e6) < 0.05, "the stream is biased as well"
+        transform = struct.pack(">BBB6h5x", 2, 3, 1, 10000, 0, 0, 0, 0, 0)
+        assert ask(transform, 4) == b"\x12\x34\x02\x00"
+        assert ask(struct.pack(">BBB6h5x", 2, 3, 1, 0, 0, 0, 0, 0, 0), 4) == b"\x12\x34\x02\x00"
+        for byte in struct.pack(">B19x", 1):
+            port.sendall(bytes([byte]))
+        assert len(read_exactly(port, 24)) == 24, "byte by byte"
+        with socket.create_connection(place, timeout=5) as second:
+            second.sendall(2 * struct.pack(">B19x", 1))
+            assert len(read_exactly(second, 48)) == 48, "a second client, two requests at once"
+
+
 def other_programs(url, place):
     if shutil.which("curl"):
         ran = subprocess.run(["curl", "-sS", "--max-time", "5", url + "/netftapi2.xml", url + "/netftapi2.xml?index=0"],
@@ -200,6 +238,7 @@ def main():
         path, rig = rig_file(root, folder)
         box = rig["devices"][5]
         box["http"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
+        box["commands"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
         box["emulator"]["calibration_serial"] = "FT12288"
         finger = rig["devices"][6]
         finger["link"] = {"kind": "udp", "host": "127.0.0.1", "port": free_port(socket.SOCK_DGRAM)}
@@ -216,6 +255,8 @@ def main():
             print("one sample, streams, bias, buffers: as the document says")
             one_client(place)
             print("one client at a time: the latest start request has the stream")
+            command_port((box["commands"]["host"], box["commands"]["port"]), client)
+            print("the command port: calibration, readings, bias, transform")
             pages(url)
             other_programs(url, place)
             faults(served, client)

@@ -113,6 +113,17 @@ TEST_CASE("a simulated bench has links in memory only, a real one ports only") {
   CHECK(error.got == "memory");
 }
 
+TEST_CASE("a command port is served by weft-rig on TCP, and nowhere else") {
+  json rig = json::parse(test::read_file(test::source / "sim/rigs/emulated17.json"));
+  rig["devices"][5]["commands"] = {{"kind", "tcp"}, {"host", "127.0.0.1"}, {"port", 49151}};
+  CHECK(parse_rig_file(rig.dump()));
+  rig["bench"] = "real";
+  CHECK(refusal(rig).where == "/devices/5/commands");
+  rig["bench"] = "emulated";
+  rig["devices"][5]["commands"]["kind"] = "udp";
+  CHECK(refusal(rig).where == "/devices/5/commands");
+}
+
 TEST_CASE("unknown keys of the rig and of a device are refused with the key that was meant") {
   json rig = test::bench17();
   rig["limit"] = json::object();

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "sim/devices/netft_command_emulator.hpp"
 #include "tests/unit/sim/support.hpp"
 
 using namespace weft;
@@ -179,4 +180,100 @@ TEST_CASE("a force above the threshold latches until a request resets it; the va
   box.send("12 34 00 41 00 00 00 00");
   box.run(0.1);
   CHECK(box.take().back().status == 0);
+}
+
+namespace {
+
+/// A client of the box's command port.
+struct CommandPort {
+  explicit CommandPort(Box& of) : box(of), port([this] { return &box.box; }) {}
+  Bytes ask(const rdt::CommandRequest& request, std::size_t chunk = rdt::command_size) {
+    Bytes bytes, reply;
+    append(bytes, request);
+    ByteSink out = [&](ByteView b) { reply.insert(reply.end(), b.begin(), b.end()); };
+    for (std::size_t at = 0; at < bytes.size(); at += chunk)
+      port.receive(ByteView(bytes).subspan(at, std::min(chunk, bytes.size() - at)), box.now, out);
+    return reply;
+  }
+  /// N and N m, as a client computes them.
+  std::array<double, 6> wrench(const rdt::ReadFt& read = {}) {
+    const auto scale = decode_calibration_reply(ask(rdt::ReadCalibration{})).value();
+    const auto reply = decode_ft_reply(ask(read)).value();
+    std::array<double, 6> out{};
+    for (std::size_t i = 0; i < 6; ++i)
+      out[i] = 1.0 * reply.counts[i] * scale.scale[i] /
+               (i < 3 ? scale.counts_per_force : scale.counts_per_torque);
+    return out;
+  }
+  Box& box;
+  NetftCommandEmulator port;
+};
+
+}  // namespace
+
+TEST_CASE("the command port reads the wrench that the stream tells, in any chunking") {
+  RdtEmulatorParams params;
+  params.sensor.noise = {};
+  Box box(params);
+  CommandPort port(box);
+  box.send(start);
+  box.run(0.1);
+  const rdt::Record record = box.take().back();
+  const auto wrench = port.wrench();
+  CHECK(wrench[2] == Approx(record.force_counts[2] / 1e6).margin(0.004));
+  CHECK(wrench[2] > 2.8);
+  for (const std::size_t chunk : {1U, 7U, 19U})
+    CHECK(port.ask(rdt::ReadFt{}, chunk) == port.ask(rdt::ReadFt{}));
+  CHECK(port.ask(rdt::ReadFt{}).size() == rdt::ft_reply_size);
+}
+
+TEST_CASE("READFT biases the box and clears its latch") {
+  RdtEmulatorParams params;
+  params.threshold_n = 2;
+  Box box(params);
+  CommandPort port(box);
+  CHECK(decode_ft_reply(port.ask(rdt::ReadFt{})).value().status == 0x8001);
+  CHECK(std::abs(port.wrench({.bias = true})[2]) < 0.1);
+  CHECK(decode_ft_reply(port.ask(rdt::ReadFt{})).value().status == 0x8001);
+  CHECK(decode_ft_reply(port.ask(rdt::ReadFt{.clear_latch = true})).value().status == 0);
+  CHECK(std::abs(port.wrench()[2]) < 0.1);
+}
+
+TEST_CASE("a tool transform moves torques and turns the frame, on the stream too") {
+  RdtEmulatorParams params;
+  params.sensor.noise = {};
+  params.sensor.quantum = {};
+  Box box(params);
+  CommandPort port(box);
+  const auto sensed = port.wrench();
+  const auto taken = hex("12 34 02 00"), refused = hex("12 34 02 01");
+  // 100 mm along x: the weight along z then pulls about y, T' = T - d x F.
+  CHECK(port.ask(rdt::WriteTransform{.hundredths = {10000, 0, 0, 0, 0, 0}}) == taken);
+  CHECK(port.wrench()[4] == Approx(sensed[4] + 0.1 * sensed[2]).margin(0.001));
+  // A quarter turn about x: what was along z is now along the new y.
+  CHECK(port.ask(rdt::WriteTransform{.hundredths = {0, 0, 0, 9000, 0, 0}}) == taken);
+  CHECK(port.wrench()[1] == Approx(sensed[2]).margin(0.005));
+  CHECK(std::abs(port.wrench()[2]) < 0.005);
+  box.send(start);
+  box.run(0.1);
+  CHECK(box.take().back().force_counts[1] == Approx(sensed[2] * 1e6).epsilon(0.01));
+  CHECK(box.box.settings(box.now).tool_transform[3] == Approx(90));
+  CHECK(port.ask(rdt::WriteTransform{.distance_unit = 9}) == refused);
+  CHECK(port.ask(rdt::WriteTransform{}) == taken);
+  CHECK(port.wrench()[2] == Approx(sensed[2]).margin(0.005));
+}
+
+TEST_CASE("the command port refuses a condition, and does not answer what it does not know") {
+  Box box;
+  CommandPort port(box);
+  CHECK(port.ask(rdt::WriteCondition{}) == hex("12 34 03 01"));
+  Bytes reply;
+  ByteSink out = [&](ByteView b) { reply.insert(reply.end(), b.begin(), b.end()); };
+  const Bytes unknown(rdt::command_size, 0x77);
+  port.port.receive(unknown, box.now, out);
+  CHECK(reply.empty());
+  CHECK(port.ask(rdt::ReadFt{}).size() == rdt::ft_reply_size);
+  NetftCommandEmulator off([] { return nullptr; });
+  off.receive(Bytes(rdt::command_size, 0), box.now, out);
+  CHECK(reply.empty());
 }

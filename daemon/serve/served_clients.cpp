@@ -1,35 +1,35 @@
-#include "daemon/serve/served_pages.hpp"
+#include "daemon/serve/served_clients.hpp"
 
 namespace weft::daemon {
 
-Result<std::unique_ptr<ServedPages>> ServedPages::open(RealLoop& loop, const Endpoint& at,
-                                                       MakePage make) {
-  std::unique_ptr<ServedPages> pages(new ServedPages(loop, std::move(make)));
-  auto door = TcpDoor::open(loop, at, [self = pages.get()](std::unique_ptr<Link> host) {
+Result<std::unique_ptr<ServedClients>> ServedClients::open(RealLoop& loop, const Endpoint& at,
+                                                           Make make) {
+  std::unique_ptr<ServedClients> made(new ServedClients(loop, std::move(make)));
+  auto door = TcpDoor::open(loop, at, [self = made.get()](std::unique_ptr<Link> host) {
     self->welcome(std::move(host));
   });
   if (!door) return pass(door.error());
-  pages->door_ = std::move(*door);
-  return pages;
+  made->door_ = std::move(*door);
+  return made;
 }
 
-void ServedPages::welcome(std::unique_ptr<Link> host) {
+void ServedClients::welcome(std::unique_ptr<Link> host) {
   const std::size_t id = next_client_++;
   host->on_receive([this, id](ByteView bytes, TimePoint at) { answer(id, bytes, at); });
   host->on_closed([this, id](const Error&) { end_soon(id); });
   clients_[id] = {std::move(host), make_()};
 }
 
-void ServedPages::answer(std::size_t client, ByteView bytes, TimePoint at) {
+void ServedClients::answer(std::size_t client, ByteView bytes, TimePoint at) {
   const auto found = clients_.find(client);
   if (found == clients_.end()) return;
   sim::ByteSink out = [&](ByteView reply) { static_cast<void>(found->second.link->write(reply)); };
-  found->second.page->receive(bytes, at, out);
-  if (found->second.page->finished()) end_soon(client);
+  found->second.emulator->receive(bytes, at, out);
+  if (found->second.emulator->finished()) end_soon(client);
 }
 
 // Not from inside the link's own callback.
-void ServedPages::end_soon(std::size_t client) {
+void ServedClients::end_soon(std::size_t client) {
   loop_->after({}, [this, client, alive = std::weak_ptr(alive_)] {
     if (alive.lock()) clients_.erase(client);
   });

@@ -1,0 +1,32 @@
+#pragma once
+// The command port of a Net F/T box, TCP 49151 (reference protocols.md B.4).
+
+#include <functional>
+
+#include "protocols/rdt/tcp_command.hpp"
+#include "sim/devices/client_emulator.hpp"
+#include "sim/devices/rdt_emulator.hpp"
+
+namespace weft::sim {
+
+/// One connection: READFT, READCALINFO and WRITETRANSFORM. WRITECONDITION, whose layout is not
+/// sourced, is refused in its answer; other commands are not answered. Conditions are the rig
+/// file's threshold, whatever mask READFT brings.
+class NetftCommandEmulator final : public ClientEmulator {
+ public:
+  /// `box` is asked at each request; nullptr: the box is off, and nothing is answered.
+  explicit NetftCommandEmulator(std::function<RdtEmulator*()> box) : box_(std::move(box)) {}
+
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+  [[nodiscard]] std::optional<TimePoint> next_wakeup() const override { return std::nullopt; }
+  void wake(TimePoint, ByteSink&) override {}
+  [[nodiscard]] bool finished() const override { return false; }
+
+ private:
+  void answer(ByteView request, TimePoint now, ByteSink& out);
+
+  std::function<RdtEmulator*()> box_;
+  Bytes waiting_;
+};
+
+}  // namespace weft::sim
