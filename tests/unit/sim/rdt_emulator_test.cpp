@@ -197,8 +197,8 @@ struct CommandPort {
   }
   /// N and N m, as a client computes them.
   std::array<double, 6> wrench(const rdt::ReadFt& read = {}) {
-    const auto scale = decode_calibration_reply(ask(rdt::ReadCalibration{})).value();
-    const auto reply = decode_ft_reply(ask(read)).value();
+    const auto scale = rdt::decode_calibration_reply(ask(rdt::ReadCalibration{})).value();
+    const auto reply = rdt::decode_ft_reply(ask(read)).value();
     std::array<double, 6> out{};
     for (std::size_t i = 0; i < 6; ++i)
       out[i] = 1.0 * reply.counts[i] * scale.scale[i] /
@@ -232,10 +232,10 @@ TEST_CASE("READFT biases the box and clears its latch") {
   params.threshold_n = 2;
   Box box(params);
   CommandPort port(box);
-  CHECK(decode_ft_reply(port.ask(rdt::ReadFt{})).value().status == 0x8001);
+  CHECK(rdt::decode_ft_reply(port.ask(rdt::ReadFt{})).value().status == 0x8001);
   CHECK(std::abs(port.wrench({.bias = true})[2]) < 0.1);
-  CHECK(decode_ft_reply(port.ask(rdt::ReadFt{})).value().status == 0x8001);
-  CHECK(decode_ft_reply(port.ask(rdt::ReadFt{.clear_latch = true})).value().status == 0);
+  CHECK(rdt::decode_ft_reply(port.ask(rdt::ReadFt{})).value().status == 0x8001);
+  CHECK(rdt::decode_ft_reply(port.ask(rdt::ReadFt{.clear_latch = true})).value().status == 0);
   CHECK(std::abs(port.wrench()[2]) < 0.1);
 }
 
