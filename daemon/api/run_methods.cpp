@@ -185,7 +185,9 @@ json run_json(const RunView& run) {
            {"folder", stored.folder.string()},
            {"trials_done", run.trials_done},
            {"trials_planned", run.trials_planned},
+           {"takes_rejected", run.takes_rejected},
            {"wall_left_s", run.wall_left_s}};
+  if (!run.last_rejection.empty()) out["last_rejection"] = run.last_rejection;
   if (run.moment)
     out["at"] = {
         {"trial", run.moment->trial},           {"step", recipes::to_string(run.moment->step)},

@@ -40,6 +40,8 @@ std::string summary_text(const CampaignSummary& s) {
   Table facts(Align::left);
   facts.row({"trials", std::to_string(s.trials_complete) + " of " +
                            std::to_string(s.trials_planned) + " complete"});
+  if (s.takes_rejected > 0)
+    facts.row({"bad takes", std::to_string(s.takes_rejected) + ", kept and taken again"});
   facts.row({"bench time", duration(s.virtual_s)});
   facts.row({"wall time", duration(s.wall_s)});
   facts.row({"force error", fixed(s.force.rms_n(), 3) + " N RMS in phase M"});

@@ -31,6 +31,13 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
   return folder;
 }
 
+/// Of the longest run that the plan allows: every take but each last is bad.
+Deadlines deadlines_of(const recipes::Plan& plan) {
+  const double forecast_s = plan.forecast.duration_s;
+  return Deadlines::of(forecast_s * recipes::most_takes(plan),
+                       forecast_s / static_cast<double>(plan.trials.size()));
+}
+
 /// What escapes a run's thread ends that work and nothing else.
 template <class Work>
 auto caught(const Work& work) -> decltype(work()) {
@@ -114,9 +121,7 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
   if (Status ok = store_.journal(stored.created_us, stored.id(), "submitted", wish.by); !ok)
     return pass(ok.error());
   run->view.trials_planned = checked->plan.trials.size();
-  const double forecast_s = checked->plan.forecast.duration_s;
-  run->limits =
-      Deadlines::of(forecast_s, forecast_s / static_cast<double>(checked->plan.trials.size()));
+  run->limits = deadlines_of(checked->plan);
   runs_.push_back(std::move(run));
   Run& added = *runs_.back();
   tell(added);
@@ -166,10 +171,8 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
   if (!checked) return pass(checked.error());
   stored.resume = true;
   stored.outcome = stored.cleanup = stored.rig_fact = stored.error = "";
-  const std::size_t planned = checked->plan.trials.size();
-  run.view.trials_planned = planned;
-  const double forecast_s = checked->plan.forecast.duration_s;
-  run.limits = Deadlines::of(forecast_s, forecast_s / static_cast<double>(planned));
+  run.view.trials_planned = checked->plan.trials.size();
+  run.limits = deadlines_of(checked->plan);
   apply(run, {{RunState::queued, RunMachine::Clock::max()}, {}, false}, by);
   begin_next();
   return run.view;
@@ -212,6 +215,8 @@ void RunDesk::begin_next() {
       around_.post([this, &run, line] {
         run.view.trials_done = line.done;
         run.view.wall_left_s = line.wall_left_s;
+        run.view.takes_rejected = line.takes_rejected;
+        if (line.outcome == recipes::Outcome::rejected) note_rejected(run, line);
         tell(run);
       });
     };
@@ -254,6 +259,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     stored.error = summary->error ? to_string(*summary->error) : "";
     stored.dataset_sha256 = summary->dataset_sha256;
     run.view.trials_done = summary->trials_complete;
+    run.view.takes_rejected = summary->takes_rejected;
   } else {
     stored.outcome = run.orders->ends_run() ? "aborted" : "failed";
     stored.cleanup = "skipped";
@@ -267,6 +273,13 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
   apply(run, on_ended(may_go_on), "auto:run");
   for (const auto& told : std::exchange(run.waiting, {})) told(run.view);
   begin_next();
+}
+
+void RunDesk::note_rejected(Run& run, const TrialProgress& line) {
+  run.view.last_rejection = line.error ? to_string(*line.error) : "";
+  const json payload{{"trial", line.done}, {"error", run.view.last_rejection}};
+  static_cast<void>(store_.journal(around_.utc_us(), run.view.stored.id(), "take_rejected",
+                                   "auto:repeat_bad", payload.dump()));
 }
 
 void RunDesk::tell(Run& run) {

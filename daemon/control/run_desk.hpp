@@ -35,7 +35,9 @@ struct RunView {
   std::optional<RunMoment> moment;
   std::size_t trials_done = 0;
   std::size_t trials_planned = 0;
-  double wall_left_s = 0;  ///< if every trial left takes as long as the mean of those done
+  std::size_t takes_rejected = 0;  ///< bad ones that were taken again
+  std::string last_rejection;      ///< why the newest of them was
+  double wall_left_s = 0;          ///< if every trial left takes as long as the mean of those done
 };
 
 /// Used by one thread, which `post` calls back to.
@@ -96,6 +98,7 @@ class RunDesk {
   [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
+  void note_rejected(Run& run, const TrialProgress& line);
   void tell(Run& run);
   Run* find(std::string_view id) const;
   [[nodiscard]] Result<Run*> interrupted(std::string_view id) const;

@@ -8,8 +8,8 @@ namespace weft::daemon {
 namespace {
 
 constexpr std::array<std::string_view, 3> kind_words{"unknown", "simulated", "real"};
-constexpr std::array<std::string_view, 5> outcome_words{"complete", "stopped", "aborted", "failed",
-                                                        "interrupted"};
+constexpr std::array<std::string_view, 6> outcome_words{"complete", "stopped",     "aborted",
+                                                        "failed",   "interrupted", "rejected"};
 
 template <class Enum, std::size_t count>
 std::optional<Enum> word_to(const std::array<std::string_view, count>& words,

@@ -21,8 +21,16 @@ enum class BenchKind : std::uint8_t { unknown, simulated, real };
 std::string_view to_string(BenchKind kind);
 std::optional<BenchKind> bench_kind_from(std::string_view word);
 
-/// How a trial ended. Only `complete` trials are for training.
-enum class TrialOutcome : std::uint8_t { complete, stopped, aborted, failed, interrupted };
+/// How a trial ended. Only `complete` trials are for training; a `rejected` one came to its end
+/// with a bad record and was taken again.
+enum class TrialOutcome : std::uint8_t {
+  complete,
+  stopped,
+  aborted,
+  failed,
+  interrupted,
+  rejected
+};
 std::string_view to_string(TrialOutcome outcome);
 std::optional<TrialOutcome> trial_outcome_from(std::string_view word);
 

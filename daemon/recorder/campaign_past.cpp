@@ -39,6 +39,19 @@ std::size_t CampaignPast::complete() const {
       [](const PastAttempt& attempt) { return attempt.outcome == TrialOutcome::complete; }));
 }
 
+std::size_t CampaignPast::rejected() const {
+  return static_cast<std::size_t>(std::count_if(
+      attempts.begin(), attempts.end(),
+      [](const PastAttempt& attempt) { return attempt.outcome == TrialOutcome::rejected; }));
+}
+
+std::uint32_t CampaignPast::rejected_of(std::uint32_t index) const {
+  return static_cast<std::uint32_t>(
+      std::count_if(attempts.begin(), attempts.end(), [index](const PastAttempt& attempt) {
+        return attempt.index == index && attempt.outcome == TrialOutcome::rejected;
+      }));
+}
+
 std::uint32_t CampaignPast::first_left(bool carries_on) const {
   if (attempts.empty()) return 0;
   const PastAttempt& last = attempts.back();

@@ -26,6 +26,9 @@ struct CampaignPast {
   bool disturbed = false;
 
   [[nodiscard]] std::size_t complete() const;
+  /// Takes of all trials, or of one, that were bad and taken again.
+  [[nodiscard]] std::size_t rejected() const;
+  [[nodiscard]] std::uint32_t rejected_of(std::uint32_t index) const;
   /// The trial to go on with; `planned` when there is none left. `carries_on`: a trial that failed
   /// is not run again.
   [[nodiscard]] std::uint32_t first_left(bool carries_on) const;

@@ -31,9 +31,23 @@ Result<PlayedAgain> PlayedAgain::open(const std::filesystem::path& path, const C
                                       std::uint32_t first_live) {
   auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
   if (!database) return pass(database.error());
-  PlayedAgain again(std::move(*database), first_live);
-  for (const PastAttempt& attempt : past.attempts) again.told_[attempt.index] = attempt;
+  PlayedAgain again(std::move(*database));
+  std::map<std::uint32_t, PastAttempt> last;
+  for (const PastAttempt& attempt : past.attempts) {
+    last[attempt.index] = attempt;
+    if (attempt.outcome == TrialOutcome::rejected)
+      again.trials_[attempt.index].told.push_back(attempt);
+  }
+  for (const auto& [index, attempt] : last)
+    if (index < first_live && attempt.outcome != TrialOutcome::rejected)
+      again.trials_[index].told.push_back(attempt);
+  for (const auto& [index, takes] : again.trials_) again.takes_ += takes.told.size();
   return again;
+}
+
+bool PlayedAgain::covers(std::uint32_t index) const {
+  const auto takes = trials_.find(index);
+  return takes != trials_.end() && takes->second.played < takes->second.told.size();
 }
 
 void PlayedAgain::begin(std::uint32_t index) {
@@ -48,16 +62,17 @@ void PlayedAgain::hear(Stream stream, ByteView rows) {
 Status PlayedAgain::end(TrialOutcome outcome) {
   // Somebody ends the run while the past is played: that is no part of it.
   if (outcome == TrialOutcome::aborted || outcome == TrialOutcome::stopped) return {};
-  const auto told = told_.find(index_);
-  if (told == told_.end() || told->second.outcome != outcome)
+  Takes& takes = trials_[index_];
+  if (takes.played >= takes.told.size() || takes.told[takes.played].outcome != outcome)
     return another_past(index_, "outcome");
+  const PastAttempt& told = takes.told[takes.played];
   for (std::size_t stream = 0; stream < stream_count; ++stream) {
-    const auto recorded =
-        recorded_rows(database_, told->second.id, static_cast<std::int64_t>(stream));
+    const auto recorded = recorded_rows(database_, told.id, static_cast<std::int64_t>(stream));
     if (!recorded) return pass(recorded.error());
     if (*recorded != heard_[stream].finish())
       return another_past(index_, to_string(static_cast<Stream>(stream)));
   }
+  ++takes.played;
   ++played_;
   return {};
 }

@@ -12,27 +12,31 @@ namespace weft::daemon {
 
 class PlayedAgain {
  public:
-  /// Until trial `first_live` begins.
+  /// Until trial `first_live` begins, its rejected takes left out: they are of the past.
   static Result<PlayedAgain> open(const std::filesystem::path& path, const CampaignPast& past,
                                   std::uint32_t first_live);
 
-  [[nodiscard]] bool covers(std::uint32_t index) const { return index < first_live_; }
-  /// Whether every trial of the past has been played.
-  [[nodiscard]] bool whole() const { return played_ == first_live_; }
+  /// Whether the next take of the trial is of the past.
+  [[nodiscard]] bool covers(std::uint32_t index) const;
+  /// Whether every take of the past has been played.
+  [[nodiscard]] bool whole() const { return played_ == takes_; }
   void begin(std::uint32_t index);
   void hear(Stream stream, ByteView rows);
   /// Errors: wrong_state, naming trial and stream, when this is not what was recorded.
   Status end(TrialOutcome outcome);
 
  private:
-  PlayedAgain(sqlite::Database database, std::uint32_t first_live)
-      : database_(std::move(database)), first_live_(first_live) {}
+  explicit PlayedAgain(sqlite::Database database) : database_(std::move(database)) {}
 
+  /// Takes of one trial that a run which nobody kills has too.
+  struct Takes {
+    std::vector<PastAttempt> told;
+    std::size_t played = 0;
+  };
   sqlite::Database database_;
-  std::uint32_t first_live_;
-  std::map<std::uint32_t, PastAttempt> told_;  ///< the attempt that counted, by trial
+  std::map<std::uint32_t, Takes> trials_;
   std::uint32_t index_ = 0;
-  std::uint32_t played_ = 0;
+  std::size_t takes_ = 0, played_ = 0;
   std::array<Sha256, stream_count> heard_;
 };
 

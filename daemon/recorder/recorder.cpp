@@ -258,7 +258,7 @@ Status Recorder::begin_trial(const TrialSpec& spec, TimePoint now) {
   if (Status ok = go_on(now); !ok) return ok;
   TrialSpec counted = spec;
   if (const auto next = impl_->next_attempts.find(spec.index); next != impl_->next_attempts.end())
-    counted.attempt += next->second;
+    counted.attempt = next->second++;
   Status done = impl_->write(
       [w = impl_->writer.get(), counted, now] { return w->begin_trial(counted, now); });
   impl_->trial_open = done.has_value();

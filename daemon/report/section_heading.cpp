@@ -70,6 +70,14 @@ std::string unfinished_note(const CampaignSummary& run) {
   return out + "</p></div>\n";
 }
 
+std::string rejected_note(const CampaignSummary& run) {
+  if (run.takes_rejected == 0) return {};
+  return "<div class=\"note\"><p><b>" + thousands(run.takes_rejected) +
+         (run.takes_rejected == 1 ? " take was" : " takes were") +
+         " bad and repeated.</b> What was recorded of them is kept in the campaign file as "
+         "<code>rejected</code>; no figure here counts it.</p></div>\n";
+}
+
 std::string lead(const ReportInput& input) {
   std::set<std::string> fabrics, explorations;
   for (const TrialRecord& record : input.dataset.records) {
@@ -101,7 +109,7 @@ std::string heading_section(const ReportInput& input) {
   const BenchKind kind = input.dataset.info.kind;
   std::string out = "<header>" + badge_html(input) + "\n<h1>Campaign " + escape(input.run.name) +
                     "</h1>\n" + lead(input) + "</header>\n";
-  out += unfinished_note(input.run);
+  out += unfinished_note(input.run) + rejected_note(input.run);
   if (kind == BenchKind::simulated) out += simulated_note() + fidelity_note(input.run.simulation);
   return out + tiles(input);
 }

@@ -40,6 +40,8 @@ std::string run_lines(const ReportInput& input) {
   std::string out =
       line("trials", thousands(run.trials_complete) + " of " + thousands(run.trials_planned) +
                          ", " + std::string(recipes::to_string(run.outcome)));
+  if (run.takes_rejected > 0)
+    out += line("bad takes", thousands(run.takes_rejected) + ", kept, marked and taken again");
   if (run.error) out += line("error", printable(to_string(*run.error)));
   std::string time = duration(run.virtual_s) + " on the bench, " + duration(run.wall_s) + " wall";
   if (run.wall_s > 0) time += ", " + fixed(run.virtual_s / run.wall_s, 0) + " x real time";

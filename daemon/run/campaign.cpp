@@ -48,10 +48,15 @@ class Run {
     return fail(Errc::timeout, "the bench fell silent", "bench");
   }
 
-  /// From trial `first` on; those before it are on record.
-  CampaignSummary execute(Recorder& recorder, std::size_t first, std::size_t complete) {
-    first_ = first;
-    complete_ = complete;
+  /// What is on record of trials that are not run again.
+  struct Past {
+    recipes::Start from;
+    std::size_t complete = 0, rejected = 0;
+  };
+  CampaignSummary execute(Recorder& recorder, const Past& past) {
+    first_ = past.from.first_trial;
+    complete_ = past.complete;
+    rejected_ = past.rejected;
     TrialRecording recording(recorder, *plan_);
     log_.journal_to(&recording);
     SupervisorHooks hooks;
@@ -65,7 +70,7 @@ class Run {
       tell(done, force, recording);
     };
     Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
-    supervisor.start(first);
+    supervisor.start(past.from);
     session_->run_until([&] {
       if (signalled() && !std::exchange(stopping_, true)) abort(supervisor, recording);
       tell_step(supervisor);
@@ -122,13 +127,17 @@ class Run {
 
   void tell(const recipes::TrialDone& done, const ForceTally& force, TrialRecording& recording) {
     const recipes::TrialSpec& spec = plan_->trials[done.trial];
+    const bool again = done.outcome == recipes::Outcome::rejected;
     complete_ += done.outcome == recipes::Outcome::complete ? 1 : 0;
+    rejected_ += again ? 1 : 0;
     if (done.error)
-      recording.journal(session_->loop().now(), "trial_error",
+      recording.journal(session_->loop().now(), again ? "take_rejected" : "trial_error",
                         json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
     if (!hooks_->progress) return;
     TrialProgress line;
-    line.done = done.trial + 1;
+    line.done = done.trial + (again ? 0 : 1);
+    line.error = done.error;
+    line.takes_rejected = rejected_;
     line.planned = plan_->trials.size();
     line.fabric = plan_->fabrics[spec.fabric];
     line.exploration = plan_->explorations[spec.exploration].name;
@@ -138,7 +147,7 @@ class Run {
     line.virtual_s = to_seconds(session_->loop().now());
     line.wall_s = seconds_since(began_);
     line.wall_left_s = line.wall_s * static_cast<double>(line.planned - line.done) /
-                       static_cast<double>(line.done - first_);
+                       static_cast<double>(std::max<std::size_t>(line.done - first_, 1));
     hooks_->progress(line);
   }
 
@@ -152,6 +161,7 @@ class Run {
     s.error = done ? done->error : std::nullopt;
     s.trials_planned = plan_->trials.size();
     s.trials_complete = complete_;
+    s.takes_rejected = rejected_;
     // The engine knows nothing of trials that failed before it went on.
     if (s.outcome == recipes::Outcome::complete && s.trials_complete < s.trials_planned)
       s.outcome = recipes::Outcome::failed;
@@ -176,6 +186,7 @@ class Run {
   recipes::Step last_step_ = recipes::Step::ready;
   std::size_t first_ = 0;  ///< trial of this run
   std::size_t complete_ = 0;
+  std::size_t rejected_ = 0;  ///< takes
   TimePoint brought_up_;
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
@@ -221,7 +232,7 @@ Result<CheckedRequest> check_request(const CampaignRequest& request) {
 std::uint64_t disk_forecast(const recipes::Plan& plan) {
   const recipes::RigLimits& limits = plan.limits;
   RecordingForecast forecast;
-  forecast.trials = static_cast<std::uint32_t>(plan.trials.size());
+  forecast.trials = static_cast<std::uint32_t>(plan.trials.size()) * recipes::most_takes(plan);
   forecast.trial_duration_s = plan.forecast.duration_s / static_cast<double>(plan.trials.size());
   forecast.taxels = limits.taxels;
   forecast.axes = recipes::axis_count;
@@ -268,8 +279,12 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
                                     : created(campaign_file, checked, **session, rig);
   if (!recorder) return pass(recorder.error());
   const bool from_now = *past && !(*past)->plays_again;
-  CampaignSummary summary = run.execute(*recorder, from_now ? (*past)->first_trial : 0,
-                                        from_now ? (*past)->past.complete() : 0);
+  const Resumption* const before = from_now ? &**past : nullptr;
+  CampaignSummary summary =
+      run.execute(*recorder, before == nullptr ? Run::Past{}
+                                               : Run::Past{{before->first_trial, before->rejected},
+                                                           before->past.complete(),
+                                                           before->past.rejected()});
   if (Status ok = recorder->go_on((*session)->loop().now()); !ok) return pass(ok.error());
   summary.simulation = std::move(settled->simulation);
   if (Status ok = run.look_at_errors(*recorder, summary); !ok) return pass(ok.error());

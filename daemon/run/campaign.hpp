@@ -47,8 +47,10 @@ struct TrialProgress {
   std::string exploration;
   std::uint32_t repetition = 0;
   recipes::Outcome outcome = recipes::Outcome::complete;
-  double force_rms_error_n = 0;  ///< phase M
-  double virtual_s = 0;          ///< of the campaign so far
+  std::optional<Error> error;      ///< why it is not complete
+  std::size_t takes_rejected = 0;  ///< of the campaign so far
+  double force_rms_error_n = 0;    ///< phase M
+  double virtual_s = 0;            ///< of the campaign so far
   double wall_s = 0;
   double wall_left_s = 0;  ///< if every trial left takes as long as the mean of those done
 };
@@ -64,8 +66,9 @@ struct CampaignSummary {
   std::optional<Error> error;  ///< the first thing that went wrong
   std::size_t trials_planned = 0;
   std::size_t trials_complete = 0;
-  double forecast_s = 0;  ///< of the plan
-  double virtual_s = 0;   ///< time on the bench's clock
+  std::size_t takes_rejected = 0;  ///< bad ones, kept beside the good ones that followed
+  double forecast_s = 0;           ///< of the plan
+  double virtual_s = 0;            ///< time on the bench's clock
   double bring_up_s = 0;  ///< the part of it that opening and homing took; not in the forecast
   double wall_s = 0;      ///< bringing up, running and recording; export apart
   ForceTally force;       ///< phase M of all complete trials

@@ -112,6 +112,7 @@ Result<CampaignSummary> concluded(const std::filesystem::path& folder, const rec
   summary.level = rig.plant_level;
   summary.trials_planned = plan.trials.size();
   summary.trials_complete = past.complete();
+  summary.takes_rejected = past.rejected();
   if (summary.trials_complete < summary.trials_planned) summary.outcome = recipes::Outcome::failed;
   summary.forecast_s = plan.forecast.duration_s;
   summary.campaign_file = folder / "campaign.sqlite";

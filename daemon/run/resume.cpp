@@ -127,6 +127,7 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   if (past->attempts.empty()) return std::optional<Resumption>{};  // no trial has begun
   Resumption out;
   out.first_trial = past->first_left(carries_on(checked.plan));
+  out.rejected = past->rejected_of(out.first_trial);
   out.plays_again = mode == BenchMode::simulated && !past->disturbed;
   const bool over = is_over(*past, checked.plan);
   out.only_concludes = over && !is_certified(campaign);

@@ -19,6 +19,7 @@ namespace weft::daemon {
 struct Resumption {
   CampaignPast past;
   std::uint32_t first_trial = 0;  ///< of the plan; its size when none is left
+  std::uint32_t rejected = 0;     ///< takes of it that were bad: kill or not, they count
   /// A simulated bench died with its process: it is made again by playing the trials of the past,
   /// each compared with what is on record, so that the rest comes out as if nothing had happened.
   bool plays_again = false;

@@ -25,11 +25,11 @@ Supervisor::~Supervisor() {
   loop_->cancel(engine_timer_);
 }
 
-void Supervisor::start(std::size_t first_trial) {
+void Supervisor::start(recipes::Start from) {
   last_cycle_ = loop_->now();
   cycle_due_ = last_cycle_ + period_;
   cycle_timer_ = loop_->at(cycle_due_, [this] { cycle(); });
-  dispatch(recipes::Start{first_trial});
+  dispatch(from);
 }
 
 void Supervisor::request(recipes::Event event) {
@@ -90,6 +90,8 @@ void Supervisor::carry_out(const recipes::ReleaseForce&) {
 
 void Supervisor::carry_out(const recipes::SetPhase& effect) {
   recording_->set_phase(effect.phase);
+  if (effect.phase == Phase::none && recording_->trial_bad())
+    dispatch(recipes::TakeRejected{*recording_->trial_bad()});
 }
 
 void Supervisor::carry_out(const recipes::ArmTimer& effect) {

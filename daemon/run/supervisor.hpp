@@ -33,8 +33,8 @@ class Supervisor {
              SupervisorHooks hooks);
   ~Supervisor();
 
-  /// The bench is up: begin with trial `first_trial`.
-  void start(std::size_t first_trial = 0);
+  /// The bench is up: begin, or go on.
+  void start(recipes::Start from = {});
   /// Feeds an event from outside: StopRequested, AbortRequested, HaltRequested.
   void request(recipes::Event event);
 

@@ -23,6 +23,8 @@ TrialOutcome recorded(recipes::Outcome outcome) {
       return TrialOutcome::failed;
     case recipes::Outcome::interrupted:
       return TrialOutcome::interrupted;
+    case recipes::Outcome::rejected:
+      return TrialOutcome::rejected;
   }
   return TrialOutcome::failed;
 }
@@ -58,7 +60,9 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   trial_ = trial;
   phase_ = Phase::none;
   trial_force_ = {};
+  trial_bad_.reset();
   sampled_.clear();
+  if (judge_) judge_->begin();
   const recipes::TrialSpec& planned = plan_->trials[trial];
   TrialSpec spec;
   spec.index = static_cast<std::uint32_t>(planned.index);
@@ -74,6 +78,7 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
 void TrialRecording::sensor(const Sample& sample) {
   if (phase_ == Phase::none) return;
   const Stamp stamp{sample.host, sample.sequence, sample.lost};
+  if (judge_) judge_->look(sample);
   if (const auto* shaken = std::get_if<AccelerationSample>(&sample.value)) {
     write([&] { return recorder_->acceleration(stamp, *shaken); });
   } else if (const auto* heard = std::get_if<SoundSample>(&sample.value)) {
@@ -95,6 +100,21 @@ void TrialRecording::stages(const Snapshot& snapshot, TimePoint now) {
   if (phase_ == Phase::none) return;
   const recipes::Joints joints = snapshot.joints();
   write([&] { return recorder_->stages({now, ++stage_sequence_, 0}, joints.value); });
+}
+
+TrialRecording::TrialRecording(Recorder& recorder, const recipes::Plan& plan)
+    : recorder_(&recorder), plan_(&plan) {
+  if (plan.repeat_bad) judge_.emplace(*plan.repeat_bad, plan.limits.taxel_rate_hz);
+}
+
+void TrialRecording::set_phase(Phase phase) {
+  const bool whole = phase_ == Phase::end && phase == Phase::none;
+  phase_ = phase;
+  if (whole && judge_ && !trial_bad_)
+    trial_bad_ =
+        judge_->verdict(trial_force_.samples == 0 ? 1.0
+                                                  : static_cast<double>(trial_force_.in_band) /
+                                                        static_cast<double>(trial_force_.samples));
 }
 
 void TrialRecording::end(recipes::Outcome outcome, TimePoint now) {

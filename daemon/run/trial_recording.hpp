@@ -7,6 +7,7 @@
 
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/run/bench.hpp"
+#include "daemon/run/take_judge.hpp"
 #include "recipes/engine/engine.hpp"
 #include "recipes/engine/plan.hpp"
 
@@ -25,11 +26,10 @@ struct ForceTally {
 /// Routes samples of the open trial into the recorder. A failed write is kept as `error()`.
 class TrialRecording {
  public:
-  TrialRecording(Recorder& recorder, const recipes::Plan& plan)
-      : recorder_(&recorder), plan_(&plan) {}
+  TrialRecording(Recorder& recorder, const recipes::Plan& plan);
 
   void begin(std::size_t trial, TimePoint now);
-  void set_phase(Phase phase) { phase_ = phase; }
+  void set_phase(Phase phase);
   void sensor(const Sample& sample);
   void stages(const Snapshot& snapshot, TimePoint now);
   void end(recipes::Outcome outcome, TimePoint now);
@@ -42,6 +42,9 @@ class TrialRecording {
 
   [[nodiscard]] Phase phase() const { return phase_; }
   [[nodiscard]] const std::optional<Error>& error() const { return error_; }
+  /// Why the record of the trial, whose last phase is over, is bad; nothing where it is good or the
+  /// recipe does not ask.
+  [[nodiscard]] const std::optional<Error>& trial_bad() const { return trial_bad_; }
   /// Phase M of the trial that ended last, and of all complete trials together.
   [[nodiscard]] const ForceTally& trial_force() const { return trial_force_; }
   [[nodiscard]] const ForceTally& campaign_force() const { return campaign_force_; }
@@ -60,6 +63,8 @@ class TrialRecording {
   std::size_t trial_ = 0;
   std::map<std::size_t, std::uint32_t> attempts_;  ///< of each trial so far
   std::uint32_t stage_sequence_ = 0;
+  std::optional<TakeJudge> judge_;
+  std::optional<Error> trial_bad_;
   ForceTally trial_force_;
   ForceTally campaign_force_;
   std::optional<Error> error_;

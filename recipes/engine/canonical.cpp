@@ -31,6 +31,14 @@ json normal(const Exploration& exploration) {
   return {{"phases", std::move(phases)}, {"start", normal(exploration.start_m)}};
 }
 
+json normal(const RepeatBad& bad) {
+  return {{"at_most", bad.at_most},
+          {"lost_fraction", bad.lost_fraction},
+          {"saturated_fraction", bad.saturated_fraction},
+          {"still_taxel_s", bad.still_taxel_s},
+          {"force_in_band_fraction", bad.force_in_band_fraction}};
+}
+
 json normal_order(const StatedRecipe& stated) {
   if (stated.order == Order::blocked) return {{"kind", "blocked"}};
   return {{"kind", "randomised"}, {"seed", stated.order_seed}};
@@ -43,7 +51,7 @@ std::string canonical_json(const StatedRecipe& stated) {
   for (const StatedExploration& e : stated.explorations)
     explorations[e.exploration.name] = normal(e.exploration);
   const bool stops = stated.on_trial_failure == OnTrialFailure::stop;
-  const json document{
+  json document{
       {"schema_version", 1},
       {"name", stated.name},
       {"seed", stated.seed},
@@ -59,6 +67,7 @@ std::string canonical_json(const StatedRecipe& stated) {
       {"settle", {{"dwell_s", stated.settle.dwell_s}, {"timeout_s", stated.settle.timeout_s}}},
       {"on_trial_failure", stops ? "stop" : "continue"},
       {"mount_timeout_s", stated.mount_timeout_s}};
+  if (stated.repeat_bad) document["repeat_bad"] = normal(*stated.repeat_bad);
   return document.dump();
 }
 

@@ -33,6 +33,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits) {
   plan.approach = stated.approach;
   plan.settle = stated.settle;
   plan.on_trial_failure = stated.on_trial_failure;
+  plan.repeat_bad = stated.repeat_bad;
   plan.mount_timeout_s = stated.mount_timeout_s;
   plan.limits = limits;
   for (Exploration& exploration : plan.explorations)

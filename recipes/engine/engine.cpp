@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "recipes/engine/motion.hpp"
+#include "recipes/engine/trial_end.hpp"
 
 namespace weft::recipes {
 namespace {
@@ -36,6 +37,7 @@ class Machine {
     if (start.first_trial >= plan_.trials.size())
       return finish(Outcome::complete, Cleanup::skipped);
     state_.trial = start.first_trial;
+    state_.rejected = start.rejected;
     emit(TrialBegin{state_.trial});
     clear();
   }
@@ -99,6 +101,10 @@ class Machine {
       default:
         return fail_trial(step_timed_out(place()));
     }
+  }
+
+  void on(const TakeRejected& event) {
+    if (plan_.repeat_bad && state_.step == Step::retracting) state_.bad_take = event.why;
   }
 
   void on(const Fault& event) {
@@ -287,37 +293,25 @@ class Machine {
   }
 
   void end_trial(Cleanup cleanup) {
-    const Outcome outcome = state_.trial_outcome.value_or(Outcome::complete);
-    const bool again = std::exchange(state_.repeats, false) && outcome == Outcome::stopped;
+    const Outcome outcome = judged(plan_, state_, place());
+    const bool cut = std::exchange(state_.repeats, false) && outcome == Outcome::stopped;
+    const bool again = cut || outcome == Outcome::rejected;
     if (!again) ++(outcome == Outcome::complete ? state_.completed : state_.failed);
     emit(TrialDone{state_.trial, outcome, cleanup, std::exchange(state_.trial_error, {})});
     state_.trial_outcome.reset();
     if (cleanup == Cleanup::failed) return finish(Outcome::failed, cleanup, RigFact::unknown);
-    if (const auto end = again ? end_before_repeat() : campaign_end(outcome))
+    if (const auto end = again ? end_before_repeat(state_) : campaign_end(plan_, state_, outcome))
       return finish(*end, cleanup);
-    if (!again) ++state_.trial;
+    if (!again) next_trial();
     if (std::exchange(state_.pause_requested, false))
       return enter(Step::held, to_seconds(longest_hold));
     emit(TrialBegin{state_.trial});
     mount();
   }
 
-  /// A trial that was cut short for a pause: what else was asked meanwhile.
-  [[nodiscard]] std::optional<Outcome> end_before_repeat() const {
-    if (state_.campaign_outcome) return state_.campaign_outcome;
-    if (state_.stop_requested) return Outcome::stopped;
-    return std::nullopt;
-  }
-
-  /// How the campaign ends after a trial with this outcome, or nothing when it goes on.
-  [[nodiscard]] std::optional<Outcome> campaign_end(Outcome trial_outcome) const {
-    if (state_.campaign_outcome) return state_.campaign_outcome;
-    const bool stops = plan_.on_trial_failure == OnTrialFailure::stop;
-    if (trial_outcome == Outcome::failed && stops) return Outcome::failed;
-    if (state_.trial + 1 == plan_.trials.size())
-      return state_.failed == 0 ? Outcome::complete : Outcome::failed;
-    if (state_.stop_requested) return Outcome::stopped;
-    return std::nullopt;
+  void next_trial() {
+    ++state_.trial;
+    state_.rejected = 0;
   }
 
   void finish(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe) {

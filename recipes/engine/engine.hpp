@@ -87,7 +87,14 @@ struct ArmTimer {
 /// Stop all axes now and switch the force loop off. No answer.
 struct StopMotion {};
 
-enum class Outcome { complete, stopped, aborted, failed, interrupted };
+enum class Outcome {
+  complete,
+  stopped,
+  aborted,
+  failed,
+  interrupted,
+  rejected  ///< of a trial alone: its record is bad, and it is taken again
+};
 enum class Cleanup { done, partial, failed, skipped };
 enum class RigFact { safe, holding, moving, unknown, latched };
 std::string_view to_string(Outcome outcome);
@@ -117,6 +124,7 @@ using Effect = std::variant<TrialBegin, MountFabric, MoveTo, BiasSensors, Descen
 /// interrupted.
 struct Start {
   std::size_t first_trial = 0;
+  std::uint32_t rejected = 0;  ///< takes of that trial so far
 };
 struct Mounted {
   Ticket ticket = 0;
@@ -136,6 +144,11 @@ struct ForceSettled {
 };
 struct TimerExpired {
   Ticket ticket = 0;
+};
+/// What was recorded of the trial under way is bad. It is taken again once the probe is up, as
+/// often as the recipe allows; then it has failed.
+struct TakeRejected {
+  Error why;
 };
 /// A device failed: the trial fails, the rig is cleaned up and the campaign ends.
 struct Fault {
@@ -160,8 +173,8 @@ struct AbortRequested {};
 struct HaltRequested {};
 
 using Event = std::variant<Start, Mounted, Biased, MotionDone, ContactFound, ForceSettled,
-                           TimerExpired, Fault, GuardTripped, PauseRequested, ResumeRequested,
-                           StopRequested, AbortRequested, HaltRequested>;
+                           TimerExpired, TakeRejected, Fault, GuardTripped, PauseRequested,
+                           ResumeRequested, StopRequested, AbortRequested, HaltRequested>;
 
 // ---- state ----
 
@@ -199,6 +212,8 @@ struct State {
   bool stop_requested = false;
   bool pause_requested = false;
   bool repeats = false;                  ///< the trial was cut short for a pause and is run again
+  std::uint32_t rejected = 0;            ///< takes of the trial so far
+  std::optional<Error> bad_take;         ///< why the take under way is one
   std::optional<Outcome> trial_outcome;  ///< set when the trial is cut short
   std::optional<Error> trial_error;
   std::optional<Outcome> campaign_outcome;  ///< set when the campaign ends after this trial

@@ -78,6 +78,15 @@ Error step_timed_out(std::string place) {
           "Look at the log of the devices involved"};
 }
 
+Error still_bad(std::string place, std::uint32_t takes, const Error& last) {
+  return {Errc::device,
+          "the record is bad in all of " + std::to_string(takes) + " takes: " + last.message,
+          std::move(place) + (last.where.empty() ? "" : ", " + last.where),
+          last.expected,
+          last.got,
+          last.hint};
+}
+
 Error nothing_bears(std::string place) {
   return {Errc::device,
           "the probe reached its lowest height without bearing on the cloth",

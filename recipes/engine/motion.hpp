@@ -43,6 +43,9 @@ double full_travel_s(const RigLimits& limits, Axis axis, double transfer_speed_m
 /// A step whose timer came first; `place` says which.
 Error step_timed_out(std::string place);
 
+/// Every take that the recipe allows was bad; `last`: why the last one was.
+Error still_bad(std::string place, std::uint32_t takes, const Error& last);
+
 /// The probe came down to the plate and no cloth bore it.
 Error nothing_bears(std::string place);
 

@@ -14,6 +14,8 @@ std::string_view to_string(Outcome outcome) {
       return "failed";
     case Outcome::interrupted:
       return "interrupted";
+    case Outcome::rejected:
+      return "rejected";
   }
   return "unknown";
 }

@@ -60,6 +60,15 @@ struct Settle {
 
 enum class OnTrialFailure { stop, carry_on };
 
+/// A repetition whose record is bad is kept, marked, and taken again.
+struct RepeatBad {
+  std::uint32_t at_most = 0;            ///< further takes of one repetition
+  double lost_fraction = 0.01;          ///< of the frames or readings of one sensor: more is bad
+  double saturated_fraction = 0.01;     ///< of the frames, for any one taxel: more is bad
+  double still_taxel_s = 1;             ///< a taxel that stays the same for so long is dead
+  double force_in_band_fraction = 0.8;  ///< of phase M: less is bad
+};
+
 /// What the campaign will take, worked out before anything moves.
 struct Forecast {
   double duration_s = 0;
@@ -78,13 +87,19 @@ struct Plan {
   Approach approach;
   Settle settle;
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
-  double mount_timeout_s = 600;  ///< a person may have to change the cloth
+  std::optional<RepeatBad> repeat_bad;  ///< none: no repetition is judged
+  double mount_timeout_s = 600;         ///< a person may have to change the cloth
   RigLimits limits;
   Forecast forecast;
   /// The recipe in normal form (sorted keys, SI units, defaults filled in): hash this for
   /// provenance. Two texts that plan the same campaign have the same normal form.
   std::string canonical_json;
 };
+
+/// How many takes there are of a repetition at most.
+inline std::uint32_t most_takes(const Plan& plan) {
+  return 1 + (plan.repeat_bad ? plan.repeat_bad->at_most : 0);
+}
 
 /// All problems at once. `plan` is there exactly when `problems` is empty.
 struct CheckReport {

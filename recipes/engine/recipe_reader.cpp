@@ -18,6 +18,7 @@ constexpr std::size_t most_fabrics = 1000;
 constexpr std::size_t most_explorations = 16;
 constexpr double least_speed_mps = 1e-6;
 constexpr double longest_wait_s = 86'400;
+constexpr std::int64_t most_retakes = 20;
 
 void read_fabric(const json& value, const std::string& place, const RigLimits& limits,
                  std::vector<std::string>& fabrics, Problems& problems) {
@@ -99,6 +100,22 @@ void read_settle(ObjectReader& recipe, StatedRecipe& stated, Problems& problems)
   reader.finish();
 }
 
+void read_repeat_bad(ObjectReader& recipe, StatedRecipe& stated, Problems& problems) {
+  const json* value = recipe.object("repeat_bad", Need::optional);
+  if (value == nullptr) return;
+  ObjectReader reader(*value, recipe.at("repeat_bad"), problems);
+  RepeatBad& bad = stated.repeat_bad.emplace();
+  bad.at_most = static_cast<std::uint32_t>(reader.integer("at_most", 1, most_retakes).value_or(1));
+  const auto set = [&](double& target, const Quantity& quantity, const Bounds& bounds) {
+    target = reader.quantity(quantity, bounds, Need::optional).value_or(target);
+  };
+  set(bad.lost_fraction, quantities::lost(), {0, 1, "a fraction"});
+  set(bad.saturated_fraction, quantities::saturated(), {0, 1, "a fraction"});
+  set(bad.still_taxel_s, quantities::still_taxel(), {0.5, 60, "taxels have noise of one count"});
+  set(bad.force_in_band_fraction, quantities::force_in_band(), {0, 1, "a fraction"});
+  reader.finish();
+}
+
 void read_explorations(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated,
                        Problems& problems) {
   const json* value = recipe.object("explorations");
@@ -154,6 +171,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_order(recipe, stated, problems);
   read_approach(recipe, limits, stated, problems);
   read_settle(recipe, stated, problems);
+  read_repeat_bad(recipe, stated, problems);
   read_explorations(recipe, limits, stated, problems);
   recipe.finish();
   return stated;

@@ -34,6 +34,7 @@ struct StatedRecipe {
   Approach approach;
   Settle settle;
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
+  std::optional<RepeatBad> repeat_bad;
   double mount_timeout_s = 600;
 };
 

@@ -55,6 +55,18 @@ inline Quantity dwell() {
 inline Quantity timeout() {
   return {"timeout", {{"timeout_s", 1}}};
 }
+inline Quantity lost() {
+  return {"lost", {{"lost_fraction", 1}}};
+}
+inline Quantity saturated() {
+  return {"saturated", {{"saturated_fraction", 1}}};
+}
+inline Quantity still_taxel() {
+  return {"still_taxel", {{"still_taxel_s", 1}}};
+}
+inline Quantity force_in_band() {
+  return {"force_in_band", {{"force_in_band_fraction", 1}}};
+}
 inline Quantity mount_timeout() {
   return {"mount_timeout", {{"mount_timeout_s", 1}}};
 }

@@ -55,6 +55,19 @@ TEST_CASE("An unknown key is refused with a did-you-mean") {
           "Known keys are");
 }
 
+TEST_CASE("What a recipe says of bad repetitions is read, and only where it says something") {
+  CHECK_FALSE(test::plan_of(small_recipe).repeat_bad);
+  const std::string reps = "\"repetitions\": 2";
+  const Plan plan = test::plan_of(
+      small_with(reps, reps + R"(, "repeat_bad": {"at_most": 3, "lost_fraction": 0.05})"));
+  REQUIRE(plan.repeat_bad);
+  CHECK(most_takes(plan) == 4);
+  CHECK(plan.repeat_bad->lost_fraction == 0.05);
+  CHECK(plan.canonical_json != test::plan_of(small_recipe).canonical_json);
+  refused(small_with(reps, reps + R"(, "repeat_bad": {"at_most": 3, "lost_fracton": 0})"),
+          "/repeat_bad/lost_fracton", "Did you mean lost_fraction");
+}
+
 TEST_CASE("A wrong or missing unit is refused with the right spellings") {
   refused(small_with("speed_mm_s", "speed_cm_s"), phases + "/2/speed_cm_s",
           "speed_mm_s or speed_mps");

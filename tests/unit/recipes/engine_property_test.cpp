@@ -41,6 +41,9 @@ Event random_event(const Bench& bench, std::mt19937& random) {
       return PauseRequested{draw(2) == 0};
     case 9:
       return ResumeRequested{};
+    case 10:
+    case 11:
+      return TakeRejected{some_error()};
     default:
       break;
   }
@@ -82,6 +85,7 @@ TEST_CASE("Any sequence of events ends, and the rig is retracted unless it says 
   int safe = 0;
   for (int run = 0; run < 4000; ++run) {
     plan.on_trial_failure = run % 2 == 0 ? OnTrialFailure::stop : OnTrialFailure::carry_on;
+    plan.repeat_bad.emplace().at_most = 2;
     Bench b(plan);
     int events = 0;
     for (; b.state.step != Step::done; ++events) {

@@ -1,0 +1,45 @@
+#pragma once
+// Whether what was recorded of one take of a repetition is good enough to be trained with.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "drivers/api/sample.hpp"
+#include "recipes/engine/plan.hpp"
+
+namespace weft::daemon {
+
+/// Looks at the samples of the recorded phases as they come: pure, and no more than a few numbers a
+/// taxel.
+class TakeJudge {
+ public:
+  TakeJudge(const recipes::RepeatBad& limits, double taxel_rate_hz);
+
+  void begin();
+  void look(const Sample& sample);
+  /// Why the take is bad, the first of: lost samples, a dead taxel, a saturated one, force out of
+  /// its band. `in_band_fraction`: of phase M.
+  [[nodiscard]] std::optional<Error> verdict(double in_band_fraction) const;
+
+ private:
+  struct Taxel {
+    std::uint16_t last = 0;
+    std::uint32_t still = 0, longest_still = 0;  ///< frames in a row that are the same
+    std::uint32_t full = 0;                      ///< frames at the end of the range
+  };
+  struct Arrived {
+    std::uint64_t samples = 0, lost = 0;
+  };
+  void look(const TaxelSample& frame);
+  [[nodiscard]] std::optional<Error> lost_samples() const;
+  [[nodiscard]] std::optional<Error> bad_taxel() const;
+
+  recipes::RepeatBad limits_;
+  std::uint32_t still_frames_;  ///< so many equal ones are a dead taxel's
+  std::vector<Taxel> taxels_;
+  Arrived frames_, readings_;
+};
+
+}  // namespace weft::daemon

@@ -1,0 +1,99 @@
+// A repetition whose record is bad: taken again, as often as the recipe says.
+
+#include <catch2/catch.hpp>
+
+#include "tests/unit/recipes/engine_bench.hpp"
+
+using namespace weft;
+using namespace weft::recipes;
+using test::Bench;
+
+namespace {
+
+const Error dead_taxel{Errc::device, "a taxel is dead", "taxel 5", "", "", ""};
+
+Bench bench(std::uint32_t at_most, OnTrialFailure on_failure = OnTrialFailure::stop) {
+  Plan plan = test::plan_of(test::small_recipe);
+  plan.repeat_bad.emplace().at_most = at_most;
+  plan.on_trial_failure = on_failure;
+  return Bench(std::move(plan));
+}
+
+/// The take under way comes to its end and is found bad.
+void reject(Bench& b) {
+  b.advance_to(Step::retracting);
+  b.send(TakeRejected{dead_taxel});
+  b.advance();
+}
+
+}  // namespace
+
+TEST_CASE("A bad take is rejected once the probe is up, and the same repetition run again") {
+  Bench b = bench(2);
+  reject(b);
+  REQUIRE(b.trials.size() == 1);
+  CHECK(b.trials[0].outcome == Outcome::rejected);
+  REQUIRE(b.trials[0].error);
+  CHECK(b.trials[0].error->where == "taxel 5");
+  CHECK(b.state.trial == 0);
+  CHECK(b.state.step == Step::mounting);
+  b.finish();
+  CHECK(b.trials.size() == b.plan.trials.size() + 1);
+  CHECK(b.end->outcome == Outcome::complete);
+}
+
+TEST_CASE("A repetition that is bad in every take that the recipe allows has failed") {
+  Bench b = bench(2);
+  for (int take = 0; take < 3; ++take) reject(b);
+  CHECK(b.trials[1].outcome == Outcome::rejected);
+  CHECK(b.trials[2].outcome == Outcome::failed);
+  REQUIRE(b.end);
+  CHECK(b.end->outcome == Outcome::failed);
+  REQUIRE(b.end->error);
+  CHECK(b.end->error->message == "the record is bad in all of 3 takes: a taxel is dead");
+}
+
+TEST_CASE("Where failed trials are passed over, the next repetition has all its takes again") {
+  Bench b = bench(1, OnTrialFailure::carry_on);
+  for (int take = 0; take < 2; ++take) reject(b);
+  CHECK(b.state.trial == 1);
+  reject(b);
+  CHECK(b.trials.back().outcome == Outcome::rejected);
+  b.finish();
+  CHECK(b.end->outcome == Outcome::failed);
+}
+
+TEST_CASE("Takes that were rejected before the machine went on count") {
+  Bench b = bench(2);
+  b.send(Start{1, 2});
+  reject(b);
+  CHECK(b.trials[0].trial == 1);
+  CHECK(b.trials[0].outcome == Outcome::failed);
+}
+
+TEST_CASE("What is asked meanwhile comes before the next take") {
+  Bench stopped = bench(2);
+  stopped.advance_to(Step::sliding);
+  stopped.send(StopRequested{});
+  reject(stopped);
+  CHECK(stopped.end->outcome == Outcome::stopped);
+  Bench held = bench(2);
+  held.advance_to(Step::sliding);
+  held.send(PauseRequested{});
+  reject(held);
+  CHECK(held.state.step == Step::held);
+  held.advance();
+  CHECK(held.state.trial == 0);
+}
+
+TEST_CASE(
+    "A trial that was cut short keeps its outcome, and without the recipe's word none is bad") {
+  Bench cut = bench(2);
+  cut.advance_to(Step::ending);
+  cut.send(AbortRequested{});
+  reject(cut);
+  CHECK(cut.trials[0].outcome == Outcome::aborted);
+  Bench never(test::plan_of(test::small_recipe));
+  reject(never);
+  CHECK(never.trials[0].outcome == Outcome::complete);
+}
