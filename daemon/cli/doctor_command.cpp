@@ -68,9 +68,9 @@ json device_json(const DeviceReport& d) {
            {"frames_lost", d.lost}};
   out["plugin"] = d.plugin.empty() ? json(nullptr) : json(d.plugin);
   out["error"] = d.error ? error_json(*d.error) : json(nullptr);
-  if (d.configured_rate_hz > 0) {
+  if (d.configured_rate_hz > 0) out["configured_rate_hz"] = d.configured_rate_hz;
+  if (d.configured_rate_hz > 0 || d.role == "vibro") {
     out["rate_hz"] = d.rate_hz;
-    out["configured_rate_hz"] = d.configured_rate_hz;
     out["longest_gap_s"] = d.longest_gap_s;
   } else if (d.samples > 0) {
     out["latency_s"] = d.latency_s;

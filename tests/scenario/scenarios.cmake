@@ -72,13 +72,15 @@ add_test(NAME scenario_plugins
                  ${PROJECT_BINARY_DIR}/plugins ${CMAKE_CURRENT_BINARY_DIR}/plugins)
 set_tests_properties(scenario_plugins PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# A rig looked over: simulated, emulated, broken, without hardware. And the sample driver of docs/, built out of tree.
+# A rig looked over: simulated, emulated, broken, without hardware. A vibration sensor on a port in real time. And the sample driver of docs/, built out of tree.
 add_test(NAME scenario_doctor
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/doctor.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_vibro_ports
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/vibro_ports.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_sample_driver
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/sample_driver.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
                  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
-set_tests_properties(scenario_doctor scenario_sample_driver
+set_tests_properties(scenario_doctor scenario_vibro_ports scenario_sample_driver
                      PROPERTIES TIMEOUT 300 COST 100 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Clients that were written from the protocols' documents alone, at the ports that weft-rig serves; Debian's python3-serial
@@ -137,7 +139,7 @@ set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHO
 # script/test has two slots for each processor: a test that computes takes two of them, one that waits for ports in real time one.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
 set_tests_properties(${all_tests} PROPERTIES PROCESSORS 2)
-foreach(waiting emulated_trial emulated_kill align modbus_clients apt_client netft_client doctor)
+foreach(waiting emulated_trial emulated_kill align modbus_clients apt_client netft_client doctor vibro_ports)
   if(TEST scenario_${waiting})
     set_tests_properties(scenario_${waiting} PROPERTIES PROCESSORS 1)
   endif()
