@@ -9,6 +9,8 @@ namespace {
 
 using nlohmann::json;
 constexpr std::size_t longest_order = 65536;
+/// How soon hosts see that a plug was pulled or is in again.
+constexpr Duration plug_period = std::chrono::milliseconds(10);
 
 struct Words {
   std::string operator()(const MemoryPort&) const { return "memory"; }
@@ -71,6 +73,7 @@ Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFi
   if (!rig) return pass(rig.error());
   std::unique_ptr<RigServer> made(new RigServer(loop, std::move(*rig)));
   if (Status s = made->serve(file); !s) return pass(s.error());
+  made->look_at_plugs();
   return made;
 }
 
@@ -90,7 +93,7 @@ Status RigServer::serve(const RigFile& file) {
 Status RigServer::serve(const DeviceEntry& device) {
   std::vector<LinkSettings> places{device.link};
   places.insert(places.end(), device.also.begin(), device.also.end());
-  std::vector<std::unique_ptr<Link>> ends;
+  std::vector<std::unique_ptr<ServedPlace>> ends;
   std::string where;
   for (const LinkSettings& place : places) {
     auto end = serve_link(*loop_, place, [rig = rig_.get(), name = device.name](ByteView datagram) {
@@ -100,9 +103,9 @@ Status RigServer::serve(const DeviceEntry& device) {
     ends.push_back(std::move(*end));
     where += (where.empty() ? " on " : " and ") + std::visit(Words{}, place);
   }
-  ends_.push_back(join_links(std::move(ends)));
+  devices_.push_back({device.name, join_links(std::move(ends)), {}});
   lines_.push_back(device.name + where);
-  if (Status s = rig_->attach(device.name, *ends_.back(), *loop_); !s) return s;
+  if (Status s = rig_->attach(device.name, *devices_.back().place, *loop_); !s) return s;
   if (Status s = serve_pages(device); !s) return s;
   return serve_commands(device);
 }
@@ -133,9 +136,21 @@ Status RigServer::serve_clients(const Endpoint& at, ServedClients::Make make,
                                 const std::string& line) {
   auto clients = ServedClients::open(*loop_, at, std::move(make));
   if (!clients) return pass(clients.error());
-  clients_.push_back(std::move(*clients));
+  devices_.back().ports.push_back(std::move(*clients));
   lines_.push_back(line + Words::end(at));
   return {};
+}
+
+// A place that cannot be had again yet is asked for again.
+void RigServer::look_at_plugs() {
+  for (const Served& device : devices_) {
+    const bool in = rig_->plugged(device.name, loop_->now());
+    static_cast<void>(device.place->set_plugged(in));
+    for (const auto& port : device.ports) static_cast<void>(port->set_plugged(in));
+  }
+  loop_->after(plug_period, [this, alive = std::weak_ptr(alive_)] {
+    if (alive.lock()) look_at_plugs();
+  });
 }
 
 std::vector<std::string> RigServer::lines() const {

@@ -36,14 +36,20 @@ class RigServer {
   Status serve_pages(const DeviceEntry& device);
   Status serve_commands(const DeviceEntry& device);
   Status serve_clients(const Endpoint& at, ServedClients::Make make, const std::string& line);
+  void look_at_plugs();
   void welcome(std::unique_ptr<Link> host);
   void take(std::size_t console, ByteView bytes);
 
   RealLoop* loop_;
   std::vector<std::string> lines_;
-  std::vector<std::unique_ptr<Link>> ends_;
-  std::unique_ptr<sim::Rig> rig_;  ///< after the ends: gone before them
-  std::vector<std::unique_ptr<ServedClients>> clients_;
+  /// One device's places, and whether its plug is in.
+  struct Served {
+    std::string name;
+    std::unique_ptr<ServedPlace> place;
+    std::vector<std::unique_ptr<ServedClients>> ports;
+  };
+  std::vector<Served> devices_;
+  std::unique_ptr<sim::Rig> rig_;  ///< after the places: gone before them
 
   struct Console {
     std::unique_ptr<Link> link;
@@ -52,6 +58,7 @@ class RigServer {
   std::map<std::size_t, Console> consoles_;
   std::size_t next_console_ = 0;
   std::unique_ptr<TcpDoor> door_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
 }  // namespace weft::daemon

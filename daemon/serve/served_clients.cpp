@@ -4,13 +4,21 @@ namespace weft::daemon {
 
 Result<std::unique_ptr<ServedClients>> ServedClients::open(RealLoop& loop, const Endpoint& at,
                                                            Make make) {
-  std::unique_ptr<ServedClients> made(new ServedClients(loop, std::move(make)));
-  auto door = TcpDoor::open(loop, at, [self = made.get()](std::unique_ptr<Link> host) {
-    self->welcome(std::move(host));
-  });
-  if (!door) return pass(door.error());
-  made->door_ = std::move(*door);
+  std::unique_ptr<ServedClients> made(new ServedClients(loop, at, std::move(make)));
+  if (Status in = made->set_plugged(true); !in) return pass(in.error());
   return made;
+}
+
+Status ServedClients::set_plugged(bool in) {
+  if (in == (door_ != nullptr)) return {};
+  clients_.clear();
+  door_.reset();
+  if (!in) return {};
+  auto door =
+      TcpDoor::open(*loop_, at_, [this](std::unique_ptr<Link> host) { welcome(std::move(host)); });
+  if (!door) return pass(door.error());
+  door_ = std::move(*door);
+  return {};
 }
 
 void ServedClients::welcome(std::unique_ptr<Link> host) {

@@ -17,9 +17,12 @@ class ServedClients {
   using Make = std::function<std::unique_ptr<sim::ClientEmulator>()>;
   /// Errors: not_found (address), io (port taken).
   static Result<std::unique_ptr<ServedClients>> open(RealLoop& loop, const Endpoint& at, Make make);
+  /// Out: connections end, others are refused. Errors: io, when the port cannot be had again.
+  Status set_plugged(bool in);
 
  private:
-  ServedClients(RealLoop& loop, Make make) : loop_(&loop), make_(std::move(make)) {}
+  ServedClients(RealLoop& loop, Endpoint at, Make make)
+      : loop_(&loop), at_(std::move(at)), make_(std::move(make)) {}
   void welcome(std::unique_ptr<Link> host);
   void answer(std::size_t client, ByteView bytes, TimePoint at);
   void end_soon(std::size_t client);
@@ -29,6 +32,7 @@ class ServedClients {
     std::unique_ptr<sim::ClientEmulator> emulator;
   };
   RealLoop* loop_;
+  Endpoint at_;
   Make make_;
   std::map<std::size_t, Client> clients_;
   std::size_t next_client_ = 0;

@@ -8,26 +8,27 @@ namespace {
 struct Server {
   RealLoop* loop;
   Redirects redirects;
-  Result<std::unique_ptr<Link>> operator()(const MemoryPort&) const {
+  Result<std::unique_ptr<ServedPlace>> operator()(const MemoryPort&) const {
     return fail(Errc::wrong_state, "a memory link cannot be served", {}, "serial, tcp or udp",
                 "memory", "weft-rig is for rig files whose bench is \"emulated\"");
   }
-  Result<std::unique_ptr<Link>> operator()(const SerialSettings& s) const {
+  Result<std::unique_ptr<ServedPlace>> operator()(const SerialSettings& s) const {
     auto terminal = ServedTerminal::create(*loop, s.path);
     if (!terminal) return pass(terminal.error());
-    return std::unique_ptr<Link>(std::move(*terminal));
+    return std::unique_ptr<ServedPlace>(std::move(*terminal));
   }
-  Result<std::unique_ptr<Link>> operator()(const TcpPort& p) const {
+  Result<std::unique_ptr<ServedPlace>> operator()(const TcpPort& p) const {
     return serve_tcp(*loop, p.end);
   }
-  Result<std::unique_ptr<Link>> operator()(const UdpPort& p) const {
+  Result<std::unique_ptr<ServedPlace>> operator()(const UdpPort& p) const {
     return serve_udp(*loop, p.end, redirects);
   }
 };
 
-class JoinedLinks final : public Link {
+class JoinedLinks final : public ServedPlace {
  public:
-  explicit JoinedLinks(std::vector<std::unique_ptr<Link>> places) : places_(std::move(places)) {}
+  explicit JoinedLinks(std::vector<std::unique_ptr<ServedPlace>> places)
+      : places_(std::move(places)) {}
 
   Status write(ByteView bytes) override {
     if (asking_ != nullptr) return asking_->write(bytes);
@@ -44,23 +45,29 @@ class JoinedLinks final : public Link {
       });
   }
   void on_closed(Closed) override {}  // a device outlives its hosts
+  Status set_plugged(bool in) override {
+    Status first;
+    for (const auto& place : places_)
+      if (Status s = place->set_plugged(in); !s && first) first = s;
+    return first;
+  }
 
  private:
-  std::vector<std::unique_ptr<Link>> places_;
+  std::vector<std::unique_ptr<ServedPlace>> places_;
   Link* asking_ = nullptr;
   Receiver receiver_;
 };
 
 }  // namespace
 
-std::unique_ptr<Link> join_links(std::vector<std::unique_ptr<Link>> places) {
+std::unique_ptr<ServedPlace> join_links(std::vector<std::unique_ptr<ServedPlace>> places) {
   WEFT_ASSERT(!places.empty());
   if (places.size() == 1) return std::move(places.front());
   return std::make_unique<JoinedLinks>(std::move(places));
 }
 
-Result<std::unique_ptr<Link>> serve_link(RealLoop& loop, const LinkSettings& settings,
-                                         Redirects redirects) {
+Result<std::unique_ptr<ServedPlace>> serve_link(RealLoop& loop, const LinkSettings& settings,
+                                                Redirects redirects) {
   return std::visit(Server{&loop, std::move(redirects)}, settings);
 }
 

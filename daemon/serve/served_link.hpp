@@ -15,11 +15,11 @@ namespace weft::daemon {
 ///   tcp     listens at host:port; one host at a time, the newest wins
 ///   udp     bound to host:port; answers go to whoever sent the last datagram that redirects them
 /// Errors: io, when the place is taken or cannot be made; wrong_state for a link in memory.
-Result<std::unique_ptr<Link>> serve_link(RealLoop& loop, const LinkSettings& settings,
-                                         Redirects redirects);
+Result<std::unique_ptr<ServedPlace>> serve_link(RealLoop& loop, const LinkSettings& settings,
+                                                Redirects redirects);
 
 /// One device at several places. What it answers goes to whom it answers, what it says unasked to
 /// all. There must be at least one.
-std::unique_ptr<Link> join_links(std::vector<std::unique_ptr<Link>> places);
+std::unique_ptr<ServedPlace> join_links(std::vector<std::unique_ptr<ServedPlace>> places);
 
 }  // namespace weft::daemon

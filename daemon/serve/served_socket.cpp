@@ -30,16 +30,26 @@ tl::unexpected<Error> cannot_serve(const Endpoint& at, const asio::error_code& e
 }
 
 /// The host's link changes; the device keeps one.
-class NewestHost final : public Link {
+class NewestHost final : public ServedPlace {
  public:
-  static Result<std::unique_ptr<Link>> open(RealLoop& loop, const Endpoint& at) {
-    auto made = std::make_unique<NewestHost>();
-    auto door = TcpDoor::open(loop, at, [link = made.get()](std::unique_ptr<Link> host) {
-      link->welcome(std::move(host));
-    });
+  static Result<std::unique_ptr<ServedPlace>> open(RealLoop& loop, const Endpoint& at) {
+    auto made = std::make_unique<NewestHost>(loop, at);
+    if (Status in = made->set_plugged(true); !in) return pass(in.error());
+    return std::unique_ptr<ServedPlace>(std::move(made));
+  }
+  NewestHost(RealLoop& loop, Endpoint at) : loop_(&loop), at_(std::move(at)) {}
+
+  Status set_plugged(bool in) override {
+    if (in == (door_ != nullptr)) return {};
+    host_.reset();
+    door_.reset();
+    if (!in) return {};
+    auto door = TcpDoor::open(
+        *loop_, at_, [this](std::unique_ptr<Link> host) { welcome(std::move(host)); },
+        TcpDoor::Ends::reset);
     if (!door) return pass(door.error());
-    made->door_ = std::move(*door);
-    return std::unique_ptr<Link>(std::move(made));
+    door_ = std::move(*door);
+    return {};
   }
   // Nobody there: lost, as on a wire.
   Status write(ByteView bytes) override {
@@ -57,12 +67,14 @@ class NewestHost final : public Link {
     });
   }
 
+  RealLoop* loop_;
+  Endpoint at_;
   Receiver receiver_;
   std::unique_ptr<Link> host_;
   std::unique_ptr<TcpDoor> door_;
 };
 
-class UdpPlace final : public Link {
+class UdpPlace final : public ServedPlace {
  public:
   UdpPlace(RealLoop& loop, udp::socket socket, Redirects redirects)
       : parts_(std::make_shared<Parts>(loop, std::move(socket), std::move(redirects))) {
@@ -76,12 +88,16 @@ class UdpPlace final : public Link {
   // UDP may lose anything; so may this.
   Status write(ByteView bytes) override {
     asio::error_code ignored;
-    if (parts_->last.port() != 0)
+    if (parts_->plugged && parts_->last.port() != 0)
       parts_->socket.send_to(asio::buffer(bytes.data(), bytes.size()), parts_->last, 0, ignored);
     return {};
   }
   void on_receive(Receiver receiver) override { parts_->receiver = std::move(receiver); }
   void on_closed(Closed) override {}
+  Status set_plugged(bool in) override {
+    parts_->plugged = in;
+    return {};
+  }
 
  private:
   struct Parts : std::enable_shared_from_this<Parts> {
@@ -96,7 +112,7 @@ class UdpPlace final : public Link {
           });
     }
     void have(const asio::error_code& error, std::size_t count) {
-      if (!error) {
+      if (!error && plugged) {
         const ByteView datagram(incoming.data(), count);
         if (redirects(datagram)) last = sender;
         if (receiver) receiver(datagram, loop->now());
@@ -109,6 +125,7 @@ class UdpPlace final : public Link {
     udp::endpoint sender, last;
     std::array<std::uint8_t, 65536> incoming{};
     Receiver receiver;
+    bool plugged = true;
   };
   std::shared_ptr<Parts> parts_;
 };
@@ -116,7 +133,8 @@ class UdpPlace final : public Link {
 }  // namespace
 
 struct TcpDoor::Parts : std::enable_shared_from_this<Parts> {
-  Parts(RealLoop& on, Accepted then) : loop(&on), accepted(std::move(then)), acceptor(on.ports()) {}
+  Parts(RealLoop& on, Accepted then, Ends how)
+      : loop(&on), accepted(std::move(then)), ends(how), acceptor(on.ports()) {}
 
   asio::error_code open(const tcp::endpoint& at) {
     asio::error_code error;
@@ -140,20 +158,22 @@ struct TcpDoor::Parts : std::enable_shared_from_this<Parts> {
   void welcome(tcp::socket socket) {
     asio::error_code error;
     socket.set_option(tcp::no_delay(true), error);
+    if (ends == Ends::reset) socket.set_option(asio::socket_base::linger(true, 0), error);
     const int descriptor = socket.release(error);
     if (!error) accepted(adopt_stream(*loop, descriptor, "host"));
   }
 
   RealLoop* loop;
   Accepted accepted;
+  Ends ends;
   tcp::acceptor acceptor;
 };
 
 Result<std::unique_ptr<TcpDoor>> TcpDoor::open(RealLoop& loop, const Endpoint& at,
-                                               Accepted accepted) {
+                                               Accepted accepted, Ends ends) {
   const auto address = address_of(at);
   if (!address) return pass(address.error());
-  auto parts = std::make_shared<Parts>(loop, std::move(accepted));
+  auto parts = std::make_shared<Parts>(loop, std::move(accepted), ends);
   if (const asio::error_code error = parts->open({*address, at.port}); error)
     return cannot_serve(at, error);
   parts->listen();
@@ -170,11 +190,12 @@ std::uint16_t TcpDoor::port() const {
   return parts_->acceptor.local_endpoint(ignored).port();
 }
 
-Result<std::unique_ptr<Link>> serve_tcp(RealLoop& loop, const Endpoint& at) {
+Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& at) {
   return NewestHost::open(loop, at);
 }
 
-Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at, Redirects redirects) {
+Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,
+                                               Redirects redirects) {
   const auto address = address_of(at);
   if (!address) return pass(address.error());
   udp::socket socket(loop.ports());
@@ -183,7 +204,7 @@ Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at, Redi
   socket.open(place.protocol(), error);
   if (!error) socket.bind(place, error);
   if (error) return cannot_serve(at, error);
-  return std::unique_ptr<Link>(
+  return std::unique_ptr<ServedPlace>(
       std::make_unique<UdpPlace>(loop, std::move(socket), std::move(redirects)));
 }
 

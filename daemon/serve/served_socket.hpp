@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "daemon/link/port_link.hpp"
+#include "daemon/serve/served_place.hpp"
 
 namespace weft::daemon {
 
@@ -12,8 +13,11 @@ namespace weft::daemon {
 class TcpDoor {
  public:
   using Accepted = std::function<void(std::unique_ptr<Link> host)>;
+  /// How a connection ends when its link is destroyed here: after what was sent has arrived, or at
+  /// once, with a reset.
+  enum class Ends : std::uint8_t { in_order, reset };
   static Result<std::unique_ptr<TcpDoor>> open(RealLoop& loop, const Endpoint& at,
-                                               Accepted accepted);
+                                               Accepted accepted, Ends ends = Ends::in_order);
   ~TcpDoor();
   /// The port it listens on; the system's choice when 0 was asked for.
   [[nodiscard]] std::uint16_t port() const;
@@ -24,11 +28,14 @@ class TcpDoor {
   std::shared_ptr<Parts> parts_;
 };
 
-/// One host at a time, the newest wins.
-Result<std::unique_ptr<Link>> serve_tcp(RealLoop& loop, const Endpoint& at);
+/// One host at a time, the newest wins. Unplugged, the host's connection is reset and others are
+/// refused.
+Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& at);
 /// Whether a datagram makes its sender the one who is answered.
 using Redirects = std::function<bool(ByteView datagram)>;
-/// Answers go to whoever sent the last datagram that redirects them.
-Result<std::unique_ptr<Link>> serve_udp(RealLoop& loop, const Endpoint& at, Redirects redirects);
+/// Answers go to whoever sent the last datagram that redirects them. Unplugged, it is silent: a
+/// cable that is out sends no refusal.
+Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,
+                                               Redirects redirects);
 
 }  // namespace weft::daemon

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include "daemon/link/descriptor_link.hpp"
 #include "daemon/link/serial_line.hpp"
@@ -23,40 +24,61 @@ tl::unexpected<Error> no_terminal(const char* what) {
 
 Result<std::unique_ptr<ServedTerminal>> ServedTerminal::create(RealLoop& loop,
                                                                const std::string& path) {
-  std::unique_ptr<ServedTerminal> made(new ServedTerminal);
+  std::unique_ptr<ServedTerminal> made(new ServedTerminal(loop, path));
+  if (Status in = made->set_plugged(true); !in) return pass(in.error());
+  return made;
+}
+
+Status ServedTerminal::plug_in() {
   const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (master < 0) return no_terminal("posix_openpt");
-  made->master_ =
-      std::make_unique<DescriptorLink>(loop, master, Framing::stream, path, Unsent::lost);
+  master_ = std::make_unique<DescriptorLink>(*loop_, master, Framing::stream, path_, Unsent::lost);
   if (::grantpt(master) != 0 || ::unlockpt(master) != 0) return no_terminal("grantpt");
   const std::string terminal = ::ptsname(master);
   // Kept open: a master whose slaves are all closed reads an error (protocols.md D.5). Raw before
   // the path is known: a cooked terminal echoes.
-  made->slave_ = ::open(terminal.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-  if (made->slave_ < 0) return no_terminal("open");
-  if (Status raw = set_line_raw(made->slave_, false); !raw) return pass(raw.error());
-  if (Status linked = made->publish(terminal, path); !linked) return pass(linked.error());
-  return made;
+  slave_ = ::open(terminal.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  if (slave_ < 0) return no_terminal("open");
+  if (Status raw = set_line_raw(slave_, false); !raw) return raw;
+  master_->on_receive([this](ByteView bytes, TimePoint at) {
+    if (receiver_) receiver_(bytes, at);
+  });
+  return publish(terminal);
 }
 
 // A symbolic link that is left over from a killed weft-rig is replaced; anything else is not.
-Status ServedTerminal::publish(const std::string& terminal, const std::string& path) {
+Status ServedTerminal::publish(const std::string& terminal) {
   std::error_code error;
-  const std::filesystem::path place(path);
+  const std::filesystem::path place(path_);
   if (place.has_parent_path()) std::filesystem::create_directories(place.parent_path(), error);
   if (std::filesystem::is_symlink(place, error)) std::filesystem::remove(place, error);
   std::filesystem::create_symlink(terminal, place, error);
   if (error)
-    return fail(Errc::io, "cannot put the port there", path, "a place for a symbolic link",
+    return fail(Errc::io, "cannot put the port there", path_, "a place for a symbolic link",
                 error.message());
-  path_ = path;
+  published_ = true;
   return {};
 }
 
-ServedTerminal::~ServedTerminal() {
+void ServedTerminal::pull() {
   std::error_code ignored;
-  if (!path_.empty()) std::filesystem::remove(path_, ignored);
+  if (std::exchange(published_, false)) std::filesystem::remove(path_, ignored);
+  master_.reset();  // hosts that hold the other end are hung up on
   if (slave_ >= 0) ::close(slave_);
+  slave_ = -1;
+}
+
+Status ServedTerminal::set_plugged(bool in) {
+  if (in == (master_ != nullptr)) return {};
+  pull();
+  if (!in) return {};
+  const Status plugged = plug_in();
+  if (!plugged) pull();
+  return plugged;
+}
+
+ServedTerminal::~ServedTerminal() {
+  pull();
 }
 
 }  // namespace weft::daemon

@@ -195,6 +195,11 @@ Status Rig::clear_faults(std::string_view device_name, std::string_view fault) {
   return {};
 }
 
+bool Rig::plugged(std::string_view device_name, TimePoint now) const {
+  const auto board = parts_->boards.find(device_name);
+  return board == parts_->boards.end() || board->second.active(FaultKind::unplug, now) == nullptr;
+}
+
 bool Rig::stages_at_rest(TimePoint now) const {
   const BenchWorld& world = parts_->world;
   for (std::size_t axis = 0; axis < axis_count; ++axis)

@@ -73,6 +73,9 @@ class Rig {
   /// Ends the faults of one kind, or all when `fault` is empty, of one device.
   /// Errors: not_found (device, kind).
   Status clear_faults(std::string_view device_name, std::string_view fault);
+  /// The device's plug is in: no `unplug` holds at `now`. The emulators' wires pass nothing then;
+  /// who serves ports also shows hosts that they are gone. True for an unknown name.
+  [[nodiscard]] bool plugged(std::string_view device_name, TimePoint now) const;
   /// No stage moves at `now`.
   [[nodiscard]] bool stages_at_rest(TimePoint now) const;
 

@@ -1,0 +1,209 @@
+// What hosts see of a device whose plug is pulled and put in again, on real ports.
+
+#include "daemon/serve/served_link.hpp"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "daemon/run/device.hpp"
+#include "daemon/run/rig_file.hpp"
+#include "daemon/serve/rig_server.hpp"
+#include "tests/unit/daemon/trial_bench.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+namespace {
+
+/// Runs the loop until `done`, or fails the test after three seconds.
+void run(RealLoop& loop, const std::function<bool()>& done) {
+  const TimePoint end = loop.now() + 3s;
+  loop.run_until([&] { return done() || loop.now() > end; });
+  REQUIRE(done());
+}
+
+/// A device that sends back what it hears.
+std::unique_ptr<ServedPlace> echo(RealLoop& loop, const LinkSettings& at) {
+  auto place = serve_link(loop, at, [](ByteView) { return true; });
+  REQUIRE(place);
+  (*place)->on_receive([to = place->get()](ByteView bytes, TimePoint) {
+    const Bytes back(bytes.begin(), bytes.end());
+    static_cast<void>(to->write(back));
+  });
+  return std::move(*place);
+}
+
+struct Host {
+  Host(RealLoop& loop, const LinkSettings& at) : opened(open_link(loop, at)) {
+    if (!opened) return;
+    (*opened)->on_receive([this](ByteView bytes, TimePoint) {
+      heard.insert(heard.end(), bytes.begin(), bytes.end());
+    });
+    (*opened)->on_closed([this](const Error& why) { closed = why; });
+  }
+  Result<std::unique_ptr<Link>> opened;
+  Bytes heard;
+  std::optional<Error> closed;
+};
+
+void speaks(RealLoop& loop, const LinkSettings& at) {
+  Host host(loop, at);
+  REQUIRE(host.opened);
+  REQUIRE((*host.opened)->write(Bytes{1, 2, 3}));
+  run(loop, [&] { return host.heard == Bytes{1, 2, 3}; });
+}
+
+/// A port of this machine that is free just now.
+std::uint16_t free_port(RealLoop& loop) {
+  return (*TcpDoor::open(loop, {"127.0.0.1", 0}, [](std::unique_ptr<Link>) {}))->port();
+}
+
+}  // namespace
+
+TEST_CASE("a terminal whose plug is pulled hangs up, is gone, and comes back at the same path") {
+  RealLoop loop;
+  const test::TemporaryFolder folder;
+  const std::string path = (folder / "port").string();
+  const LinkSettings at = SerialSettings{.path = path};
+  const auto device = echo(loop, at);
+  speaks(loop, at);
+  for (int round = 0; round < 2; ++round) {
+    Host host(loop, at);
+    REQUIRE(host.opened);
+    REQUIRE(device->set_plugged(false));
+    REQUIRE(device->set_plugged(false));  // out already
+    run(loop, [&] { return host.closed.has_value(); });
+    CHECK(host.closed->code == Errc::io);
+    CHECK(host.closed->where == path);
+    CHECK_FALSE((*host.opened)->write(Bytes{1}));
+    CHECK(Host(loop, at).opened.error().code == Errc::not_found);
+    CHECK(device->write(Bytes{1}));  // a device talks into the void
+    REQUIRE(device->set_plugged(true));
+    speaks(loop, at);
+    CHECK_FALSE((*host.opened)->write(Bytes{1}));  // the old link stays closed
+  }
+}
+
+TEST_CASE("a TCP device whose plug is pulled resets its host, refuses others, and comes back") {
+  RealLoop loop;
+  const LinkSettings at = TcpPort{{"127.0.0.1", free_port(loop)}};
+  const auto device = echo(loop, at);
+  speaks(loop, at);
+  Host host(loop, at);
+  REQUIRE((*host.opened)->write(Bytes{7}));
+  run(loop, [&] { return host.heard == Bytes{7}; });
+  REQUIRE(device->set_plugged(false));
+  run(loop, [&] { return host.closed.has_value(); });
+  CHECK(host.closed->got == "Connection reset by peer");
+  CHECK(Host(loop, at).opened.error().code == Errc::io);
+  REQUIRE(device->set_plugged(true));
+  speaks(loop, at);
+}
+
+TEST_CASE("a UDP device whose plug is pulled is silent, and nothing was said when it is back") {
+  RealLoop loop;
+  const LinkSettings at = UdpPort{{"127.0.0.1", free_port(loop)}};
+  const auto device = echo(loop, at);
+  Host host(loop, at);
+  REQUIRE(device->set_plugged(false));
+  REQUIRE((*host.opened)->write(Bytes{1}));
+  bool later = false;
+  loop.after(30ms, [&] { later = true; });
+  run(loop, [&] { return later; });
+  CHECK(host.heard.empty());
+  CHECK_FALSE(host.closed);
+  REQUIRE(device->set_plugged(true));
+  REQUIRE((*host.opened)->write(Bytes{2}));
+  run(loop, [&] { return host.heard == Bytes{2}; });
+}
+
+TEST_CASE("a device at two places is gone from both") {
+  RealLoop loop;
+  const test::TemporaryFolder folder;
+  const LinkSettings one = SerialSettings{.path = (folder / "one").string()};
+  const LinkSettings two = TcpPort{{"127.0.0.1", free_port(loop)}};
+  std::vector<std::unique_ptr<ServedPlace>> places;
+  places.push_back(echo(loop, one));
+  places.push_back(echo(loop, two));
+  const auto both = join_links(std::move(places));
+  REQUIRE(both->set_plugged(false));
+  CHECK_FALSE(Host(loop, one).opened);
+  CHECK_FALSE(Host(loop, two).opened);
+  REQUIRE(both->set_plugged(true));
+  CHECK(Host(loop, one).opened);
+  CHECK(Host(loop, two).opened);
+}
+
+namespace {
+
+/// emulated17 with its ports in a folder, and a rig server that serves it.
+struct ServedRig {
+  ServedRig() {
+    json rig = json::parse(test::read_file(test::source / "sim/rigs/emulated17.json"));
+    rig["simulation"]["console"]["port"] = free_port(loop);
+    for (json& device : rig["devices"]) {
+      json& link = device["link"];
+      if (link["kind"] == "serial")
+        link["path"] = (folder / device["name"].get<std::string>()).string();
+      else
+        link["port"] = free_port(loop);
+    }
+    file = parse_rig_file(rig.dump()).value();
+    auto made =
+        RigServer::create(loop, file, test::read_file(test::source / "sim/fabrics.json"), 1);
+    if (!made) FAIL(to_string(made.error()));
+    server = std::move(*made);
+  }
+  const DeviceEntry& entry(const std::string& name) {
+    for (const DeviceEntry& device : file.devices)
+      if (device.name == name) return device;
+    FAIL(name);
+    return file.devices.front();
+  }
+  std::unique_ptr<Device> device(const std::string& name) {
+    auto link = open_link(loop, entry(name).link);
+    if (!link) FAIL(to_string(link.error()));
+    auto made = Device::create(entry(name), loop, std::move(*link), file.drivers);
+    REQUIRE(made);
+    return std::move(*made);
+  }
+  void order(const std::string& text) {
+    REQUIRE(server->obey(text).find("true") != std::string::npos);
+  }
+
+  RealLoop loop;
+  const test::TemporaryFolder folder;
+  RigFile file;
+  std::unique_ptr<RigServer> server;
+};
+
+}  // namespace
+
+TEST_CASE("drivers say which port is gone, stay faulted, and open anew on the same place") {
+  ServedRig rig;
+  for (const std::string name : {"stage.z", "taxels"}) {
+    INFO(name);
+    const auto& path = std::get<SerialSettings>(rig.entry(name).link).path;
+    auto device = rig.device(name);
+    REQUIRE(device->driver().open());
+    run(rig.loop, [&] { return device->driver().state() == DriverState::open; });
+    REQUIRE(device->driver().arm());
+    run(rig.loop, [&] { return device->driver().state() == DriverState::armed; });
+    rig.order(R"({"order": "fault", "fault": "unplug", "duration_s": 0.2, "device": ")" + name +
+              "\"}");
+    run(rig.loop, [&] { return device->driver().state() == DriverState::faulted; });
+    REQUIRE(device->fault_seen());
+    CHECK(device->fault_seen()->message.find("the link to the device closed") == 0);
+    CHECK(device->fault_seen()->where.find(path) != std::string::npos);
+    CHECK_FALSE(device->fault_seen()->hint.empty());
+    CHECK_FALSE(std::filesystem::exists(path));
+    run(rig.loop, [&] { return std::filesystem::exists(path); });
+    CHECK(device->driver().state() == DriverState::faulted);
+    device = rig.device(name);
+    REQUIRE(device->driver().open());
+    run(rig.loop, [&] { return device->driver().state() == DriverState::open; });
+  }
+}
