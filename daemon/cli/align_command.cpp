@@ -80,7 +80,8 @@ json json_of(const AlignSummary& s) {
            {"cleanup", recipes::to_string(s.done.cleanup)},
            {"rig_fact", recipes::to_string(s.done.rig)},
            {"tolerance_rad", s.plan.tolerance_rad},
-           {"bench_time_s", s.bench_s}};
+           {"bench_time_s", s.bench_s},
+           {"measured_unix_s", s.measured_unix_s}};
   out["rounds"] = json::array();
   for (const recipes::TiltFound& round : s.rounds) out["rounds"].push_back(round_json(round));
   out["before"] = s.rounds.empty() ? json(nullptr) : round_json(s.rounds.front());

@@ -1,6 +1,7 @@
 #include "daemon/cli/run_command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -81,7 +82,9 @@ CampaignRequest request_of(const RunArgs& args, Console& console) {
           asked_of(args.fidelity),
           args.error_check,
           settings_of(args.plugins, console),
-          args.resume};
+          args.resume,
+          args.level,
+          std::chrono::seconds(std::llround(args.level_max_age_h * 3600))};
 }
 
 std::string preview_text(const ResumePreview& preview) {
@@ -128,7 +131,7 @@ int interrupted(const CampaignSummary& s, int signal, Console& console) {
 
 Status refuse_inputs_as_outputs(const RunArgs& args) {
   for (const char* name : {"campaign.sqlite", "dataset.h5", "report.html", "report.json"})
-    for (const auto& input : {args.recipe, args.rig})
+    for (const auto& input : {args.recipe, args.rig, args.level})
       if (auto ok = refuse_same_file(input, args.out / name); !ok) return ok;
   return {};
 }
@@ -167,6 +170,13 @@ void add_options(CLI::App& command, RunArgs& args) {
                    "do not play the first trial of each fabric and exploration again, more finely, "
                    "for the error of the simulation");
   command.add_flag("!--no-evaluate", args.evaluate, "record only: no classification, no report");
+  command.add_option("--level", args.level,
+                     "what weft align --json said: the plate is held at the level that was found");
+  command
+      .add_option("--level-max-age-h", args.level_max_age_h,
+                  "a level that was found longer ago is refused; 0: any age")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   command.add_flag("--resume", args.resume,
                    "go on with the campaign in the folder, with the repetition that was cut short");
   command.add_flag("--preview", args.preview, "with --resume: what is left, step by step; no move");

@@ -24,9 +24,11 @@ struct RunArgs {
   PluginArgs plugins;
   bool error_check = true;
   bool evaluate = true;
-  bool resume = false;       ///< go on with the campaign in `out`
-  bool preview = false;      ///< with resume: say what is left, move nothing
-  std::size_t repeats = 30;  ///< random splits of the evaluation
+  bool resume = false;          ///< go on with the campaign in `out`
+  std::filesystem::path level;  ///< what weft align --json said; empty: none
+  double level_max_age_h = 24;  ///< 0: any age
+  bool preview = false;         ///< with resume: say what is left, move nothing
+  std::size_t repeats = 30;     ///< random splits of the evaluation
 };
 void add_options(CLI::App& command, RunArgs& args);
 

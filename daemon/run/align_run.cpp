@@ -1,5 +1,7 @@
 #include "daemon/run/align_run.hpp"
 
+#include "daemon/loop/wall_clock.hpp"
+
 #include <algorithm>
 #include <utility>
 
@@ -125,8 +127,10 @@ Result<AlignSummary> run_alignment(const AlignRequest& request) {
     return run.result().has_value();
   });
   if (!run.result()) return fail(Errc::timeout, "the bench fell silent", "bench");
+  const auto ended = std::chrono::duration_cast<std::chrono::seconds>(utc_now());
   return AlignSummary{rig.name,      rig.bench,          *plan,
-                      *run.result(), run.state().rounds, to_seconds((*session)->loop().now())};
+                      *run.result(), run.state().rounds, to_seconds((*session)->loop().now()),
+                      ended.count()};
 }
 
 }  // namespace weft::daemon

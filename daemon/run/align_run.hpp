@@ -75,6 +75,7 @@ struct AlignSummary {
   recipes::AlignDone done;
   std::vector<recipes::TiltFound> rounds;  ///< the first is the tilt before, the last after
   double bench_s = 0;                      ///< of the bench's own time
+  std::int64_t measured_unix_s = 0;        ///< when it ended
 };
 
 /// Brings the bench up, aligns, and leaves the rotary stages where they are and the probe up. An

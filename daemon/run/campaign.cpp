@@ -8,6 +8,7 @@
 #include "daemon/run/campaign_file.hpp"
 #include "daemon/run/campaign_folder.hpp"
 #include "daemon/run/error_check.hpp"
+#include "daemon/run/level_file.hpp"
 #include "daemon/run/resume.hpp"
 #include "daemon/run/supervisor.hpp"
 
@@ -191,6 +192,18 @@ class Run {
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
 
+/// The rig file, with the level that was found where one is named.
+Result<std::string> rig_text_of(const CampaignRequest& request) {
+  Result<std::string> rig = read_text_file(request.rig);
+  if (!rig || request.level.empty()) return rig;
+  const Result<std::string> level = read_text_file(request.level);
+  if (!level) return pass(level.error());
+  const auto oldest = request.resume ? std::chrono::seconds{} : request.oldest_level;
+  Result<std::string> both = with_level(*rig, *level, utc_now(), oldest);
+  if (!both) return pass(both.error(), request.level.string());
+  return both;
+}
+
 /// Level, integrator and step, written into the rig file that is run and recorded.
 Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRequest& checked,
                                        RigFile& rig) {
@@ -216,7 +229,7 @@ Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
 }  // namespace
 
 Result<CheckedRequest> check_request(const CampaignRequest& request) {
-  Result<std::string> rig_text = read_text_file(request.rig);
+  Result<std::string> rig_text = rig_text_of(request);
   if (!rig_text) return pass(rig_text.error());
   Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
   if (!limits) return pass(limits.error(), request.rig.string());

@@ -2,6 +2,7 @@
 // One campaign from recipe to data set: check, bring the bench up, run, record, export.
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -28,6 +29,10 @@ struct CampaignRequest {
   PluginSettings plugins = {};  ///< beside those that the rig file names
   /// Goes on with the campaign that `out` holds; begins it where nothing is on record yet.
   bool resume = false;
+  /// What `weft align --json` said, where the plate is to be held level; empty: the rig file as it
+  /// stands. A campaign that is resumed takes the same file, whatever its age.
+  std::filesystem::path level = {};
+  std::chrono::seconds oldest_level = std::chrono::hours(24);  ///< zero: any age
 };
 
 /// Where the wall time of the run went, estimated by sampling [s].

@@ -235,10 +235,12 @@ class Machine {
   void start_leg() {
     const PathLeg leg = path_leg(exploration(), state_.leg);
     const double speed = exploration().step(Phase::motion).speed_mps;
+    const Result<std::vector<AxisMove>> moves = leg_moves(plan_, leg, speed);
+    if (!moves) return fail_trial(moves.error());
     const double expected_s =
         move_duration_s(leg.length_m, speed, plan_.limits.max_acceleration_mps2);
     enter(Step::sliding, move_timeout_s(expected_s));
-    move(leg_moves(plan_, leg, speed));
+    move(*moves);
   }
 
   void release() {

@@ -62,7 +62,7 @@ void widen(Range& range, double value) {
 }
 
 void widen_by(std::array<Range, axis_count>& envelope, const Plan& plan, Vec2 point_m) {
-  const Result<Joints> joints = over(plan.limits.geometry, point_m, plan.limits.clearance_m);
+  const Result<Joints> joints = over(plan.limits, point_m, plan.limits.clearance_m);
   if (!joints) return;
   for (const Axis axis : all_axes) widen(envelope[index(axis)], (*joints)[axis]);
 }

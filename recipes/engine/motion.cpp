@@ -23,12 +23,12 @@ PathLeg path_leg(const Exploration& exploration, std::size_t leg) {
   return {from, to, std::hypot(to.x_m - from.x_m, to.y_m - from.y_m)};
 }
 
-Result<Joints> over(const Geometry& geometry, Vec2 point_m, double clearance_m) {
-  return inverse(geometry, {.contact_m = point_m, .clearance_m = clearance_m});
+Result<Joints> over(const RigLimits& limits, Vec2 point_m, double clearance_m) {
+  return inverse(limits.geometry, {point_m, clearance_m, limits.level.rx_rad, limits.level.ry_rad});
 }
 
 Result<Joints> above_start(const Plan& plan, const Exploration& exploration) {
-  return over(plan.limits.geometry, exploration.start_m, plan.limits.clearance_m);
+  return over(plan.limits, exploration.start_m, plan.limits.clearance_m);
 }
 
 std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints) {
@@ -42,20 +42,31 @@ std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints) {
   return moves;
 }
 
-std::vector<AxisMove> leg_moves(const Plan& plan, const PathLeg& leg, double speed_mps) {
-  const Vec2 origin = plan.limits.geometry.origin_m;
+namespace {
+
+/// x and y stages over a point of the cloth.
+Result<Vec2> stages_over(const RigLimits& limits, Vec2 point_m) {
+  if (!limits.levelled()) return sum(point_m, limits.geometry.origin_m);
+  const Result<Joints> joints = over(limits, point_m, limits.clearance_m);
+  if (!joints) return pass(joints.error());
+  return Vec2{(*joints)[Axis::x], (*joints)[Axis::y]};
+}
+
+}  // namespace
+
+Result<std::vector<AxisMove>> leg_moves(const Plan& plan, const PathLeg& leg, double speed_mps) {
+  const Result<Vec2> target = stages_over(plan.limits, leg.to_m);
+  if (!target) return pass(target.error());
   const double dx = leg.to_m.x_m - leg.from_m.x_m;
   const double dy = leg.to_m.y_m - leg.from_m.y_m;
   std::vector<AxisMove> moves;
-  if (dx != 0)
-    moves.push_back({Axis::x, leg.to_m.x_m + origin.x_m, speed_mps * std::abs(dx) / leg.length_m});
-  if (dy != 0)
-    moves.push_back({Axis::y, leg.to_m.y_m + origin.y_m, speed_mps * std::abs(dy) / leg.length_m});
+  if (dx != 0) moves.push_back({Axis::x, target->x_m, speed_mps * std::abs(dx) / leg.length_m});
+  if (dy != 0) moves.push_back({Axis::y, target->y_m, speed_mps * std::abs(dy) / leg.length_m});
   return moves;
 }
 
 double lowest_z_m(const RigLimits& limits) {
-  return std::min(limits.geometry.surface_z_m + plate_height_tolerance_m,
+  return std::min(limits.geometry.surface_z_m + plate_height_tolerance_m + limits.level_rise_m(),
                   limits.geometry.travel[index(Axis::z)].max);
 }
 

@@ -21,8 +21,9 @@ struct PathLeg {
 /// Leg `leg` of the exploration's path; leg < path_m.size().
 PathLeg path_leg(const Exploration& exploration, std::size_t leg);
 
-/// Stages with the probe upright over `point_m` of the cloth, `clearance_m` above the plate.
-Result<Joints> over(const Geometry& geometry, Vec2 point_m, double clearance_m);
+/// Stages with the probe over `point_m` of the cloth, `clearance_m` above the plate: upright, or
+/// where the rig's level has the rotary stages.
+Result<Joints> over(const RigLimits& limits, Vec2 point_m, double clearance_m);
 
 /// Stages above the start of the exploration, at the clear height.
 Result<Joints> above_start(const Plan& plan, const Exploration& exploration);
@@ -31,7 +32,8 @@ Result<Joints> above_start(const Plan& plan, const Exploration& exploration);
 std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints);
 
 /// x and y along a leg. Speeds are in proportion to the distances, so that both arrive together.
-std::vector<AxisMove> leg_moves(const Plan& plan, const PathLeg& leg, double speed_mps);
+/// Errors: those of over(), on a rig with a level.
+Result<std::vector<AxisMove>> leg_moves(const Plan& plan, const PathLeg& leg, double speed_mps);
 
 /// How long a move that should take `expected_s` may take before its step has failed.
 double move_timeout_s(double expected_s);

@@ -1,5 +1,6 @@
 #include "recipes/engine/rig_limits.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/units.hpp"
@@ -141,6 +142,23 @@ class RigReader {
     set(geometry.tilt_axis_depth_m,
         r.quantity(mm_or_m("tilt_axis_depth", "tilt_axis_depth_mm", "tilt_axis_depth_m"),
                    position_m, Need::optional));
+    if (const json* level = r.object("level", Need::optional)) read_level(*level, r.at("level"));
+  }
+
+  /// What weft align found, as weft run --level writes it, or a person.
+  void read_level(const json& value, const std::string& where) {
+    ObjectReader r(value, where, problems_);
+    const auto angle = [&](Quantity quantity, Axis axis, double& into) {
+      const Range& travel = limits_.geometry.travel[index(axis)];
+      set(into, r.quantity(quantity, {travel.min, travel.max, "limits.tilt"}));
+    };
+    angle({"rx", {{"rx_deg", deg_per_rad}, {"rx_rad", 1}}}, Axis::rx, limits_.level.rx_rad);
+    angle({"ry", {{"ry_deg", deg_per_rad}, {"ry_rad", 1}}}, Axis::ry, limits_.level.ry_rad);
+    // For whoever reads the data set later.
+    for (const Quantity& note : {Quantity{"measured", {{"measured_unix_s", 1}}},
+                                 Quantity{"lean_left", {{"lean_left_rad", 1}}}})
+      static_cast<void>(r.quantity(note, {0, 1e12, {}}, Need::optional));
+    r.finish();
   }
 
   void read_control(ObjectReader& r) {
@@ -215,6 +233,10 @@ std::string sentences(Problems& problems) {
 }
 
 }  // namespace
+
+double RigLimits::level_rise_m() const {
+  return std::tan(std::abs(level.ry_rad)) * geometry.plate_size_m.x_m / 2;
+}
 
 Result<RigLimits> parse_rig_limits(std::string_view rig_json) {
   Problems problems;

@@ -32,14 +32,22 @@ struct RigLimits {
   double wrench_rate_hz = 100;
   double acceleration_rate_hz = 0;  ///< of the vibration sensor, where the rig has one
   double sound_rate_hz = 0;
+  /// Of the rotary stages that put the plate level under the probe, as weft align found them: where
+  /// campaigns hold them. The plate's own lean about the weft stays, and the probe's with it.
+  Tilts level;
   std::vector<std::string> fabrics;  ///< names the rig can mount; empty when it takes any
 
   /// Positions are recorded, all axes in one row, once in so many cycles.
   static constexpr unsigned cycles_per_stage_row = 5;
   [[nodiscard]] double stage_rate_hz() const { return cycle_hz / cycles_per_stage_row; }
 
+  [[nodiscard]] bool levelled() const { return level.rx_rad != 0 || level.ry_rad != 0; }
+  /// How far a plate that leans as the probe does rises from its middle to its edge.
+  [[nodiscard]] double level_rise_m() const;
   /// z stage position for transfers: the probe clears the cloth everywhere on the plate.
-  [[nodiscard]] double clear_z_m() const { return geometry.surface_z_m - clearance_m; }
+  [[nodiscard]] double clear_z_m() const {
+    return geometry.surface_z_m - clearance_m - level_rise_m();
+  }
 };
 
 /// Reads the keys of a rig file that concern planning; keys that belong to others are left alone.

@@ -49,6 +49,12 @@ struct Joints {
   constexpr double& operator[](Axis axis) { return value[index(axis)]; }
 };
 
+/// Angles of the two rotary stages.
+struct Tilts {
+  double rx_rad = 0;
+  double ry_rad = 0;
+};
+
 /// Where the probe's face is, seen from the cloth.
 struct ProbePose {
   Vec2 contact_m;  ///< foot of the face's centre on the plate, fabric frame

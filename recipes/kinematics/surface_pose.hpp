@@ -16,12 +16,6 @@ struct Direction {
   double up = 1;
 };
 
-/// Angles of the two rotary stages.
-struct Tilts {
-  double rx_rad = 0;
-  double ry_rad = 0;
-};
-
 struct SurfacePose {
   Vec2 contact_m;          ///< foot of the face's centre on the nominal plate
   double clearance_m = 0;  ///< height of the face's centre above the nominal plate

@@ -1,0 +1,86 @@
+// Campaigns on a rig whose rotary stages are held where they put the plate level.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "recipes/engine/motion.hpp"
+#include "tests/unit/recipes/bench.hpp"
+#include "tests/unit/recipes/bench_geometry.hpp"
+
+using namespace weft::recipes;
+using test::rig_json;
+
+namespace {
+
+RigLimits levelled(double rx_rad, double ry_rad) {
+  RigLimits limits;
+  limits.geometry = test::bench_geometry();
+  limits.level = {rx_rad, ry_rad};
+  return limits;
+}
+
+Plan one_leg(const RigLimits& limits) {
+  Plan plan;
+  plan.limits = limits;
+  return plan;
+}
+
+double target(const std::vector<AxisMove>& moves, Axis axis) {
+  for (const AxisMove& move : moves)
+    if (move.axis == axis) return move.target;
+  FAIL("no move of the axis");
+  return 0;
+}
+
+std::string with_level(const std::string& level) {
+  return test::with(rig_json, "\"plate\": {", "\"plate\": {\"level\": " + level + ", ");
+}
+
+}  // namespace
+
+TEST_CASE("with a level the rotary stages are held there and the face stays over its point") {
+  const RigLimits limits = levelled(0.02, -0.015);
+  const Vec2 point{0.04, 0.07};
+  const Joints joints = over(limits, point, 0).value();
+  CHECK(joints[Axis::rx] == 0.02);
+  CHECK(joints[Axis::ry] == -0.015);
+  const ProbePose pose = forward(limits.geometry, joints);
+  CHECK(pose.contact_m.x_m == Approx(point.x_m).margin(1e-12));
+  CHECK(pose.contact_m.y_m == Approx(point.y_m).margin(1e-12));
+  // The probe turns about an axis 50 mm over its face.
+  CHECK(joints[Axis::x] == Approx(0.04 + 0.01 + 0.05 * std::sin(0.015)).margin(1e-12));
+}
+
+TEST_CASE("a leg ends where a transfer to its end would have put the stages, level or not") {
+  for (const RigLimits& limits : {levelled(0, 0), levelled(0.02, -0.015)}) {
+    const PathLeg leg{{0.03, 0.03}, {0.05, 0.06}, std::hypot(0.02, 0.03)};
+    const auto moves = leg_moves(one_leg(limits), leg, 0.001).value();
+    const Joints there = over(limits, leg.to_m, limits.clearance_m).value();
+    CHECK(target(moves, Axis::x) == Approx(there[Axis::x]).margin(1e-12));
+    CHECK(target(moves, Axis::y) == Approx(there[Axis::y]).margin(1e-12));
+  }
+}
+
+TEST_CASE(
+    "a plate that leans with the probe is cleared at its higher edge and sought at its lower") {
+  const RigLimits flat = levelled(0.02, 0), leaning = levelled(0.02, -0.015);
+  CHECK(flat.level_rise_m() == 0);
+  const double rise_m = 0.06 * std::tan(0.015);
+  CHECK(leaning.clear_z_m() == Approx(flat.clear_z_m() - rise_m));
+  CHECK(lowest_z_m(leaning) == Approx(lowest_z_m(flat) + rise_m));
+}
+
+TEST_CASE("a level in the rig file is read in degrees or radians, strictly and within the travel") {
+  const auto limits = parse_rig_limits(with_level(R"({"rx_deg": 1, "ry_rad": -0.01})"));
+  REQUIRE(limits);
+  CHECK(limits->level.rx_rad == Approx(0.0174532925));
+  CHECK(limits->level.ry_rad == -0.01);
+  CHECK(limits->levelled());
+  for (const char* wrong : {R"({"rx_deg": 6, "ry_deg": 0})", R"({"rx_deg": 1})", "[1, 2]",
+                            R"({"rx_deg": 0, "ry_deg": 0, "rz_deg": 0})"}) {
+    INFO(wrong);
+    const auto refused = parse_rig_limits(with_level(wrong));
+    REQUIRE_FALSE(refused);
+    CHECK(to_string(refused.error()).find("/plate/level") != std::string::npos);
+  }
+}
