@@ -44,9 +44,12 @@ milliseconds ttl_of(const Call& call) {
 }
 
 Outcome acquire(const Services& services, const Call& call) {
+  const std::string rig = "rig:" + services.rig_name;
+  if (const std::string scope = call.params.value("scope", rig); scope != rig)
+    return refused({Errc::not_found, "nothing of that name is leased here", "/params/scope", rig,
+                    scope, "Leave it out for this rig"});
   const auto lease = services.leases->acquire(
-      {call.params.value("scope", "rig:" + services.rig_name), call.caller.user,
-       call.caller.session, call.params.value("note", ""), ttl_of(call)},
+      {rig, call.caller.user, call.caller.session, call.params.value("note", ""), ttl_of(call)},
       services.now());
   return told(services, lease, "acquired", call.caller);
 }

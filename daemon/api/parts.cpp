@@ -40,6 +40,15 @@ tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rp
   return tl::unexpected(rpc::rpc_error(rpc::code::access + 11, "lease.required", lease.error()));
 }
 
+Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call) {
+  const auto found = call.params.find("seed");
+  if (found == call.params.end()) return std::optional<std::uint64_t>{};
+  // Above the largest signed number JSON's are unsigned here.
+  if (!found->is_number_unsigned() && found->get<std::int64_t>() < 0)
+    return fail(Errc::range, "negative seed", "/params/seed", "0 or more", found->dump());
+  return std::optional(found->get<std::uint64_t>());
+}
+
 Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name) {
   if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.'))
     return fail(Errc::invalid_argument, "not a recipe's name", "/params/recipe",

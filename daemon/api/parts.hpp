@@ -2,6 +2,7 @@
 // Small things that all groups of methods use. For .cpp files of daemon/api.
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "daemon/api/services.hpp"
@@ -19,6 +20,9 @@ tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
                                                     const rpc::Caller& caller);
 /// The "lease" parameter is the caller's and of this rig.
 tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rpc::Call& call);
+
+/// The "seed" parameter, where there is one. Errors: range, below zero.
+Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call);
 
 /// A recipe of the folder by its name, with or without ".json".
 /// Errors: invalid_argument (not a plain name), not_found, with a did-you-mean.

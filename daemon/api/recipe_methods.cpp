@@ -60,9 +60,9 @@ Outcome check(const Services& services, const Call& call) {
   if (!limits) return refused(limits.error());
   const auto text = read_text_file(*file, recipes::max_recipe_bytes);
   if (!text) return refused(text.error());
-  std::optional<std::uint64_t> seed;
-  if (call.params.contains("seed")) seed = call.params.at("seed").get<std::uint64_t>();
-  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, seed);
+  const auto seed = seed_of(call);
+  if (!seed) return refused(seed.error());
+  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, *seed);
   json out{{"ok", report.plan.has_value()},
            {"digest", "sha256:" + sha256_hex(*text)},
            {"problems", diagnostics_json(report.problems)},

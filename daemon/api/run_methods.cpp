@@ -29,11 +29,9 @@ Outcome start(const Services& services, const Call& call) {
   wish.recipe = *file;
   wish.name = call.params.value("name", "");
   wish.by = by(call.caller);
-  if (call.params.contains("seed")) {
-    if (call.params.at("seed").get<std::int64_t>() < 0)
-      return refused({Errc::range, "negative seed", "/params/seed", "0 or more", {}, {}});
-    wish.seed = call.params.at("seed").get<std::uint64_t>();
-  }
+  const auto seed = seed_of(call);
+  if (!seed) return refused(seed.error());
+  wish.seed = *seed;
   const auto run = services.desk->submit(wish);
   if (!run) return refused(run.error());
   return text_of(run_json(*run));
@@ -101,7 +99,8 @@ void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
 void wait(const Services& services, const Call& call, const rpc::Responder& respond) {
   const std::string id = run_of(call);
   if (const auto run = services.desk->get(id); !run) return respond(refused(run.error()));
-  services.desk->when_ended(id, [respond](const RunView& run) { respond(text_of(run_json(run))); });
+  services.desk->when_ended(
+      id, [respond](const RunView& run) { respond(text_of(run_json(run))); }, call.listener);
 }
 
 void add_run_orders(rpc::Methods& methods, const Services* s) {

@@ -24,14 +24,19 @@ Result<server::Wish> wish_of(const json& params) {
       return fail(Errc::invalid_argument, "a topic is a text", "/params/topics", "string",
                   topic.type_name());
     wish.topics.push_back(topic.get<std::string>());
+    if (wish.topics.back().size() > rpc::longest_text)
+      return fail(Errc::range, "no topic is so long", "/params/topics",
+                  "at most " + std::to_string(rpc::longest_text) + " bytes",
+                  std::to_string(wish.topics.back().size()) + " bytes");
   }
   const std::string mode = params.value("mode", "latest");
   if (mode != "latest" && mode != "every")
     return fail(Errc::invalid_argument, "no such mode", "/params/mode", "latest or every", mode);
   wish.mode = mode == "every" ? server::Mode::every : server::Mode::latest;
   wish.max_hz = params.value("max_hz", wish.max_hz);
-  if (!(wish.max_hz >= 0 && wish.max_hz <= 1000))
-    return fail(Errc::range, "rate out of range", "/params/max_hz", "0 to 1000 Hz",
+  constexpr double slowest_hz = 1e-3;
+  if (wish.max_hz != 0 && !(wish.max_hz >= slowest_hz && wish.max_hz <= 1000))
+    return fail(Errc::range, "rate out of range", "/params/max_hz", "0 or 0.001 to 1000 Hz",
                 std::to_string(wish.max_hz));
   return wish;
 }

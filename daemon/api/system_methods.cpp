@@ -79,6 +79,10 @@ std::string readiness_json(const Services& services) {
   json blockers = json::array();
   add_rig_file_blocker(services, blockers);
   add_standing_blocker(services.desk->standing(), blockers);
+  if (!services.desk->standing_is_kept())
+    blockers.push_back(blocker("storage.io", services.data.string(),
+                               "How the rig stands could not be written down: see that the disk "
+                               "has room; it is tried again"));
   if (const auto run = services.desk->active())
     blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
   if (const Status space = check_space(services.data, std::uint64_t{1} << 28); !space)

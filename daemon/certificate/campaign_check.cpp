@@ -20,8 +20,8 @@ constexpr std::size_t most_structure_lines = 10;
 class CampaignCheck {
  public:
   CampaignCheck(const std::filesystem::path& file, const Certificate* certificate,
-                VerifyReport& report)
-      : file_(file), certificate_(certificate), report_(report) {}
+                const StopAsked& stop_asked, VerifyReport& report)
+      : file_(file), certificate_(certificate), stop_asked_(stop_asked), report_(report) {}
 
   void run() {
     log();
@@ -105,6 +105,7 @@ class CampaignCheck {
       const auto row = query->step();
       if (!row) return found("table chunk", row.error());
       if (!*row) return;
+      if (stop_asked_ && stop_asked_()) return found({}, stopped_early("chunks"));
       const std::int64_t stream = query->integer(3);
       report_.lost_samples +=
           static_cast<std::uint64_t>(std::max<std::int64_t>(query->integer(7), 0));
@@ -139,7 +140,9 @@ class CampaignCheck {
     const auto catalogue = catalogued_trials(database_);
     if (!catalogue) return found("table trial", catalogue.error());
     if (certificate_ != nullptr) compare_catalogue(*catalogue);
-    auto all = load_campaign(file_, {.all_outcomes = true, .streams = true, .transfers = false});
+    auto all = load_campaign(
+        file_,
+        {.all_outcomes = true, .streams = true, .transfers = false, .stop_asked = stop_asked_});
     if (!all && !readable) return;  // told already
     if (!all) return found("content", all.error());
     same_documents(all->info);
@@ -185,6 +188,7 @@ class CampaignCheck {
 
   const std::filesystem::path& file_;
   const Certificate* certificate_;
+  const StopAsked& stop_asked_;
   VerifyReport& report_;
   sqlite::Database database_;
 };
@@ -192,8 +196,8 @@ class CampaignCheck {
 }  // namespace
 
 void check_campaign(const std::filesystem::path& file, const Certificate* certificate,
-                    VerifyReport& report) {
-  CampaignCheck(file, certificate, report).run();
+                    const StopAsked& stop_asked, VerifyReport& report) {
+  CampaignCheck(file, certificate, stop_asked, report).run();
 }
 
 }  // namespace weft::daemon

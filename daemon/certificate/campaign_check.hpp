@@ -7,8 +7,9 @@
 namespace weft::daemon {
 
 /// Structure, every chunk's CRC-32, every trial's SHA-256, every table's rows. Adds to `report`.
-/// `certificate`: nothing where there is none, or none of this state of the file.
+/// `certificate`: nothing where there is none, or none of this state of the file. Ends early, with
+/// a finding that says so, when it is to stop.
 void check_campaign(const std::filesystem::path& file, const Certificate* certificate,
-                    VerifyReport& report);
+                    const StopAsked& stop_asked, VerifyReport& report);
 
 }  // namespace weft::daemon

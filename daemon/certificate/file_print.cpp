@@ -1,10 +1,10 @@
 #include "daemon/certificate/file_print.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <set>
 
 #include "daemon/dataset/sha256.hpp"
+#include "daemon/recorder/raw_file.hpp"
 #include "protocols/base/crc.hpp"
 
 namespace weft::daemon {
@@ -29,26 +29,28 @@ std::string names_in(const std::vector<FileRegion>& regions, std::uint64_t first
 
 }  // namespace
 
-Result<FilePrint> print_of(const std::filesystem::path& file, std::vector<FileRegion> regions) {
+Result<FilePrint> print_of(const std::filesystem::path& file, std::vector<FileRegion> regions,
+                           const StopAsked& stop_asked) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
     return fail(Errc::not_found, "no such file", file.string());
   FilePrint print;
   print.name = file.filename().string();
   print.regions = std::move(regions);
-  std::ifstream in(file, std::ios::binary);
+  const auto in = sqlite::RawFile::open(file);  // this process may be writing it
+  if (!in) return pass(in.error());
   Bytes block(FilePrint::block_bytes);
   Sha256 hash;
-  while (in) {
-    in.read(reinterpret_cast<char*>(block.data()), static_cast<std::streamsize>(block.size()));
-    const auto got = static_cast<std::size_t>(in.gcount());
-    if (got == 0) break;
-    const ByteView seen = ByteView(block).first(got);
+  while (true) {
+    const auto got = in->read(print.bytes, block);
+    if (!got) return pass(got.error(), file.string());
+    if (*got == 0) break;
+    if (stop_asked && stop_asked()) return pass(stopped_early(file.string()));
+    const ByteView seen = ByteView(block).first(*got);
     hash.update(seen);
     print.block_crc32.push_back(crc32(seen));
-    print.bytes += got;
+    print.bytes += *got;
   }
-  if (!in.eof()) return fail(Errc::io, "the file cannot be read to its end", file.string());
   print.sha256 = to_hex(hash.finish());
   return print;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/dataset/stop_asked.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -30,8 +31,9 @@ struct FilePrint {
   bool operator==(const FilePrint&) const = default;
 };
 
-/// Errors: not_found, io.
-Result<FilePrint> print_of(const std::filesystem::path& file, std::vector<FileRegion> regions = {});
+/// Errors: not_found, io; wrong_state when it was stopped.
+Result<FilePrint> print_of(const std::filesystem::path& file, std::vector<FileRegion> regions = {},
+                           const StopAsked& stop_asked = {});
 
 /// A run of blocks that differ.
 struct AlteredBytes {

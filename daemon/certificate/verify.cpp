@@ -32,8 +32,9 @@ bool log_beside(const fs::path& campaign) {
   return !none && bytes > 0;
 }
 
-void compare_bytes(const FilePrint& then, const fs::path& file, VerifyReport& report) {
-  const auto now = print_of(file);
+void compare_bytes(const FilePrint& then, const fs::path& file, const StopAsked& stop_asked,
+                   VerifyReport& report) {
+  const auto now = print_of(file, {}, stop_asked);
   const std::string name = file.filename().string();
   if (!now) return report.findings.push_back({name, to_string(now.error())});
   if (now->bytes != then.bytes)
@@ -92,10 +93,11 @@ bool is_as_listed(const Certificate& certificate, const fs::path& folder, Verify
   return report.findings.size() == before;
 }
 
-void check_file(const fs::path& file, const Certificate* certificate, VerifyReport& report) {
+void check_file(const fs::path& file, const Certificate* certificate, const StopAsked& stop_asked,
+                VerifyReport& report) {
   const FilePrint* then = certificate == nullptr ? nullptr : certified_file(*certificate, file);
   const bool is_campaign = file == report.campaign;
-  if (then != nullptr) compare_bytes(*then, file, report);
+  if (then != nullptr) compare_bytes(*then, file, stop_asked, report);
   if (is_campaign && then != nullptr && log_beside(file))
     report.findings.push_back({file.filename().string(),
                                "was written to after it had been certified: its log is not empty"});
@@ -103,14 +105,14 @@ void check_file(const fs::path& file, const Certificate* certificate, VerifyRepo
   report.blank |= is_campaign && is_blank_campaign(file);
   if (report.blank && certificate == nullptr && report.dataset.empty()) return;
   if (is_campaign)
-    check_campaign(file, then == nullptr ? nullptr : certificate, report);
+    check_campaign(file, then == nullptr ? nullptr : certificate, stop_asked, report);
   else
     check_dataset(file, then == nullptr ? nullptr : certificate, report);
 }
 
 }  // namespace
 
-Result<VerifyReport> verify(const fs::path& path) {
+Result<VerifyReport> verify(const fs::path& path, const StopAsked& stop_asked) {
   auto report = looked_at(path);
   if (!report) return report;
   const fs::path& file = report->campaign.empty() ? report->dataset : report->campaign;
@@ -126,7 +128,8 @@ Result<VerifyReport> verify(const fs::path& path) {
                             ? is_as_listed(*certificate, path, *report)
                             : certified_file(*certificate, file) != nullptr;
   for (const fs::path& each : {report->campaign, report->dataset})
-    if (!each.empty()) check_file(each, certificate, *report);
+    if (!each.empty()) check_file(each, certificate, stop_asked, *report);
+  if (stop_asked && stop_asked()) return pass(stopped_early(path.string()));
   return report;
 }
 

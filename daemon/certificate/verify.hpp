@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/dataset/stop_asked.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -33,7 +34,8 @@ struct VerifyReport {
 };
 
 /// `path`: a campaign's folder, its campaign file or a data set. Damage is a finding, however bad.
-/// Errors: not_found, and parse of a file that never was one of ours.
-Result<VerifyReport> verify(const std::filesystem::path& path);
+/// `stop_asked` is looked at every few megabytes. Errors: not_found; parse of a file that never was
+/// one of ours; wrong_state when it was stopped.
+Result<VerifyReport> verify(const std::filesystem::path& path, const StopAsked& stop_asked = {});
 
 }  // namespace weft::daemon

@@ -103,7 +103,7 @@ std::string manual_page(const CLI::App& root) {
   for (const CLI::App* command : commands)
     for_each_command(*command, [&](const CLI::App& app) { out += section(app); });
   out += ".SH EXIT STATUS\n0: done. 1: refused or failed, with a sentence on standard error. ";
-  out += "2: the command line is not understood.\n";
+  out += "2: the command line is not understood. 128 + n: ended by signal n, tidily.\n";
   return out;
 }
 

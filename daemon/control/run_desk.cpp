@@ -1,6 +1,7 @@
 #include "daemon/control/run_desk.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -58,9 +59,15 @@ struct RunDesk::Run {
   Deadlines limits{};
   std::optional<RunOrders> orders;  ///< of this turn; nothing before the first
   std::jthread thread;
-  std::vector<PreviewTold> curious;  ///< wait for what `looker` finds
+  bool at_work = false;                ///< the thread has not told its end
+  std::atomic<bool> took_rig = false;  ///< set by the thread
+  std::vector<PreviewTold> curious;    ///< wait for what `looker` finds
   std::jthread looker;
-  std::vector<std::function<void(const RunView&)>> waiting;
+  struct Waiting {
+    std::function<void(const RunView&)> told;
+    std::weak_ptr<const void> listener;
+  };
+  std::vector<Waiting> waiting;
 
   [[nodiscard]] RunState state() const { return view.machine.state; }
   [[nodiscard]] bool is_over() const {
@@ -82,6 +89,7 @@ RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(aroun
 }
 
 RunDesk::~RunDesk() {
+  for (const auto& run : runs_) run->looker.request_stop();
   for (const auto& run : runs_)
     if (run->thread.joinable()) run->orders->give({Order::abort, "shutdown"});
   for (const auto& run : runs_)
@@ -96,7 +104,8 @@ RunDesk::Run* RunDesk::find(std::string_view id) const {
 
 std::optional<std::string> RunDesk::active() const {
   for (const auto& run : runs_)
-    if (run->state() != RunState::queued && !run->is_over()) return run->view.stored.id();
+    if (run->at_work || (run->state() != RunState::queued && !run->is_over()))
+      return run->view.stored.id();
   return std::nullopt;
 }
 
@@ -114,19 +123,26 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
   stored.name = wish.name;
   stored.by = wish.by;
   stored.created_us = around_.utc_us();
-  if (Status ok = store_.add(stored); !ok) return pass(ok.error());
-  stored.folder =
-      free_folder(around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name)));
-  if (Status ok = store_.update(stored); !ok) return pass(ok.error());
-  if (Status ok = store_.journal(stored.created_us, stored.id(), "submitted", wish.by); !ok)
-    return pass(ok.error());
-  run->view.trials_planned = checked->plan.trials.size();
-  run->limits = deadlines_of(checked->plan);
+  const Status kept = store_.together([&] {
+    Status done = store_.add(stored);
+    if (!done) return done;
+    stored.folder =
+        free_folder(around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name)));
+    done = store_.update(stored);
+    return done ? store_.journal(stored.created_us, stored.id(), "submitted", wish.by) : done;
+  });
+  if (!kept) return pass(kept.error());
+  plan_known(*run, checked->plan);
   runs_.push_back(std::move(run));
   Run& added = *runs_.back();
   tell(added);
   begin_next();
   return added.view;
+}
+
+void RunDesk::plan_known(Run& run, const recipes::Plan& plan) {
+  run.view.trials_planned = plan.trials.size();
+  run.limits = deadlines_of(plan);
 }
 
 CampaignRequest RunDesk::request_of(const StoredRun& run) {
@@ -154,8 +170,9 @@ void RunDesk::preview(std::string_view id, PreviewTold told) {
   if (run.curious.size() > 1) return;
   CampaignRequest request = request_of(run.view.stored);
   request.resume = true;
-  run.looker = std::jthread([this, &run, request = std::move(request)] {
-    const auto left = caught([&] { return preview_resume(request); });
+  run.looker = std::jthread([this, &run, request = std::move(request)](std::stop_token stop) {
+    const auto left =
+        caught([&] { return preview_resume(request, [&stop] { return stop.stop_requested(); }); });
     around_.post([&run, left] {
       for (const auto& each : std::exchange(run.curious, {})) each(left);
     });
@@ -170,9 +187,9 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
   const auto checked = check_request(request_of(stored));
   if (!checked) return pass(checked.error());
   stored.resume = true;
-  stored.outcome = stored.cleanup = stored.rig_fact = stored.error = "";
-  run.view.trials_planned = checked->plan.trials.size();
-  run.limits = deadlines_of(checked->plan);
+  stored.outcome = stored.cleanup = stored.rig_fact = stored.error = stored.dataset_sha256 = "";
+  plan_known(run, checked->plan);
+  if (standing_ == RigStanding{RigStanding::Fact::unknown, stored.id()}) trusted_ = stored.id();
   apply(run, {{RunState::queued, RunMachine::Clock::max()}, {}, false}, by);
   begin_next();
   return run.view;
@@ -180,15 +197,19 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
 
 bool RunDesk::may_begin(const Run& run) const {
   if (run.state() != RunState::queued || standing_.fact == RigStanding::Fact::latched) return false;
-  return standing_.fact == RigStanding::Fact::safe || run.view.stored.resume;
+  return standing_.fact == RigStanding::Fact::safe || run.view.stored.id() == trusted_;
 }
 
-void RunDesk::stand(RigStanding::Fact fact, std::string_view why, std::string_view by) {
-  const RigStanding now{fact, std::string(why)};
-  if (now == standing_ && fact != RigStanding::Fact::latched) return;  // every halt is told
-  standing_ = now;
-  static_cast<void>(store_.keep(standing_));
+void RunDesk::stand(const RigStanding& standing, std::string_view by) {
+  trusted_.clear();  // it was for how the rig stood then
+  if (standing == standing_ && standing.fact != RigStanding::Fact::latched) return;
+  standing_ = standing;  // every halt is told
+  keep_standing();
   if (around_.stands) around_.stands(standing_, by);
+}
+
+void RunDesk::keep_standing() {
+  standing_kept_ = store_.keep(standing_).has_value();
 }
 
 void RunDesk::begin_next() {
@@ -197,13 +218,20 @@ void RunDesk::begin_next() {
       std::find_if(runs_.begin(), runs_.end(), [this](const auto& run) { return may_begin(*run); });
   if (next == runs_.end()) return;
   Run& run = **next;
-  if (run.limits.arming.count() == 0) run.limits = Deadlines::of(0, 600);  // from before a restart
+  if (run.limits.arming.count() == 0) {  // from before a restart
+    run.limits = Deadlines::of(0, 600);  // enough to be refused
+    if (const auto checked = check_request(request_of(run.view.stored)))
+      plan_known(run, checked->plan);
+  }
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
   if (run.thread.joinable()) run.thread.join();  // it has told its end
   run.orders.emplace();
+  run.at_work = true;
+  run.took_rig = false;
   run.thread = std::jthread([this, &run, stored = run.view.stored] {
     CampaignHooks hooks;
     hooks.orders = &*run.orders;
+    hooks.rig_taken = [&run] { run.took_rig = true; };
     hooks.moment = [this, &run](const RunMoment& moment) {
       around_.post([this, &run, moment] {
         run.view.moment = moment;
@@ -222,7 +250,8 @@ void RunDesk::begin_next() {
     };
     const CampaignRequest request = request_of(stored);
     auto summary = caught([&] { return run_campaign(request, hooks); });
-    const bool left = request.resume && is_anything_left(request);
+    const bool left =
+        request.resume ? is_anything_left(request) : !summary && is_only_end_left(request);
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });
 }
@@ -244,10 +273,16 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     run.view.stored.rig_fact = "unknown";
     run.view.stored.error = "the run does not answer";
     if (standing_.fact != RigStanding::Fact::latched)
-      stand(RigStanding::Fact::unknown, run.view.stored.id(), by);
+      stand({RigStanding::Fact::unknown, run.view.stored.id()}, by);
     static_cast<void>(store_.update(run.view.stored));
+    tell_end(run);
   }
   tell(run);
+}
+
+void RunDesk::tell_end(Run& run) {
+  for (const auto& each : std::exchange(run.waiting, {}))
+    if (!each.listener.expired()) each.told(run.view);
 }
 
 void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
@@ -266,12 +301,18 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     stored.rig_fact = "unknown";
     stored.error = to_string(summary.error());
   }
-  if (standing_.fact != RigStanding::Fact::latched)
-    stand(stored.rig_fact == "safe" ? RigStanding::Fact::safe : RigStanding::Fact::unknown,
-          stored.rig_fact == "safe" ? "" : stored.id(), "auto:run");
+  run.at_work = false;
+  trusted_.clear();
+  if (!run.took_rig)
+    stored.rig_fact = to_string(standing_.fact);  // what it was
+  else if (standing_.fact != RigStanding::Fact::latched)
+    stand(stored.rig_fact == "safe" ? RigStanding{}
+                                    : RigStanding{RigStanding::Fact::unknown, stored.id()},
+          "auto:run");
   run.view.wall_left_s = 0;
+  static_cast<void>(store_.update(stored));  // also of one that had been given up
   apply(run, on_ended(may_go_on), "auto:run");
-  for (const auto& told : std::exchange(run.waiting, {})) told(run.view);
+  tell_end(run);
   begin_next();
 }
 
@@ -298,7 +339,8 @@ Status RunDesk::withdraw(std::string_view id, std::string_view by) {
   run->view.stored.cleanup = "skipped";
   run->view.stored.rig_fact = as_before ? "unknown" : "safe";
   apply(*run, on_ended(as_before), by);
-  for (const auto& told : std::exchange(run->waiting, {})) told(run->view);
+  if (trusted_ == run->view.stored.id()) trusted_.clear();
+  tell_end(*run);
   return {};
 }
 
@@ -313,11 +355,11 @@ Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_vie
 }
 
 void RunDesk::halt(std::string_view by) {
-  stand(RigStanding::Fact::latched, by, by);
-  for (const auto& run : runs_) {
+  for (const auto& run : runs_) {  // motion first, then what has to reach the disk
     const auto step = on_order(run->view.machine, run->limits, Order::halt, around_.now());
     if (step) apply(*run, *step, by);
   }
+  stand({RigStanding::Fact::latched, std::string(by)}, by);
   static_cast<void>(store_.journal(around_.utc_us(), "", "halt", by));
 }
 
@@ -328,12 +370,15 @@ Status RunDesk::reset(std::string_view reason, std::string_view by) {
     return fail(Errc::invalid_argument, "a reset needs a reason", "/params/reason", "a few words",
                 std::string(reason));
   if (const auto run = active())
-    return fail(Errc::wrong_state, "a run has not ended yet", *run, "ended", {}, "Wait for it");
-  stand(RigStanding::Fact::safe, "", by);
-  if (Status ok =
-          store_.journal(around_.utc_us(), "", "reset", by, json{{"reason", reason}}.dump());
-      !ok)
-    return ok;
+    return fail(Errc::wrong_state, "a run has not ended yet", *run, "ended", {},
+                "Wait for it; one that does not answer ends with the daemon");
+  const std::string payload = json{{"reason", reason}}.dump();
+  const Status kept = store_.together([&] {
+    Status done = store_.keep({});
+    return done ? store_.journal(around_.utc_us(), "", "reset", by, payload) : done;
+  });
+  if (!kept) return kept;
+  stand({}, by);
   begin_next();
   return {};
 }
@@ -351,15 +396,18 @@ std::vector<RunView> RunDesk::all() const {
   return out;
 }
 
-void RunDesk::when_ended(std::string_view id, std::function<void(const RunView&)> told) {
+void RunDesk::when_ended(std::string_view id, std::function<void(const RunView&)> told,
+                         std::weak_ptr<const void> listener) {
   Run* run = find(id);
   if (run == nullptr) return;
   if (run->is_over()) return told(run->view);
-  run->waiting.push_back(std::move(told));
+  run->waiting.push_back({std::move(told), std::move(listener)});
 }
 
 void RunDesk::tick() {
+  if (!standing_kept_) keep_standing();
   for (const auto& run : runs_) {
+    std::erase_if(run->waiting, [](const auto& each) { return each.listener.expired(); });
     const RunStep step = on_time(run->view.machine, run->limits, around_.now());
     if (step.next.state != run->state()) apply(*run, step, "auto:deadline");
   }

@@ -78,15 +78,19 @@ class RunDesk {
   /// Stops motion now, whatever runs, and latches the rig until reset().
   void halt(std::string_view by);
   Status reset(std::string_view reason, std::string_view by);
-  /// Where it is not safe nothing begins before reset(), but for a run that somebody goes on with
-  /// where it is unknown: that ends the doubt or leaves it. Outlives the daemon.
+  /// Where it is not safe nothing begins before reset(), but for the run that left it unknown, once
+  /// somebody goes on with that: it ends the doubt or leaves it. Outlives the daemon.
   [[nodiscard]] const RigStanding& standing() const { return standing_; }
+  /// False: it could not be written down, and would be forgotten with the daemon. tick() tries
+  /// again.
+  [[nodiscard]] bool standing_is_kept() const { return standing_kept_; }
 
   [[nodiscard]] Result<RunView> get(std::string_view id) const;
   [[nodiscard]] std::vector<RunView> all() const;
   [[nodiscard]] std::optional<std::string> active() const;
-  /// Calls back once, when the run has ended; at once where it has.
-  void when_ended(std::string_view id, std::function<void(const RunView&)> told);
+  /// Calls back once, when the run has ended; at once where it has; never, once `listener` is gone.
+  void when_ended(std::string_view id, std::function<void(const RunView&)> told,
+                  std::weak_ptr<const void> listener);
   /// Call often: deadlines.
   void tick();
 
@@ -94,7 +98,10 @@ class RunDesk {
   struct Run;
   void begin_next();
   [[nodiscard]] bool may_begin(const Run& run) const;
-  void stand(RigStanding::Fact fact, std::string_view why, std::string_view by);
+  void stand(const RigStanding& standing, std::string_view by);
+  void keep_standing();
+  void plan_known(Run& run, const recipes::Plan& plan);
+  void tell_end(Run& run);
   [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
@@ -107,6 +114,9 @@ class RunDesk {
   RunStore& store_;
   std::vector<std::unique_ptr<Run>> runs_;  // oldest first
   RigStanding standing_;
+  bool standing_kept_ = true;
+  std::string
+      trusted_;  ///< the run that somebody goes on with, knowing that it left the rig unknown
 };
 
 }  // namespace weft::daemon::control

@@ -167,6 +167,17 @@ Result<std::vector<StoredRun>> RunStore::load() {
   }
 }
 
+Status RunStore::together(const std::function<Status()>& work) {
+  Status done = database_.execute("BEGIN IMMEDIATE");
+  if (!done) return done;
+  done = work();
+  if (done) done = database_.execute("COMMIT");
+  // Where SQLite has rolled back by itself, as it does when the disk is full, there is no more to
+  // do.
+  if (!done) static_cast<void>(database_.execute("ROLLBACK"));
+  return done;
+}
+
 Status RunStore::add(StoredRun& run) {
   auto insert = database_.prepare(
       "INSERT INTO run (recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -51,6 +52,8 @@ class RunStore {
   static Result<RunStore> open(const std::filesystem::path& file);
 
   [[nodiscard]] Result<std::vector<StoredRun>> load();
+  /// All that `work` writes, or nothing of it: where it fails, or where it cannot be kept.
+  Status together(const std::function<Status()>& work);
   /// Gives it its number.
   Status add(StoredRun& run);
   Status update(const StoredRun& run);

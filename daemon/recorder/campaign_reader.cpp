@@ -1,9 +1,12 @@
 // Campaign file to Dataset. The file may come from a killed process or a failing disk: nothing in
 // it is believed before it has been checked.
+#include <algorithm>
+#include <array>
 #include <charconv>
-#include <fstream>
+#include <utility>
 
 #include "daemon/recorder/chunk.hpp"
+#include "daemon/recorder/raw_file.hpp"
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/recorder/schema.hpp"
 #include "daemon/recorder/sqlite.hpp"
@@ -202,11 +205,12 @@ class ChunkReader {
     const std::size_t width = widths_[static_cast<std::size_t>(stream)];
     if (width == 0 && stream != Stream::stages)
       return fail(Errc::corrupt, "a chunk of a stream that the file does not describe");
-    const std::size_t expected_bytes =
-        static_cast<std::size_t>(query_.integer(2)) * row_bytes(stream, width);
-    if (query_.integer(2) < 1 || data.size() != expected_bytes)
-      return fail(Errc::corrupt, "cut short", {}, std::to_string(expected_bytes) + " bytes",
-                  std::to_string(data.size()));
+    const std::size_t row = row_bytes(stream, width);
+    if (data.empty() || data.size() % row != 0 ||
+        std::cmp_not_equal(data.size() / row, query_.integer(2)))
+      return fail(Errc::corrupt, "cut short", {},
+                  query_.text(2) + " rows of " + std::to_string(row) + " bytes",
+                  std::to_string(data.size()) + " bytes");
     if (crc32(data) != query_.integer(4))
       return fail(Errc::corrupt, "altered: its CRC-32 disagrees");
     const auto lost = static_cast<std::uint32_t>(query_.integer(3));
@@ -250,6 +254,8 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
     auto record = read_trial_row(*query);
     if (!record) return pass(std::move(record).error());
     if (record->outcome != TrialOutcome::complete && !options.all_outcomes) continue;
+    if (options.stop_asked && options.stop_asked())
+      return pass(stopped_early(trial_name(record->spec)));
     classifier::Trial trial;
     trial.file = trial_name(record->spec);
     trial.label = record->spec.label;
@@ -294,9 +300,9 @@ Result<CampaignHeader> load_header(const std::filesystem::path& path) {
 
 bool is_campaign_file(const std::filesystem::path& path) {
   constexpr std::string_view magic("SQLite format 3\0", 16);
-  std::string begin(magic.size(), '\0');
-  std::ifstream in(path, std::ios::binary);
-  return in.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == magic;
+  std::array<std::uint8_t, magic.size()> begin{};
+  const auto file = sqlite::RawFile::open(path);
+  return file && file->fill(0, begin) && std::equal(begin.begin(), begin.end(), magic.begin());
 }
 
 Result<CampaignProgress> load_progress(const std::filesystem::path& path) {

@@ -18,6 +18,11 @@ constexpr const char* connection_sql =
     "PRAGMA page_size=16384; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
     "PRAGMA foreign_keys=ON";
 
+/// How long the end of a campaign waits for those who have the file open, and for those who are in
+/// the middle of reading it.
+constexpr std::chrono::milliseconds for_closing{500};
+constexpr std::chrono::milliseconds for_reading{30'000};
+
 /// Folded in when it is 32 MiB long.
 constexpr int most_log_pages = 2000;
 
@@ -227,9 +232,25 @@ Status CampaignWriter::finish() {
   Status done = begin();
   if (done) done = guard(database_.execute("UPDATE campaign SET finished = 1"));
   if (done) done = commit();
-  // Without its log the file is one piece that can be copied and read from a read-only place.
-  if (done) done = guard(database_.execute("PRAGMA journal_mode=DELETE"));
+  if (done) done = guard(one_piece());
   return done;
+}
+
+// Without its log the file is one piece that can be copied and read from a read-only place.
+// Somebody who has the file open keeps it from being without one; an empty log does then.
+Status CampaignWriter::one_piece() {
+  database_.wait_for_others(for_closing);
+  if (database_.execute("PRAGMA journal_mode=DELETE")) return {};
+  database_.wait_for_others(for_reading);
+  auto fold = database_.prepare("PRAGMA wal_checkpoint(TRUNCATE)");
+  if (!fold) return pass(fold.error());
+  const auto row = fold->step();
+  if (!row) return pass(row.error());
+  if (*row && fold->integer(0) == 0) return {};
+  return fail(Errc::wrong_state, "somebody has been reading the campaign file without a pause",
+              "the end of the campaign", {}, {},
+              "All of it is recorded. End that program, then go on with the campaign: what is left "
+              "is its end");
 }
 
 }  // namespace weft::daemon

@@ -54,7 +54,8 @@ class CampaignWriter {
   Status end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now);
   Status journal(TimePoint now, std::string_view kind, std::string_view payload_json);
   Status commit();
-  /// Commits, marks the campaign finished and folds the write-ahead log into the one file.
+  /// Commits, marks the campaign finished and folds the write-ahead log into the one file. Waits
+  /// for those who read it; wrong_state, after half a minute of that.
   Status finish();
 
  private:
@@ -62,6 +63,7 @@ class CampaignWriter {
   Status prepare();
   Status begin();
   Status run(sqlite::Statement& statement);
+  Status one_piece();
   /// What is committed goes from the log into the file.
   Status fold_log();
   /// Keeps the first failure of the file.

@@ -5,6 +5,7 @@
 #include <bit>
 #include <fstream>
 
+#include "daemon/recorder/raw_file.hpp"
 #include "protocols/base/bytes.hpp"
 
 namespace weft::daemon {
@@ -148,10 +149,9 @@ WalkedLog walk(std::istream& in, const LogHeader& header) {
 bool has_page_of(const fs::path& database, const LogFrame& frame) {
   const ByteView content = frame.content();
   Bytes page(content.size());
-  std::ifstream file(database, std::ios::binary);
-  file.seekg(static_cast<std::streamoff>((frame.page() - 1) * page.size()));
-  file.read(reinterpret_cast<char*>(page.data()), static_cast<std::streamsize>(page.size()));
-  return file && std::equal(page.begin(), page.end(), content.begin());
+  const auto file = sqlite::RawFile::open(database);
+  return file && file->fill((frame.page() - 1) * page.size(), page) &&
+         std::equal(page.begin(), page.end(), content.begin());
 }
 
 }  // namespace

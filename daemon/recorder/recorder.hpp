@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "daemon/dataset/dataset.hpp"
+#include "daemon/dataset/stop_asked.hpp"
 #include "drivers/api/sample.hpp"
 
 namespace weft::daemon {
@@ -133,6 +134,7 @@ struct CampaignLoadOptions {
   bool all_outcomes = false;  ///< true keeps stopped, failed and interrupted trials, marked as such
   bool streams = true;        ///< wrench, stages, acceleration and sound
   bool transfers = false;     ///< true keeps taxel samples of Phase::none (approach and retreat)
+  StopAsked stop_asked = {};  ///< looked at before each trial; then wrong_state
 };
 
 /// Opens a campaign file read-only, checks every chunk's CRC and gathers the trials in plan order.

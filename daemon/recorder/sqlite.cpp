@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cstdio>
-#include <fstream>
 
 #include "daemon/recorder/log_check.hpp"
+#include "daemon/recorder/raw_file.hpp"
 
 namespace weft::daemon::sqlite {
 namespace {
@@ -47,11 +47,11 @@ bool is_there(const std::filesystem::path& path) {
 /// The file says that a log belongs to it, and there is none, nor anything to be taken back.
 bool lacks_log(const std::filesystem::path& path) {
   constexpr std::size_t read_version_at = 19;
-  constexpr char write_ahead = 2;
-  std::array<char, read_version_at + 1> begin{};
-  std::ifstream file(path, std::ios::binary);
-  return file.read(begin.data(), begin.size()) && begin[read_version_at] == write_ahead &&
-         !is_there(log_of(path)) && !is_there(path.string() + "-journal");
+  constexpr std::uint8_t write_ahead = 2;
+  if (is_there(log_of(path)) || is_there(path.string() + "-journal")) return false;
+  std::array<std::uint8_t, read_version_at + 1> begin{};
+  const auto file = RawFile::open(path);
+  return file && file->fill(0, begin) && begin[read_version_at] == write_ahead;
 }
 
 /// Makes SQLite leave the folder as it is: it would put an empty log beside a file that lacks one.
@@ -150,27 +150,46 @@ ByteView Statement::blob(int column) const {
   return bytes == nullptr ? ByteView{} : ByteView(bytes, size);
 }
 
+Result<Database> Database::open_named(const std::string& name, int flags) {
+  sqlite3* raw = nullptr;
+  const int code = sqlite3_open_v2(name.c_str(), &raw, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  Database database;
+  database.raw_.reset(raw);
+  if (raw == nullptr) return fail(Errc::io, "no memory to open the campaign file");
+  if (code != SQLITE_OK) return database_error(raw, "cannot open the campaign file");
+  return database;
+}
+
+Result<Database> Database::open_untouched(const std::filesystem::path& path) {
+  auto database = open_named(untouched_uri(path), SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
+  if (!database) return pass(database.error(), path.string());
+  return database;
+}
+
 Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
   if (is_orphan(path))
     return fail(Errc::corrupt, "the file is missing or empty, but its log is there", path.string(),
                 {}, {}, "Put the file back beside its log; nothing was changed");
-  const bool untouched = mode == Mode::read_only && lacks_log(path);
-  const std::string name = untouched ? untouched_uri(path) : path.string();
+  if (mode == Mode::read_only && lacks_log(path)) return open_untouched(path);
   const int flags = mode == Mode::read_only    ? SQLITE_OPEN_READONLY
                     : mode == Mode::read_write ? SQLITE_OPEN_READWRITE
                                                : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-  sqlite3* raw = nullptr;
-  const int code = sqlite3_open_v2(
-      name.c_str(), &raw, flags | SQLITE_OPEN_NOMUTEX | (untouched ? SQLITE_OPEN_URI : 0), nullptr);
-  Database database;
-  database.raw_.reset(raw);
-  if (raw == nullptr) return fail(Errc::io, "no memory to open the campaign file", path.string());
-  if (code != SQLITE_OK)
-    return pass(database_error(raw, "cannot open the campaign file").value(), path.string());
-  if (mode != Mode::read_only || !needs_rollback(raw)) return database;
+  auto database = open_named(path.string(), flags);
+  if (!database) return pass(database.error(), path.string());
+  if (mode != Mode::read_only || !needs_rollback(database->raw_.get())) return database;
   auto writable = open(path, Mode::read_write);
   if (writable) static_cast<void>(writable->execute("PRAGMA schema_version; PRAGMA query_only=ON"));
   return writable;
+}
+
+void Database::wait_for_others(std::chrono::milliseconds longest) {
+  sqlite3_busy_timeout(raw_.get(), static_cast<int>(longest.count()));
+}
+
+sqlite3_file* Database::file() const {
+  sqlite3_file* file = nullptr;
+  const int code = sqlite3_file_control(raw_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file);
+  return code == SQLITE_OK ? file : nullptr;
 }
 
 void Database::count_log_pages(int* pages) {

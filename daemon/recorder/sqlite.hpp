@@ -3,6 +3,7 @@
 
 #include <sqlite3.h>
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -54,6 +55,8 @@ class Database {
   /// A file that a kill left in the middle of a change is first put back as it was, also to be
   /// read. Errors: io, parse; corrupt, where there is a write-ahead log but no file for it.
   static Result<Database> open(const std::filesystem::path& path, Mode mode);
+  /// Without its log, to be read: takes no lock and leaves the folder as it is. Errors: io.
+  static Result<Database> open_untouched(const std::filesystem::path& path);
 
   /// Runs statements that return nothing of interest.
   Status execute(const char* sql);
@@ -61,12 +64,17 @@ class Database {
   /// Writes into `pages`, after each commit, how many pages the write-ahead log has; from now on
   /// the caller folds it in.
   void count_log_pages(int* pages);
+  /// From now on a statement waits so long for others to be done with the file.
+  void wait_for_others(std::chrono::milliseconds longest);
+  /// The file beneath; of the database as long as it is open. Nothing: none.
+  [[nodiscard]] sqlite3_file* file() const;
   [[nodiscard]] std::int64_t last_row_id() const { return sqlite3_last_insert_rowid(raw_.get()); }
 
  private:
   struct Close {
     void operator()(sqlite3* raw) const { sqlite3_close_v2(raw); }
   };
+  static Result<Database> open_named(const std::string& name, int flags);
   std::unique_ptr<sqlite3, Close> raw_;
 };
 

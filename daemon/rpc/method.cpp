@@ -152,6 +152,14 @@ tl::expected<void, RpcError> check_params(const MethodSpec& spec, const json& pa
                                    std::string(schema_type(param.type)),
                                    value.type_name(),
                                    {}});
+    if (value.is_string() && value.get_ref<const std::string&>().size() > longest_text)
+      return refuse("param.range",
+                    {Errc::range,
+                     "text too long",
+                     where,
+                     "at most " + std::to_string(longest_text) + " bytes",
+                     std::to_string(value.get_ref<const std::string&>().size()) + " bytes",
+                     {}});
   }
   for (const ParamSpec& param : known)
     if (param.required && !params.contains(param.name))

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -59,6 +60,7 @@ struct Call {
   const nlohmann::json& params;  ///< checked against the method's table
   const Caller& caller;
   server::Conversation* conversation = nullptr;  ///< null for a call by POST, which has none
+  std::weak_ptr<const void> listener = {};       ///< gone when nobody waits for the answer
 };
 
 using Handler = std::function<void(const Call&, Responder)>;
@@ -87,7 +89,11 @@ class Methods {
   std::map<std::string, Entry, std::less<>> entries_;
 };
 
-/// Unknown names (with a did-you-mean), missing ones, wrong types; the first problem.
+/// Texts are names, notes and reasons [bytes].
+constexpr std::size_t longest_text = 1000;
+
+/// Unknown names (with a did-you-mean), missing ones, wrong types, texts that are too long; the
+/// first problem.
 tl::expected<void, RpcError> check_params(const MethodSpec& spec, const nlohmann::json& params);
 
 }  // namespace weft::daemon::rpc

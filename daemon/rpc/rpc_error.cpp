@@ -34,11 +34,13 @@ constexpr std::array<Row, 12> rows{{
 
 RpcError from(const Error& error) {
   for (const Row& row : rows)
-    if (row.errc == error.code) return {row.code, std::string(row.kind), error, row.retryable, {}};
-  return {code::internal, "internal", error, false, {}};
+    if (row.errc == error.code) return rpc_error(row.code, row.kind, error, row.retryable);
+  return rpc_error(code::internal, "internal", error);
 }
 
 RpcError rpc_error(int code, std::string_view kind, Error error, bool retryable) {
+  constexpr std::size_t longest_got = 500;  // what a client sent may be a line of a megabyte
+  if (error.got.size() > longest_got) error.got = error.got.substr(0, longest_got) + "...";
   return {code, std::string(kind), std::move(error), retryable, {}};
 }
 

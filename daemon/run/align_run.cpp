@@ -15,15 +15,6 @@ void nothing_to_mount(Loop&, std::string_view, MountDone done) {
   done({});
 }
 
-Status bring_up(BenchSession& session, const std::function<bool()>& stop_asked) {
-  std::optional<Status> up;
-  session.bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
-  session.run_until([&] { return up.has_value() || stop_asked(); });
-  if (up) return *up;
-  if (stop_asked()) return fail(Errc::wrong_state, "stopped before the first touch", "bench");
-  return fail(Errc::timeout, "the bench fell silent", "bench");
-}
-
 }  // namespace
 
 AlignRun::AlignRun(const recipes::AlignPlan& plan, Loop& loop, Bench& bench)

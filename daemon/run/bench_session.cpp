@@ -97,6 +97,15 @@ Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& re
 
 }  // namespace
 
+Status bring_up(BenchSession& session, const StopAsked& stop_asked) {
+  std::optional<Status> up;
+  session.bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
+  session.run_until([&] { return up.has_value() || stop_asked(); });
+  if (up) return *up;
+  if (stop_asked()) return fail(Errc::wrong_state, "stopped while the bench came up", "bench");
+  return fail(Errc::timeout, "the bench fell silent", "bench");
+}
+
 Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request) {
   return request.rig.mode == BenchMode::simulated ? simulated_session(request)
                                                   : PortSession::open(request);

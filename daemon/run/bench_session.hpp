@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/dataset/stop_asked.hpp"
 #include "daemon/run/bench.hpp"
 #include "daemon/run/supervisor.hpp"
 #include "recipes/engine/rig_limits.hpp"
@@ -49,6 +50,10 @@ struct SessionRequest {
   std::uint64_t seed = 0;    ///< of a simulated bench's sensors
   PersonMounts person = {};  ///< real benches only
 };
+
+/// Opens and homes. Errors: the bench's; wrong_state when it was stopped; timeout, when the bench
+/// fell silent.
+Status bring_up(BenchSession& session, const StopAsked& stop_asked);
 
 /// Makes devices and links; nothing has been said to a device yet.
 /// Errors: what the rig file, its cloth table or a port refuse; unsupported, when a real bench has

@@ -28,6 +28,14 @@ std::string all_problems(const std::vector<recipes::Diagnostic>& problems) {
   return text;
 }
 
+bool signalled(const CampaignHooks& hooks) {
+  return hooks.stop != nullptr && hooks.stop->load(std::memory_order_relaxed);
+}
+
+bool stop_asked(const CampaignHooks& hooks) {
+  return signalled(hooks) || (hooks.orders != nullptr && hooks.orders->ends_run());
+}
+
 // The parts of a run in progress, and what is told about it.
 class Run {
  public:
@@ -40,13 +48,9 @@ class Run {
         errors_(error_check ? session.plant() : nullptr, checked.plan) {}
 
   Status bring_up() {
-    std::optional<Status> up;
-    session_->bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
-    session_->run_until([&] { return up.has_value() || stop_asked(); });
+    Status up = daemon::bring_up(*session_, [this] { return stop_asked(*hooks_); });
     brought_up_ = session_->loop().now();
-    if (up) return *up;
-    if (stop_asked()) return fail(Errc::wrong_state, "stopped before the first trial", "bench");
-    return fail(Errc::timeout, "the bench fell silent", "bench");
+    return up;
   }
 
   /// What is on record of trials that are not run again.
@@ -73,7 +77,7 @@ class Run {
     Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
     supervisor.start(past.from);
     session_->run_until([&] {
-      if (signalled() && !std::exchange(stopping_, true)) abort(supervisor, recording);
+      if (signalled(*hooks_) && !std::exchange(stopping_, true)) abort(supervisor, recording);
       tell_step(supervisor);
       obey(supervisor, recording);
       return supervisor.result().has_value();
@@ -92,13 +96,6 @@ class Run {
   }
 
  private:
-  [[nodiscard]] bool signalled() const {
-    return hooks_->stop != nullptr && hooks_->stop->load(std::memory_order_relaxed);
-  }
-  [[nodiscard]] bool stop_asked() const {
-    return signalled() || (hooks_->orders != nullptr && hooks_->orders->ends_run());
-  }
-
   // A clock that jumps to the next timer would jump over a pause: there the orders are waited for.
   void obey(Supervisor& supervisor, TrialRecording& recording) {
     if (hooks_->orders == nullptr) return;
@@ -220,8 +217,11 @@ Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRe
 /// The campaign that the folder holds, where it is to be gone on with.
 Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
                                           const std::filesystem::path& campaign,
-                                          const SettledRequest& settled) {
-  if (request.resume) return resumption(campaign, settled.checked, settled.rig.mode);
+                                          const SettledRequest& settled,
+                                          const CampaignHooks& hooks) {
+  if (request.resume)
+    return resumption(campaign, settled.checked, settled.rig.mode,
+                      [&hooks] { return stop_asked(hooks); });
   if (Status free = Recorder::refuse_existing(campaign); !free) return pass(free.error());
   return std::optional<Resumption>{};
 }
@@ -280,13 +280,14 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   const std::filesystem::path campaign_file = request.out / "campaign.sqlite";
   const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));
   if (!folder) return pass(folder.error());
-  const auto past = past_of(request, campaign_file, *settled);
+  const auto past = past_of(request, campaign_file, *settled, hooks);
   if (!past) return pass(past.error());
   if (*past && (*past)->only_concludes)
     return concluded(request.out, checked.plan, rig, (*past)->past);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});
   Run run(checked, **session, hooks, request.error_check);
+  if (hooks.rig_taken) hooks.rig_taken();
   if (Status up = run.bring_up(); !up) return pass(up.error());
   Result<Recorder> recorder = *past ? reopened(campaign_file, **past, **session)
                                     : created(campaign_file, checked, **session, rig);

@@ -107,6 +107,9 @@ struct CampaignHooks {
   const std::atomic<bool>* stop = nullptr;
   /// Looked at between events too; see RunOrders.
   RunOrders* orders = nullptr;
+  /// Before anything is said to a device, on the run's thread. A run that ends without it has left
+  /// the rig as it was.
+  std::function<void()> rig_taken;
   /// At each change of the engine's step, on the run's thread.
   std::function<void(const RunMoment&)> moment;
 };

@@ -31,8 +31,8 @@ Status same_request(const CampaignPast& past, const CheckedRequest& checked) {
   return same;
 }
 
-Status holds(const std::filesystem::path& campaign) {
-  const auto report = verify(campaign);
+Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked) {
+  const auto report = verify(campaign, stop_asked);
   if (!report) return pass(report.error());
   if (report->holds()) return {};
   const VerifyFinding& first = report->findings.front();
@@ -113,14 +113,22 @@ bool is_anything_left(const CampaignRequest& request) {
   return !checked || !past || !is_over(*past, checked->plan) || !is_certified(campaign);
 }
 
+bool is_only_end_left(const CampaignRequest& request) {
+  const std::filesystem::path campaign = request.out / "campaign.sqlite";
+  const auto checked = check_request(request);
+  const auto past = load_past(campaign);
+  return checked && past && is_over(*past, checked->plan) && !is_certified(campaign);
+}
+
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
-                                             const CheckedRequest& checked, BenchMode mode) {
+                                             const CheckedRequest& checked, BenchMode mode,
+                                             const StopAsked& stop_asked) {
   std::error_code ignored;
   const auto log = read_log(campaign);
   if (!log) return pass(log.error());
   const bool nothing = log->bytes == 0 && !std::filesystem::exists(campaign, ignored);
   if (nothing || is_blank_campaign(campaign)) return nothing_recorded(campaign.parent_path());
-  if (Status ok = holds(campaign); !ok) return pass(ok.error());
+  if (Status ok = holds(campaign, stop_asked); !ok) return pass(ok.error());
   auto past = load_past(campaign);
   if (!past) return pass(past.error());
   if (Status same = same_request(*past, checked); !same) return pass(same.error());
@@ -152,11 +160,12 @@ Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench)
   return {};
 }
 
-Result<ResumePreview> preview_resume(const CampaignRequest& request) {
+Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopAsked& stop_asked) {
   auto settled = settled_request(request);
   if (!settled) return pass(settled.error());
   const recipes::Plan& plan = settled->checked.plan;
-  auto found = resumption(request.out / "campaign.sqlite", settled->checked, settled->rig.mode);
+  auto found =
+      resumption(request.out / "campaign.sqlite", settled->checked, settled->rig.mode, stop_asked);
   if (!found) return pass(found.error());
   ResumePreview out;
   out.planned = plan.trials.size();

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/dataset/stop_asked.hpp"
 #include "daemon/recorder/campaign_past.hpp"
 #include "daemon/run/bench.hpp"
 #include "daemon/run/campaign.hpp"
@@ -29,13 +30,18 @@ struct Resumption {
 
 /// Nothing when the folder holds no campaign, or one of which nothing was written yet: it begins
 /// then like any other. Errors: corrupt, when the file does not hold; wrong_state with what
-/// differs, when recipe, rig or seed are not the file's; wrong_state, when nothing is left to do.
+/// differs, when recipe, rig or seed are not the file's; wrong_state, when nothing is left to do,
+/// or it was stopped.
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
-                                             const CheckedRequest& checked, BenchMode mode);
+                                             const CheckedRequest& checked, BenchMode mode,
+                                             const StopAsked& stop_asked = {});
 
 /// Whether the folder's campaign may be gone on with by what its file says, which is not verified.
 /// True as well where that cannot be read: somebody may put right what keeps it from it.
 bool is_anything_left(const CampaignRequest& request);
+
+/// Every trial is on record; data set and certificate are missing.
+bool is_only_end_left(const CampaignRequest& request);
 
 /// The bench that came up is the one on record. Errors: wrong_state, naming the device.
 Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench);
@@ -46,6 +52,7 @@ struct ResumePreview {
   std::vector<std::string> will;
 };
 /// Errors: check_request()'s and resumption()'s.
-Result<ResumePreview> preview_resume(const CampaignRequest& request);
+Result<ResumePreview> preview_resume(const CampaignRequest& request,
+                                     const StopAsked& stop_asked = {});
 
 }  // namespace weft::daemon

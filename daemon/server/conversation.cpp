@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/dataset/sha256.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::server {
@@ -25,8 +26,10 @@ rpc::RpcError too_low(access::Role has, access::Role needs, std::string_view met
                     "Ask an admin for a token of that role"});
 }
 
+/// As long for any request, as it is kept.
 std::string fingerprint_of(const rpc::MethodSpec& spec, const json& params) {
-  return std::string(spec.name) + params.dump(-1, ' ', false, json::error_handler_t::replace);
+  return sha256_hex(std::string(spec.name) +
+                    params.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
 }  // namespace
@@ -207,7 +210,7 @@ void Conversation::dispatch(const rpc::Methods::Entry& entry, const rpc::Request
     --pending_;
     answer(id, outcome);
   };
-  entry.handler({*request.params, caller_, peer_.stays ? this : nullptr}, respond);
+  entry.handler({*request.params, caller_, peer_.stays ? this : nullptr, alive_}, respond);
 }
 
 void Conversation::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {

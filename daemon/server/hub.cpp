@@ -95,10 +95,6 @@ void Hub::publish(std::string_view topic, const json& delta, std::int64_t t_us) 
   if (news_) news_();
 }
 
-void Hub::forget(std::string_view topic) {
-  if (const auto found = snapshots_.find(topic); found != snapshots_.end()) snapshots_.erase(found);
-}
-
 std::shared_ptr<Subscription> Hub::add(const Wish& wish) {
   auto made = std::make_shared<Subscription>("u" + std::to_string(next_id_++), wish);
   subscriptions_.push_back(made);

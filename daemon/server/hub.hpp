@@ -73,8 +73,6 @@ class Hub {
 
   /// What changed about a topic: an RFC 7386 merge patch of its snapshot.
   void publish(std::string_view topic, const nlohmann::json& delta, std::int64_t t_us);
-  /// The topic is over; its last snapshot stays until then.
-  void forget(std::string_view topic);
 
   Opened open(const Wish& wish);
   /// Instead of a snapshot all events after `from_seq`; mode `every`. Errors: "replay.gone", where

@@ -39,6 +39,7 @@ class ByteReader {
   ByteView take(std::size_t count) {
     if (bad_ || count > bytes_.size() - at_) {
       bad_ = true;
+      at_ = bytes_.size();  // nothing remains, so that whoever reads to the end comes to it
       return {};
     }
     at_ += count;

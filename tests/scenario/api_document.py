@@ -3,54 +3,33 @@
 
     api_document.py WEFTD SOURCE_ROOT [--write]      --write: make the page, run nothing
 """
+import contextlib
 import json
 import os
 import pathlib
 import re
 import shutil
-import signal
-import socket
 import subprocess
 import sys
 import tempfile
 
+from weftd_support import PATIENCE_S, Client, Daemon
+
 SKIPPED = 77
-PATIENCE_S = 240
 TITLES = {"system": "The daemon", "session": "Who you are", "lease": "Leases", "rig": "The rig", "recipe": "Recipes",
           "run": "Runs", "sub": "Events", "log": "Journal", "rpc": "This document"}
 
 
-class Daemon:
-    def __init__(self, weftd, root, folder):
-        (folder / "recipes").mkdir()
-        small = json.loads((root / "recipes/library/m1.json").read_text())
-        small.update(fabrics=["denim"], repetitions=1)
-        (folder / "recipes/small.json").write_text(json.dumps({k: v for k, v in small.items() if k != "$schema"}))
-        self.socket = folder / "weftd.sock"
-        self.process = subprocess.Popen(
-            [weftd, "--rig", root / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data",
-             "--socket", self.socket], stdout=subprocess.PIPE, text=True)
-
-    def __enter__(self):
-        line = self.process.stdout.readline()
-        assert line.startswith("weftd: ready"), line
-        return self
-
-    def __exit__(self, *_):
-        self.process.send_signal(signal.SIGTERM)
-        assert self.process.wait(PATIENCE_S) == 0
-        self.process.stdout.close()
-
-    def discover(self):
-        with socket.socket(socket.AF_UNIX) as wire:
-            wire.connect(str(self.socket))
-            lines = wire.makefile()
-            lines.readline()
-            answers = []
-            for method, params in (("session.open", {"client": "document", "protocol": "1.x"}), ("rpc.discover", {})):
-                wire.sendall(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).encode() + b"\n")
-                answers.append(json.loads(lines.readline())["result"])
-            return answers[1]
+@contextlib.contextmanager
+def daemon_with_a_recipe(weftd, root, folder):
+    for name in "recipes", "data":
+        (folder / name).mkdir()
+    small = json.loads((root / "recipes/library/m1.json").read_text())
+    small.update(fabrics=["denim"], repetitions=1)
+    (folder / "recipes/small.json").write_text(json.dumps({k: v for k, v in small.items() if k != "$schema"}))
+    daemon = Daemon(weftd, root, folder)
+    yield daemon
+    assert daemon.end() == 0
 
 
 def rows(methods):
@@ -106,8 +85,8 @@ def main():
     weftd, root, write = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), "--write" in sys.argv
     target, folder = root / "docs/api.md", pathlib.Path(tempfile.mkdtemp(prefix="weft-api-"))
     try:
-        with Daemon(weftd, root, folder) as daemon:
-            made = page(daemon.discover(), (root / "docs/api.head.md").read_text())
+        with daemon_with_a_recipe(weftd, root, folder) as daemon:
+            made = page(Client(daemon.socket).call("rpc.discover"), (root / "docs/api.head.md").read_text())
             if write:
                 target.write_text(made)
                 return 0

@@ -116,7 +116,9 @@ class Bench:
             wait_for_slide(campaign, process)
         else:
             time.sleep(moment_s)
-        self.t.expect(process.poll() is None, f"{what}: it had ended before")
+        if process.poll() is not None:
+            said = process.stderr.read().decode(errors="replace")
+            self.t.expect(False, f"{what}: it had ended before, with {process.returncode}: {said[-500:]}")
         killed = time.time()
         process.send_signal(how)
         process.wait(30)

@@ -60,7 +60,11 @@ def main():
         assert completed(script, "weft", "dataset", "import", "--form") == {"--format"}
         assert completed(script, "weft", "--json", "run", "a.json", "--ri") == {"--rig"}
         assert (root / "share/weft/recipes/m1.json").exists()
-        unit(root / "lib/systemd/system/weftd.service", "/usr/local/bin")
+        unit(root / "lib/systemd/system/weftd.service", root / "bin")
+        for program in ("weft", "weftd", "weft-rig"):
+            said = subprocess.run([root / "bin" / program, "--no-such-option"], capture_output=True, text=True, timeout=120)
+            assert said.returncode == 2 and said.stderr, f"{program}: {said.returncode} {said.stderr}"
+        assert "128 + n" in (root / "share/man/man1/weft.1").read_text()
     print("installed: programs, pages, completion, recipes and unit")
 
 

@@ -77,39 +77,94 @@ class Grammar:
         return bytes(raw)
 
 
-def asked_by_nobody(request):
-    """What ends a connection, or the daemon's patience, in a way that is meant."""
-    return isinstance(request, bytes) and request.strip() in (b"", b"!halt")
+def answers_due(line):
+    """How many answers a line may have."""
+    if not line.strip(b" \t"):
+        return {0}
+    try:
+        request = json.loads(line)
+    except ValueError:
+        return {1}
+    except RecursionError:  # deeper than Python's reader goes
+        return {0, 1}
+    # The daemon's reader of JSON may refuse what Python takes, a notification too; it never takes more.
+    return {1} if not isinstance(request, dict) or "id" in request else {0, 1}
 
 
-def grammar(daemon, token):
-    """An observer sends them all. Every line that is not blank and no notification has one answer, and an observer stays one."""
+def grammar(daemon, token, role, but):
+    """Every line that is not blank and no notification has one answer, and a client keeps its role. `but`: methods left out."""
     client = Client(("127.0.0.1", daemon.port), introduce=False)
     client.call("session.open", client="x", token=token)
     methods = {m["name"]: [p["name"] for p in m["params"]] for m in client.call("rpc.discover")["methods"]}
-    methods.pop("rig.halt")  # that is for everybody, see weftd_runs
-    methods.pop("run.wait")  # may rightly wait
+    for name in but:
+        methods.pop(name)
     made = Grammar(2016, methods)
     errors = answers = 0
     for _ in range(LINES):
         line = made.line()
-        if asked_by_nobody(line):
-            continue
+        got = 0
         client.wire.sendall(line + b"\n" + b'{"jsonrpc":"2.0","id":"after","method":"session.whoami"}\n')
         while True:
             message = client.read()
             if message.get("id") == "after" and message.get("result", {}).get("client") == "x":
-                assert message["result"]["role"] == "observer", f"after {line[:300]}: {message}"
+                assert message["result"]["role"] == role, f"after {line[:300]}: {message}"
                 break
             if "method" not in message:
-                answers += 1
+                got += 1
                 errors += "error" in message
                 kind = message.get("error", {}).get("data", {}).get("kind")
                 assert "result" in message or kind, f"{line[:300]}: {message}"
+        assert got in answers_due(line), f"{got} answers to {line[:300]}"
+        answers += got
+    assert errors > LINES / 4 and answers > errors, (errors, answers)
+    client.wire.close()
+    return answers, errors
+
+
+def observed(daemon, token):
+    """An observer changes nothing, whatever it says. rig.halt is for everybody, see weftd_runs; run.wait may rightly wait."""
+    counted = grammar(daemon, token, "observer", ["rig.halt", "run.wait"])
+    client = Client(daemon.socket)
     assert client.call("lease.list")["leases"] == [], "an observer has taken a lease"
     assert client.call("run.list")["runs"] == [], "an observer has started a run"
-    assert errors > LINES / 4 and answers > errors, (errors, answers)
-    return answers, errors
+    return counted
+
+
+def allowed_all(daemon, token):
+    """Somebody who may do everything, on a rig that is latched: what he does not say right is refused, and nothing moves."""
+    client = Client(daemon.socket)
+    client.call("rig.halt")
+    counted = grammar(daemon, token, "admin", ["rig.reset", "run.wait"])
+    assert client.call("rig.state")["rig"] == "latched"
+    for lease in client.call("lease.list")["leases"]:
+        client.call("lease.break", lease=lease["lease"], reason="the test is over")
+    client.call("rig.reset", reason="the test is over")
+    return counted
+
+
+def hoards(daemon):
+    """What a client sends is not kept because it is long, nor a question because nobody waits for its answer any more."""
+    client = Client(daemon.socket)
+    before = daemon.resident_kib()
+    for i in range(60):
+        for method, long in ("run.start", {"recipe": "small", "lease": "L-1", "name": "x" * 900_000}), \
+                            ("lease.acquire", {"scope": "rig:" + "x" * 900_000}), ("lease.acquire", {"note": "x" * 900_000}):
+            assert client.refused(method, idem=str(i), **long)["data"]["kind"] == "param.range"
+    client.call("rig.halt")
+    lease = client.call("lease.acquire")["lease"]
+    run = client.call("run.start", recipe="small", lease=lease)["run"]
+    question = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "run.wait", "params": {"run": run}})
+    for _ in range(400):
+        gone = Client(daemon.socket)
+        for _ in range(63):
+            gone.send(question)
+        gone.call("system.time")
+        gone.wire.close()
+    grown = daemon.resident_kib() - before
+    assert grown < 4 * 1024, f"{grown} KiB are kept of what nobody needs"
+    client.call("run.withdraw", run=run)
+    client.call("lease.release", lease=lease)
+    client.call("rig.reset", reason="the test is over")
 
 
 def endless_line(daemon):
@@ -198,16 +253,18 @@ def main():
         (folder / "recipes").mkdir()
         (folder / "data").mkdir()
         places(folder)
-        token = token_of(WEFT, folder / "data/tokens.json", "viewer", "observer")
+        (folder / "recipes/small.json").write_text((ROOT / "recipes/library/m1.json").read_text())
+        viewer, owner = (token_of(WEFT, folder / "data/tokens.json", role, role) for role in ("observer", "admin"))
         resource.setrlimit(resource.RLIMIT_NOFILE, (4096, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
         daemon = Daemon(WEFTD, ROOT, folder, "--port", "0", descriptors=DESCRIPTORS)
         assert stat.S_IMODE(daemon.socket.stat().st_mode) == 0o660
-        answers, errors = grammar(daemon, token)
+        answers, errors = map(sum, zip(observed(daemon, viewer), allowed_all(daemon, owner)))
+        hoards(daemon)
         endless_line(daemon)
         drips(daemon)
         flood(daemon)
         assert daemon.end() == 0
-    print(f"weftd: {LINES} lines of a grammar, {answers} answers, {errors} of them errors; long lines, drips, a flood: it held")
+    print(f"weftd: {2 * LINES} lines of a grammar, {answers} answers, {errors} of them errors; long lines, drips, a flood: it held")
 
 
 main()

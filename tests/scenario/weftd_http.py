@@ -18,6 +18,8 @@ import tempfile
 import threading
 import time
 
+from weftd_support import command, token_of
+
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 120
 MIB = 1 << 20
@@ -82,11 +84,6 @@ class Events:
             name, _, value = line.partition(": ")
             if name:
                 found[name] = value
-
-
-def token_of(folder, name, role):
-    return subprocess.run([WEFT, "token", "add", name, "--role", role, "--tokens", folder / "tokens.json"], check=True,
-                          capture_output=True, text=True).stdout.strip()
 
 
 def requests(web, viewer):
@@ -297,9 +294,8 @@ def a_run(web):
 
 
 def begin(folder, name, port="0"):
-    return subprocess.Popen(
-        [WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / name,
-         "--tokens", folder / "tokens.json", "--http", port], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(command(WEFTD, ROOT, folder, "--tokens", folder / "tokens.json", "--http", port, data=name),
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def one_port(web, folder):
@@ -332,7 +328,7 @@ def main():
         recipe["fabrics"], recipe["repetitions"] = ["denim"], 2
         (folder / "recipes").mkdir()
         (folder / "recipes" / "small.json").write_text(json.dumps(recipe))
-        admin, viewer = token_of(folder, "boss", "admin"), token_of(folder, "viewer", "observer")
+        admin, viewer = (token_of(WEFT, folder / "tokens.json", role, role) for role in ("admin", "observer"))
         daemon = begin(folder, "data")
         try:
             port = int(re.search(r"http://127\.0\.0\.1:(\d+)", daemon.stdout.readline()).group(1))

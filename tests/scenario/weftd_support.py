@@ -40,8 +40,8 @@ class Daemon:
         return self.process.wait(PATIENCE_S)
 
 
-def command(weftd, root, folder, *more):
-    return [weftd, "--rig", root / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / "data", *more]
+def command(weftd, root, folder, *more, data="data"):
+    return [weftd, "--rig", root / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / data, *more]
 
 
 def token_of(weft, file, name, role):

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "daemon/cli/command_line.hpp"
 #include "daemon/cli/stop_signals.hpp"
 #include "daemon/loop/real_time.hpp"
 #include "daemon/run/simulated_bench.hpp"
@@ -45,7 +46,7 @@ int main(int argc, char** argv) {
   Args args;
   app.add_option("RIG", args.rig, "rig file (JSON) whose bench is \"emulated\"")->required();
   app.add_option("--seed", args.seed, "of the sensors' noise")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = cli::parse_command_line(app, argc, argv)) return *status;
   if (const Status served = serve(args); !served) {
     std::cerr << "weft-rig: " << to_string(served.error()) << std::endl;
     return 1;

@@ -8,7 +8,9 @@ add_custom_command(OUTPUT ${weft_texts}/weft.1 ${weft_texts}/weftd.1 ${weft_text
                    COMMAND weft completion > ${weft_texts}/weft
                    DEPENDS weft weftd VERBATIM)
 add_custom_target(weft_texts ALL DEPENDS ${weft_texts}/weft.1)
-configure_file(daemon/server/main/weftd.service.in ${weft_texts}/weftd.service @ONLY)
+# The unit names the programs where they are installed, which is known then (--prefix).
+install(CODE "set(programs \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
+  configure_file(\"${PROJECT_SOURCE_DIR}/daemon/server/main/weftd.service.in\" \"${weft_texts}/weftd.service\" @ONLY)" COMPONENT weft)
 install(TARGETS weft weftd weft-rig COMPONENT weft)
 install(FILES ${weft_texts}/weft.1 ${weft_texts}/weftd.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT weft)
 install(FILES ${weft_texts}/weft DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT weft)

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "daemon/cli/command_line.hpp"
 #include "daemon/cli/manual.hpp"
 #include "daemon/cli/stop_signals.hpp"
 #include "daemon/server/weftd.hpp"
@@ -29,7 +30,7 @@ int main(int argc, char** argv) {
         throw CLI::Success();
       },
       "these options as a manual page");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = weft::daemon::cli::parse_command_line(app, argc, argv)) return *status;
   const weft::daemon::cli::StopSignals signals;
   const auto ready = [](const weft::daemon::server::Ports& ports) {
     std::cout << "weftd: ready";

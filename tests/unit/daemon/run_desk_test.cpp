@@ -260,3 +260,96 @@ TEST_CASE("the desk goes on with its work while a campaign is looked at, and tel
   REQUIRE(refused);
   CHECK(refused->code == Errc::not_found);
 }
+
+TEST_CASE("who goes on with a run of a safe rig has said nothing of one that is unknown later") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  const std::string first = bench.desk->all().front().stored.id();
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+  bench.posted.throw_once();  // the second run ends without knowing where it left the rig
+  const std::string second = bench.submit().stored.id();
+  REQUIRE(bench.desk->recover(first, "test"));
+  CHECK(bench.ended(second).stored.rig_fact == "unknown");
+  CHECK(bench.desk->get(first)->machine.state == RunState::queued);
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+  CHECK(bench.ended(first).stored.outcome == "complete");
+}
+
+TEST_CASE("the wish to go on with a run does not outlive the daemon where the rig is unknown") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  std::string id;
+  {
+    DeskBench bench(folder);
+    id = bench.desk->all().front().stored.id();
+    bench.desk->halt("test");  // keeps it in line
+    REQUIRE(bench.desk->recover(id, "test"));
+    REQUIRE(bench.store.keep({RigStanding::Fact::unknown, id}));
+  }
+  DeskBench bench(folder);
+  const std::string other = bench.submit().stored.id();
+  CHECK(bench.desk->get(id)->machine.state == RunState::queued);
+  CHECK(bench.desk->get(other)->machine.state == RunState::queued);
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+  CHECK(bench.ended(id).stored.outcome == "complete");
+  CHECK(bench.ended(other).stored.outcome == "complete");
+}
+
+TEST_CASE("a run that is refused before it has touched the rig leaves it as it was") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  const std::string id = bench.desk->all().front().stored.id();
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+  test::write_file(bench.request.recipe, test::read_file(bench.request.recipe) + " ");
+  REQUIRE(bench.desk->recover(id, "test"));
+  CHECK(bench.ended(id).stored.rig_fact == "safe");
+  CHECK(bench.desk->standing() == RigStanding{});
+}
+
+TEST_CASE("a run from before a restart has the time that its plan takes") {
+  const TemporaryFolder folder;
+  std::string id;
+  {
+    DeskBench bench(folder);
+    bench.desk->halt("test");
+    id = bench.submit().stored.id();
+  }
+  DeskBench bench(folder);
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+  CHECK(bench.desk->get(id)->trials_planned == 4);
+  CHECK(bench.ended(id).stored.outcome == "complete");
+}
+
+TEST_CASE("nobody is told of an end who is gone by then") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  bench.posted.hold();
+  const std::string id = bench.submit().stored.id();
+  const auto here = std::make_shared<int>();
+  auto gone = std::make_shared<int>();
+  int told = 0;
+  bench.desk->when_ended(
+      id, [&](const RunView&) { ++told; }, here);
+  bench.desk->when_ended(
+      id, [&](const RunView&) { told += 100; }, gone);
+  gone.reset();
+  bench.posted.let_go();
+  bench.ended(id);
+  CHECK(told == 1);
+}
+
+TEST_CASE("what belongs together is written together or not at all") {
+  const TemporaryFolder folder;
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  StoredRun run;
+  const Status refused = store.together([&]() -> Status {
+    if (Status ok = store.add(run); !ok) return ok;
+    return fail(Errc::io, "no room");
+  });
+  CHECK(refused.error().message == "no room");
+  CHECK(store.load()->empty());
+  REQUIRE(store.together([&] { return store.add(run); }));
+  CHECK(store.load()->size() == 1);
+}

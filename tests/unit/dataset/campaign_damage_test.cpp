@@ -1,6 +1,8 @@
 #include <catch2/catch.hpp>
 
+#include "daemon/recorder/chunk.hpp"
 #include "daemon/recorder/sqlite.hpp"
+#include "protocols/base/crc.hpp"
 #include "tests/unit/dataset/support.hpp"
 
 using namespace weft;
@@ -21,7 +23,43 @@ Error load_error(const std::filesystem::path& path) {
   return dataset.error();
 }
 
+/// A number of rows whose bytes, as 64-bit numbers go, are `bytes`, though `bytes` is no multiple.
+std::uint64_t rows_that_wrap(std::uint64_t bytes, std::uint64_t row) {
+  std::uint64_t inverse = row;  // Newton's rule for odd numbers, correct bits double each time
+  for (int i = 0; i < 6; ++i) inverse *= 2 - row * inverse;
+  return bytes * inverse;
+}
+
 }  // namespace
+
+TEST_CASE("a chunk of more rows than there are numbers of bytes is refused at once") {
+  const TemporaryFolder folder;
+  const auto path = folder / "c.weft";
+  REQUIRE(record_campaign(path, 1, 50));
+  constexpr std::uint64_t row = row_bytes(Stream::wrench, 6);
+  Bytes chunk;
+  {
+    auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
+    auto query = database->prepare("SELECT data FROM chunk WHERE stream = 1");
+    REQUIRE(query->step().value());
+    chunk.assign(query->blob(0).begin(), query->blob(0).end());
+  }
+  const std::size_t whole = chunk.size();
+  std::uint64_t rows = std::uint64_t{1} << 63;
+  for (std::size_t cut = 1; rows >> 63 != 0; ++cut) {
+    REQUIRE(cut < row);
+    chunk.resize(whole - cut);
+    rows = rows_that_wrap(chunk.size(), row);
+  }
+  REQUIRE(rows * row == chunk.size());
+  auto database = sqlite::Database::open(path, sqlite::Mode::read_write);
+  auto change =
+      database->prepare("UPDATE chunk SET data = ?, rows = ?, crc32 = ? WHERE stream = 1");
+  change->bind(1, ByteView(chunk)).bind(2, static_cast<std::int64_t>(rows));
+  change->bind(3, std::int64_t{crc32(chunk)});
+  REQUIRE(change->run());
+  CHECK(load_error(path).message == "cut short");
+}
 
 TEST_CASE("a damaged chunk is named by trial, stream and number") {
   const TemporaryFolder folder;

@@ -1,0 +1,18 @@
+#pragma once
+// Reading a large file may be given up.
+
+#include <functional>
+#include <string>
+
+#include "protocols/base/result.hpp"
+
+namespace weft::daemon {
+
+/// True: give up. Called often, on the thread that reads; empty: never.
+using StopAsked = std::function<bool()>;
+
+inline Error stopped_early(std::string where) {
+  return {Errc::wrong_state, "stopped before all of it was read", std::move(where), {}, {}, {}};
+}
+
+}  // namespace weft::daemon
