@@ -1,12 +1,14 @@
 #include "daemon/cli/daemon_commands.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "daemon/access/tokens.hpp"
 #include "daemon/client/client.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/run/rig_file.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -15,9 +17,40 @@ using client::Client;
 using nlohmann::json;
 
 void add_socket(CLI::App& command, SocketArgs& args) {
-  command.add_option("--socket", args.socket, "the daemon's Unix socket")
-      ->envname("WEFT_SOCKET")
-      ->required();
+  command.add_option("--socket", args.socket, "the daemon's Unix socket")->envname("WEFT_SOCKET");
+  command
+      .add_option("--daemon", args.daemon,
+                  "a daemon elsewhere, in place of the socket: tls://HOST:PORT, or "
+                  "tcp://127.0.0.1:PORT; needs a token")
+      ->envname("WEFT_DAEMON");
+  command
+      .add_option("--tls-ca", args.tls_ca,
+                  "whose certificates are believed (PEM); without it the system's")
+      ->envname("WEFT_TLS_CA");
+  command.add_option("--token-file", args.token_file,
+                     "file that holds your token; without it WEFT_TOKEN is taken");
+}
+
+/// A token on the command line would be in everybody's list of processes.
+Result<std::string> token_of(const SocketArgs& args) {
+  if (args.token_file.empty()) {
+    const char* const token = std::getenv("WEFT_TOKEN");
+    return std::string(token == nullptr ? "" : token);
+  }
+  auto text = read_text_file(args.token_file);
+  if (!text) return pass(text.error());
+  text->erase(text->find_last_not_of(" \t\r\n") + 1);
+  return text;
+}
+
+Result<Client> opened(const SocketArgs& args) {
+  if (args.daemon.empty() && args.socket.empty())
+    return fail(Errc::invalid_argument, "which daemon?", "--socket",
+                "--socket or --daemon, WEFT_SOCKET or WEFT_DAEMON");
+  if (args.daemon.empty()) return Client::open(args.socket);
+  const auto token = token_of(args);
+  if (!token) return pass(token.error());
+  return Client::open(client::Where{args.daemon, args.tls_ca, *token});
 }
 
 void add_run(CLI::App& command, RunOrderArgs& args) {
@@ -56,7 +89,7 @@ Result<std::string> run_of(Client& daemon, const std::string& named) {
 
 Result<int> ordered(const RunOrderArgs& args, std::string_view method, json params,
                     Console& console) {
-  auto daemon = Client::open(args.socket);
+  auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto id = run_of(*daemon, args.run);
   if (!id) return pass(id.error());
@@ -148,7 +181,7 @@ void add_options(CLI::App& command, TokenAddArgs& args) {
 }
 
 Result<int> run_status(const StatusArgs& args, Console& console) {
-  auto daemon = Client::open(args.socket);
+  auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto ready = call(*daemon, "system.ready");
   if (!ready) return pass(ready.error());
@@ -161,7 +194,7 @@ Result<int> run_status(const StatusArgs& args, Console& console) {
 }
 
 Result<int> run_start(const StartArgs& args, Console& console) {
-  auto daemon = Client::open(args.socket);
+  auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto lease = call(*daemon, "lease.acquire", {{"note", "weft start " + args.recipe}});
   if (!lease) return pass(lease.error());
@@ -181,7 +214,7 @@ Result<int> run_pause(const PauseArgs& args, Console& console) {
 }
 
 Result<int> run_resume(const ResumeArgs& args, Console& console) {
-  auto daemon = Client::open(args.socket);
+  auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto id = run_of(*daemon, args.run);
   if (!id) return pass(id.error());
@@ -208,9 +241,13 @@ Result<int> run_abort(const AbortArgs& args, Console& console) {
 }
 
 Result<int> run_halt(const HaltArgs& args, Console& console) {
-  auto daemon = Client::open(args.socket);
+  auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
-  if (Status sent = daemon->halt(); !sent) return pass(sent.error());
+  if (args.daemon.empty()) {
+    if (Status sent = daemon->halt(); !sent) return pass(sent.error());
+  } else if (const auto halted = call(*daemon, "rig.halt"); !halted) {
+    return pass(halted.error());  // the raw line is for the local socket
+  }
   const auto rig = call(*daemon, "rig.state");
   if (!rig) return pass(rig.error());
   print(console, "rig " + rig->value("rig", "") + "\n", *rig);
@@ -218,7 +255,7 @@ Result<int> run_halt(const HaltArgs& args, Console& console) {
 }
 
 Result<int> run_watch(const WatchArgs& args, Console& console) {
-  auto daemon = Client::open(args.socket);
+  auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto id = run_of(*daemon, args.run);
   if (!id) return pass(id.error());
@@ -237,7 +274,7 @@ Result<int> run_watch(const WatchArgs& args, Console& console) {
 }
 
 Result<int> run_log(const LogArgs& args, Console& console) {
-  auto daemon = Client::open(args.socket);
+  auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto log = call(*daemon, "log.tail", {{"run", args.run}, {"most", args.most}});
   if (!log) return pass(log.error());
@@ -253,7 +290,7 @@ Result<int> run_log(const LogArgs& args, Console& console) {
 Result<int> run_call(const CallArgs& args, Console& console) {
   if (!json::accept(args.params))
     return fail(Errc::parse, "the parameters are no JSON", "PARAMS", "an object", args.params);
-  auto daemon = Client::open(args.socket);
+  auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto result = call(*daemon, args.method, json::parse(args.params));
   if (!result) return pass(result.error());

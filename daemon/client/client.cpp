@@ -1,12 +1,6 @@
 #include "daemon/client/client.hpp"
 
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
-
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 namespace weft::daemon::client {
@@ -28,56 +22,30 @@ tl::unexpected<Error> said_no(const json& error) {
 
 }  // namespace
 
-Client::Client(Client&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)),
-      held_(std::move(other.held_)),
-      events_(std::move(other.events_)),
-      next_id_(other.next_id_) {}
-
-Client& Client::operator=(Client&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(held_, other.held_);
-  std::swap(events_, other.events_);
-  std::swap(next_id_, other.next_id_);
-  return *this;
-}
-
-Client::~Client() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-Result<Client> Client::open(const std::filesystem::path& socket) {
-  sockaddr_un at{};
-  at.sun_family = AF_UNIX;
-  if (socket.string().size() >= sizeof at.sun_path)
-    return fail(Errc::range, "the socket's path is too long", socket.string());
-  std::strncpy(at.sun_path, socket.c_str(), sizeof at.sun_path - 1);
-  Client client(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  if (client.descriptor_ < 0 ||
-      connect(client.descriptor_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
-    return fail(Errc::not_found, "no daemon answers", socket.string(), {}, std::strerror(errno),
-                "Start weftd, or name its socket with --socket or WEFT_SOCKET");
+Result<Client> Client::open(const Where& where) {
+  auto channel = open_channel(where);
+  if (!channel) return pass(channel.error());
+  Client client(std::move(*channel));
   const auto greeting = client.read_line();
   if (!greeting) return pass(greeting.error());
   const json hello = json::parse(*greeting, nullptr, false);
   if (!hello.is_object() || hello.value("method", "") != "hello")
-    return fail(Errc::parse, "that is no weftd", socket.string(), "a greeting");
-  const auto opened = client.call("session.open", R"({"client":"weft","protocol":"1.x"})");
+    return fail(Errc::parse, "that is no weftd", where.at, "a greeting");
+  json introduction{{"client", "weft"}, {"protocol", "1.x"}};
+  if (!where.token.empty()) introduction["token"] = where.token;
+  const auto opened = client.call("session.open", introduction.dump());
   if (!opened) return pass(opened.error());
   return client;
+}
+
+Result<Client> Client::open(const std::filesystem::path& socket) {
+  return open(Where{socket.string(), {}, {}});
 }
 
 Status Client::send_line(std::string_view line) {
   std::string bytes(line);
   bytes.push_back('\n');
-  for (std::size_t sent = 0; sent < bytes.size();) {
-    const ssize_t count =
-        ::send(descriptor_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return gone();
-    sent += static_cast<std::size_t>(count);
-  }
-  return {};
+  return channel_->send(bytes);
 }
 
 Result<std::string> Client::read_line() {
@@ -88,10 +56,10 @@ Result<std::string> Client::read_line() {
       held_.erase(0, end + 1);
       return line;
     }
-    const ssize_t count = ::recv(descriptor_, bytes.data(), bytes.size(), 0);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return gone();
-    held_.append(bytes.data(), static_cast<std::size_t>(count));
+    const auto count = channel_->receive(bytes);
+    if (!count) return pass(count.error());
+    if (*count == 0) return gone();
+    held_.append(bytes.data(), *count);
   }
 }
 

@@ -9,23 +9,20 @@
 #include <string>
 #include <string_view>
 
-#include "protocols/base/result.hpp"
+#include "daemon/client/channel.hpp"
 
 namespace weft::daemon::client {
 
 /// Blocking. One thread.
 class Client {
  public:
-  /// Connects to the Unix socket, hears the greeting and introduces itself.
-  /// Errors: not_found (no daemon there), io, timeout, and what the daemon says.
+  /// Connects, hears the greeting and introduces itself.
+  /// Errors: open_channel()'s, io, and what the daemon says.
+  static Result<Client> open(const Where& where);
   static Result<Client> open(const std::filesystem::path& socket);
 
-  Client(Client&& other) noexcept;
-  Client& operator=(Client&& other) noexcept;
-  ~Client();
-
-  /// The result as JSON. The daemon's error keeps its message, place and hint. Events that come
-  /// meanwhile are kept for next_event().
+  /// The result as JSON. The daemon's error keeps its message, place and hint.
+  /// Events that come meanwhile are kept for next_event().
   Result<std::string> call(std::string_view method, std::string_view params_json = "{}");
   /// The params of the next event as JSON; waits for it. Errors: io, when the daemon is gone.
   Result<std::string> next_event();
@@ -33,11 +30,11 @@ class Client {
   Status halt();
 
  private:
-  explicit Client(int descriptor) : descriptor_(descriptor) {}
+  explicit Client(std::unique_ptr<Channel> channel) : channel_(std::move(channel)) {}
   Status send_line(std::string_view line);
   Result<std::string> read_line();
 
-  int descriptor_ = -1;
+  std::unique_ptr<Channel> channel_;
   std::string held_;
   std::deque<std::string> events_;
   std::int64_t next_id_ = 1;

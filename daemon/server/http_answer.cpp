@@ -126,9 +126,9 @@ std::string refusal_text(int status) {
   }
 }
 
-std::optional<std::string> refusal_of_head(const HttpRequest& request) {
+std::optional<std::string> refusal_of_head(const HttpRequest& request, bool any_host) {
   const auto text = [&](std::string_view name) { return std::string(request.header(name)); };
-  if (!meant_for_us(request))
+  if (!any_host && !meant_for_us(request))
     return refused(403, "access.host",
                    {Errc::wrong_state,
                     "this daemon has no such name",

@@ -15,8 +15,9 @@ namespace weft::daemon::server {
 std::string answer_text(int status, std::string_view line, std::string_view more_headers = {});
 /// The answer to what broke a bound or is no HTTP: HttpRequest::refusal(), or 408 (too slow).
 std::string refusal_text(int status);
-/// The answer to a head that no token would help: 403 (another Host), 404, 405, 415.
-std::optional<std::string> refusal_of_head(const HttpRequest& request);
+/// The answer to a head that no token would help: 403 (another Host, but for
+/// `any_host`), 404, 405, 415.
+std::optional<std::string> refusal_of_head(const HttpRequest& request, bool any_host = false);
 /// 503: `what` there are too many of.
 std::string too_many_text(std::string_view what, std::size_t at_most, std::string_view hint);
 /// 503: the daemon ends before it can answer.

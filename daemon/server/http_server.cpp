@@ -5,12 +5,12 @@
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
-#include <asio/write.hpp>
 #include <list>
 #include <vector>
 
 #include "daemon/server/http_answer.hpp"
 #include "daemon/server/loopback.hpp"
+#include "daemon/server/wire.hpp"
 
 namespace weft::daemon::server {
 namespace {
@@ -42,6 +42,7 @@ struct HttpServer::Parts {
   Shared* shared;
   HttpLimits limits;
   tcp::acceptor acceptor;
+  TlsServer* tls = nullptr;
   asio::steady_timer pause;
   Connections connections;
   std::uint64_t next_session = 1;
@@ -57,12 +58,20 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     leaving,    ///< the answer is under way
   };
 
-  Connection(Parts& server, tcp::socket socket)
-      : server_(&server), socket_(std::move(socket)), patience_(*server.context) {}
+  Connection(Parts& server, std::unique_ptr<Wire> wire)
+      : server_(&server), wire_(std::move(wire)), patience_(*server.context) {}
 
   void begin() {
-    within(server_->limits.request, [this] { leave(refusal_text(408)); });
-    read();
+    within(server_->limits.request, [this] {
+      if (!ready_) return close();  // its handshake is not over: nothing can be said
+      leave(refusal_text(408));
+    });
+    wire_->begin([self = shared_from_this()](const asio::error_code& error) {
+      if (self->closed_) return;
+      if (error) return self->close();
+      self->ready_ = true;
+      self->read();
+    });
   }
 
   [[nodiscard]] bool is(Stage stage) const { return stage_ == stage; }
@@ -77,16 +86,13 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   /// The daemon ends. One try: nothing was said yet, so there is room for it.
   void say_good_bye() {
     if (!is(Stage::waiting)) return;
-    asio::error_code ignored;
-    socket_.non_blocking(true, ignored);
-    socket_.write_some(asio::buffer(daemon_stops_text()), ignored);
+    wire_->write_at_once(asio::buffer(daemon_stops_text()));
   }
 
   void close() {
     if (std::exchange(closed_, true)) return;
-    asio::error_code ignored;
     patience_.cancel();
-    socket_.close(ignored);
+    wire_->close();
     conversation_.reset();
     server_->connections.remove(shared_from_this());
   }
@@ -104,14 +110,13 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   // Also while an answer is waited for or written: that is how a client that has gone is noticed.
   void read() {
-    socket_.async_read_some(
-        asio::buffer(incoming_),
-        [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
-          if (self->closed_) return;
-          if (error) return self->hear_end();
-          self->have({self->incoming_.data(), count});
-          if (!self->closed_) self->read();
-        });
+    wire_->read_some(asio::buffer(incoming_),
+                     [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+                       if (self->closed_) return;
+                       if (error) return self->hear_end();
+                       self->have({self->incoming_.data(), count});
+                       if (!self->closed_) self->read();
+                     });
   }
 
   void hear_end() {
@@ -138,7 +143,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   /// The head is whole: whoever may not ask is told before the body is taken.
   void admit() {
-    if (const auto refusal = refusal_of_head(request_)) return leave(*refusal);
+    if (const auto refusal = refusal_of_head(request_, server_->tls != nullptr))
+      return leave(*refusal);
     // It stays where it is a stream: single requests cannot be sent events.
     const bool stays = request_.path() == "/events";
     conversation_ =
@@ -221,13 +227,13 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     out_.swap(unsent_);
     unsent_.clear();
     if (is(Stage::streaming)) within(server_->limits.unread, [this] { close(); });
-    asio::async_write(socket_, asio::buffer(out_),
-                      [self = shared_from_this()](const asio::error_code& error, std::size_t) {
-                        self->writing_ = false;
-                        if (self->closed_) return;
-                        if (error) return self->close();
-                        self->wrote();
-                      });
+    wire_->write(asio::buffer(out_),
+                 [self = shared_from_this()](const asio::error_code& error, std::size_t) {
+                   self->writing_ = false;
+                   if (self->closed_) return;
+                   if (error) return self->close();
+                   self->wrote();
+                 });
   }
 
   void wrote() {
@@ -235,8 +241,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     if (is(Stage::streaming)) return beat_later();
     if (!is(Stage::leaving)) return;
     if (heard_end_) return close();
-    asio::error_code ignored;
-    socket_.shutdown(tcp::socket::shutdown_send, ignored);
+    wire_->end_of_writing();
     within(farewell, [this] { close(); });
   }
 
@@ -249,7 +254,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   }
 
   Parts* server_;
-  tcp::socket socket_;
+  std::unique_ptr<Wire> wire_;
   asio::steady_timer patience_;
   std::array<char, 16384> incoming_{};
   HttpRequest request_;
@@ -257,7 +262,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   std::string said_, unsent_, out_;
   std::size_t ignored_bytes_ = 0;
   std::uint64_t turn_ = 0;
-  bool writing_ = false, closed_ = false, heard_end_ = false;
+  bool ready_ = false, writing_ = false, closed_ = false, heard_end_ = false;
   std::unique_ptr<Conversation> conversation_;
 };
 
@@ -290,7 +295,7 @@ void HttpServer::Parts::welcome(tcp::socket socket) {
   make_room(limits.brief);
   asio::error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
-  connections.push_back(std::make_shared<Connection>(*this, std::move(socket)));
+  connections.push_back(std::make_shared<Connection>(*this, make_wire(std::move(socket), tls)));
   connections.back()->begin();
 }
 
@@ -303,10 +308,12 @@ HttpServer::~HttpServer() {
   }
 }
 
-Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& context, std::uint16_t port,
+Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& context, const At& at,
                                                      Shared& shared, const HttpLimits& limits) {
   auto parts = std::make_unique<Parts>(context, shared, limits);
-  if (Status ok = listen_on_loopback(parts->acceptor, port); !ok) return pass(ok.error(), "HTTP");
+  parts->tls = at.tls;
+  if (Status ok = listen_on(parts->acceptor, at.address, at.port); !ok)
+    return pass(ok.error(), "HTTP");
   parts->listen();
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(parts)));
 }

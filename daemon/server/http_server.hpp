@@ -1,13 +1,16 @@
 #pragma once
-// The same objects over HTTP, for curl and browsers: POST /rpc answers one request, GET /events
-// streams events (server-sent events). On 127.0.0.1; every request brings its token as a bearer.
-// All on the daemon's thread, so that no client can wait for another. Source: design/API.md, 2.1.
+// The same objects over HTTP, for curl and browsers: POST /rpc answers one
+// request, GET /events streams events (server-sent events). Every request
+// brings its token as a bearer. All on the daemon's thread, so that no client
+// can wait for another. Source: design/API.md, 2.1.
 
 #include <chrono>
 #include <cstdint>
 #include <memory>
 
 #include "daemon/server/conversation.hpp"
+#include "daemon/server/loopback.hpp"
+#include "daemon/server/tls_server.hpp"
 
 namespace asio {
 class io_context;
@@ -28,8 +31,16 @@ struct HttpLimits {
 
 class HttpServer {
  public:
-  /// Serves while `context` runs, which outlives it, on that thread. Errors: io.
-  static Result<std::unique_ptr<HttpServer>> open(asio::io_context& context, std::uint16_t port,
+  /// Where it listens. Under TLS the certificate says whose names are meant,
+  /// and any Host is heard.
+  struct At {
+    std::uint16_t port = 0;  ///< 0 takes a free one
+    asio::ip::address address = asio::ip::address_v4::loopback();
+    TlsServer* tls = nullptr;  ///< outlives the server
+  };
+  /// Serves while `context` runs, which outlives it, on that thread. Errors:
+  /// io.
+  static Result<std::unique_ptr<HttpServer>> open(asio::io_context& context, const At& at,
                                                   Shared& shared, const HttpLimits& limits);
   /// Ends what is under way; calls that wait are told. Only when `context` does not run any more.
   ~HttpServer();

@@ -14,7 +14,6 @@
 #include <asio/local/stream_protocol.hpp>
 #include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
-#include <asio/write.hpp>
 #include <deque>
 #include <set>
 #include <utility>
@@ -22,6 +21,7 @@
 
 #include "daemon/server/line_buffer.hpp"
 #include "daemon/server/loopback.hpp"
+#include "daemon/server/wire.hpp"
 
 namespace weft::daemon::server {
 namespace {
@@ -65,7 +65,7 @@ struct SocketServer::Parts {
 
   void listen_unix();
   void listen_tcp();
-  void welcome(stream_protocol::socket socket, Peer peer);
+  void welcome(stream_protocol::socket socket, Peer peer, TlsServer* through);
   void next(const asio::error_code& error, void (Parts::*listen)());
   void next_tick(const std::function<void()>& tick);
 
@@ -74,7 +74,8 @@ struct SocketServer::Parts {
   Limits limits;
   std::filesystem::path path;
   Unix::acceptor local{context};
-  tcp::acceptor loopback{context};
+  tcp::acceptor port{context};
+  TlsServer* tls = nullptr;  ///< of the port
   asio::steady_timer ticker{context};
   /// Could accept nobody, for want of a descriptor as a rule; tried again at the next tick.
   std::vector<void (Parts::*)()> resting;
@@ -85,21 +86,21 @@ struct SocketServer::Parts {
 /// One client. Lives as long as its operations; closed when it breaks a limit.
 class SocketServer::Parts::Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(Parts& server, stream_protocol::socket socket, Peer peer)
+  Connection(Parts& server, std::unique_ptr<Wire> wire, Peer peer)
       : server_(&server),
-        socket_(std::move(socket)),
+        wire_(std::move(wire)),
         patience_(server.context),
         lines_(server.limits.line_bytes),
         conversation_(*server.shared, std::move(peer), "s-" + std::to_string(server.next_session++),
                       [this](std::string line) { send(std::move(line)); }) {}
 
   void begin() {
-    conversation_.greet();
-    patience_.expires_after(server_->limits.introduction);
-    patience_.async_wait([self = shared_from_this()](const asio::error_code& cancelled) {
-      if (!cancelled && !self->conversation_.introduced()) self->close();
+    within(server_->limits.handshake, [this] { return greeted_; });
+    wire_->begin([self = shared_from_this()](const asio::error_code& error) {
+      if (self->closed_) return;
+      if (error) return self->close();
+      self->greet();
     });
-    read();
   }
 
   void pump() {
@@ -108,20 +109,35 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
 
   void close() {
     if (std::exchange(closed_, true)) return;
-    asio::error_code ignored;
     patience_.cancel();
-    socket_.close(ignored);
+    wire_->close();
     server_->connections.erase(shared_from_this());
   }
 
  private:
-  void read() {
-    socket_.async_read_some(
-        asio::buffer(incoming_),
-        [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
-          if (error || self->closed_) return self->close();
-          self->have(count);
+  void greet() {
+    greeted_ = true;
+    conversation_.greet();
+    within(server_->limits.introduction, [this] { return conversation_.introduced(); });
+    read();
+  }
+
+  /// Closed where it has not come so far by then; in place of what was waited
+  /// for before.
+  void within(std::chrono::seconds patience, std::function<bool()> so_far) {
+    patience_.expires_after(patience);
+    patience_.async_wait(
+        [self = shared_from_this(), so_far = std::move(so_far)](const asio::error_code& cancelled) {
+          if (!cancelled && !so_far()) self->close();
         });
+  }
+
+  void read() {
+    wire_->read_some(asio::buffer(incoming_),
+                     [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+                       if (error || self->closed_) return self->close();
+                       self->have(count);
+                     });
   }
 
   void have(std::size_t count) {
@@ -168,36 +184,37 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
       out_ += waiting_.front();
       waiting_.pop_front();
     }
-    asio::async_write(socket_, asio::buffer(out_),
-                      [self = shared_from_this()](const asio::error_code& error, std::size_t) {
-                        self->writing_ = false;
-                        if (error) return self->close();
-                        self->unsent_bytes_ -= self->out_.size();
-                        self->pump();
-                        self->write();
-                      });
+    wire_->write(asio::buffer(out_),
+                 [self = shared_from_this()](const asio::error_code& error, std::size_t) {
+                   self->writing_ = false;
+                   if (error) return self->close();
+                   self->unsent_bytes_ -= self->out_.size();
+                   self->pump();
+                   self->write();
+                 });
   }
 
   Parts* server_;
-  stream_protocol::socket socket_;
+  std::unique_ptr<Wire> wire_;
   asio::steady_timer patience_;
   std::array<char, 16384> incoming_{};
   LineBuffer lines_;
   std::deque<std::string> waiting_;
   std::string out_;
   std::size_t unsent_bytes_ = 0;
-  bool writing_ = false, closed_ = false;
+  bool greeted_ = false, writing_ = false, closed_ = false;
   bool last_words_ = false;  ///< closed when what waits is sent
   Conversation conversation_;
 };
 
-void SocketServer::Parts::welcome(stream_protocol::socket socket, Peer peer) {
+void SocketServer::Parts::welcome(stream_protocol::socket socket, Peer peer, TlsServer* through) {
   if (connections.size() >= limits.connections) {
     asio::error_code ignored;
     socket.close(ignored);
     return;
   }
-  const auto made = std::make_shared<Connection>(*this, std::move(socket), std::move(peer));
+  const auto made =
+      std::make_shared<Connection>(*this, make_wire(std::move(socket), through), std::move(peer));
   connections.insert(made);
   made->begin();
 }
@@ -207,19 +224,19 @@ void SocketServer::Parts::listen_unix() {
     if (error == asio::error::operation_aborted) return;
     if (!error) {
       const Peer peer = peer_of(socket.native_handle());
-      welcome(stream_protocol::socket(std::move(socket)), peer);
+      welcome(stream_protocol::socket(std::move(socket)), peer, nullptr);
     }
     next(error, &Parts::listen_unix);
   });
 }
 
 void SocketServer::Parts::listen_tcp() {
-  loopback.async_accept([this](const asio::error_code& error, tcp::socket socket) {
+  port.async_accept([this](const asio::error_code& error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (!error) {
       asio::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
-      welcome(stream_protocol::socket(std::move(socket)), {});
+      welcome(stream_protocol::socket(std::move(socket)), {}, tls);
     }
     next(error, &Parts::listen_tcp);
   });
@@ -307,15 +324,16 @@ Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Sha
   held.connections = std::min(held.connections, spare_descriptors());
   auto parts = std::make_unique<Parts>(shared, held, where.socket);
   if (Status ok = open_unix(parts->local, where.socket); !ok) return pass(ok.error());
-  if (where.loopback_port)
-    if (Status ok = listen_on_loopback(parts->loopback, *where.loopback_port); !ok)
+  parts->tls = where.tls;
+  if (where.port)
+    if (Status ok = listen_on(parts->port, where.address, *where.port); !ok)
       return pass(ok.error());
   return std::unique_ptr<SocketServer>(new SocketServer(std::move(parts)));
 }
 
 void SocketServer::run(const std::function<void()>& tick) {
   parts_->listen_unix();
-  if (parts_->loopback.is_open()) parts_->listen_tcp();
+  if (parts_->port.is_open()) parts_->listen_tcp();
   const std::function<void()> all = [this, &tick] {
     tick();
     pump();  // whose rate allows it now
@@ -344,8 +362,7 @@ asio::io_context& SocketServer::context() {
 
 std::uint16_t SocketServer::port() const {
   asio::error_code ignored;
-  return parts_->loopback.is_open() ? parts_->loopback.local_endpoint(ignored).port()
-                                    : std::uint16_t{0};
+  return parts_->port.is_open() ? parts_->port.local_endpoint(ignored).port() : std::uint16_t{0};
 }
 
 std::size_t SocketServer::connections() const {

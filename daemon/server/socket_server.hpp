@@ -10,6 +10,8 @@
 #include <string>
 
 #include "daemon/server/conversation.hpp"
+#include "daemon/server/loopback.hpp"
+#include "daemon/server/tls_server.hpp"
 
 namespace asio {
 class io_context;
@@ -21,12 +23,15 @@ struct Limits {
   std::size_t connections = 2048;  ///< fewer where the process may open fewer files
   std::size_t line_bytes = rpc::most_line_bytes;
   std::size_t unsent_bytes = std::size_t{4} << 20;  ///< answers that a client does not read
-  std::chrono::seconds introduction{10};            ///< until session.open; then it is closed
+  std::chrono::seconds introduction{10};  ///< until session.open, TLS included; then it is closed
+  std::chrono::seconds handshake{5};      ///< of TLS
 };
 
 struct Where {
-  std::filesystem::path socket;                ///< Unix socket; made with mode 0660
-  std::optional<std::uint16_t> loopback_port;  ///< TCP on 127.0.0.1; 0 takes a free one
+  std::filesystem::path socket;       ///< Unix socket; made with mode 0660
+  std::optional<std::uint16_t> port;  ///< TCP; 0 takes a free one
+  asio::ip::address address = asio::ip::address_v4::loopback();  ///< of the port
+  TlsServer* tls = nullptr;                                      ///< for TCP; outlives the server
 };
 
 class SocketServer {

@@ -6,6 +6,7 @@
 
 #include "daemon/access/tokens.hpp"
 #include "daemon/api/services.hpp"
+#include "daemon/loop/rising_utc.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/server/http_server.hpp"
 #include "daemon/server/socket_server.hpp"
@@ -13,13 +14,10 @@
 namespace weft::daemon::server {
 namespace {
 
-std::int64_t utc_us() {
-  return utc_now().count() / 1000;
-}
-
 std::string new_epoch() {
   std::uint32_t bits = 0;
-  if (getrandom(&bits, sizeof bits, 0) != sizeof bits) bits = static_cast<std::uint32_t>(utc_us());
+  if (getrandom(&bits, sizeof bits, 0) != sizeof bits)
+    bits = static_cast<std::uint32_t>(utc_now().count());
   char text[16];
   std::snprintf(text, sizeof text, "%08x", bits);
   return text;
@@ -38,8 +36,9 @@ Status make_folder(const std::filesystem::path& folder) {
 }
 
 /// One wording for all that can be wrong with a token.
-Result<TokenOwner> owner_of(const access::TokenFile& tokens, std::string_view token) {
-  if (const auto entry = tokens.find(token, utc_us())) return TokenOwner{entry->name, entry->role};
+Result<TokenOwner> owner_of(const access::TokenFile& tokens, std::string_view token,
+                            std::int64_t utc_us) {
+  if (const auto entry = tokens.find(token, utc_us)) return TokenOwner{entry->name, entry->role};
   return fail(Errc::wrong_state, "this token is not, or no more, good for anything",
               "/params/token", {}, {}, "weft token add makes one");
 }
@@ -54,10 +53,14 @@ class Daemon {
   Daemon(access::TokenFile tokens, control::RunStore log)
       : tokens_(std::move(tokens)), log_(std::move(log)) {}
   void wire(const DaemonOptions& options);
+  Status load_tls(const DaemonOptions& options);
   Status begin(const DaemonOptions& options);
+  /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
+  std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
   void changed(const control::RunView& run);
   void tick();
 
+  RisingUtc utc_;
   access::TokenFile tokens_;
   access::IdempotencyCache answered_;
   access::Leases leases_;
@@ -66,6 +69,7 @@ class Daemon {
   api::Services services_;
   Shared shared_;
   control::RunStore log_;
+  std::unique_ptr<TlsServer> tls_;  // before those who use it
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
   std::unique_ptr<control::RunDesk> desk_;  // gone first: its threads post to the server
@@ -103,12 +107,14 @@ void Daemon::wire(const DaemonOptions& options) {
                .data = options.data,
                .epoch = new_epoch(),
                .now = [] { return steady_wall_now(); },
-               .utc_us = [] { return utc_us(); }};
+               .utc_us = [this] { return utc_us(); }};
   shared_.methods = &methods_;
   shared_.hub = &hub_;
   shared_.answered = &answered_;
   shared_.epoch = services_.epoch;
-  shared_.token_owner = [this](std::string_view token) { return owner_of(tokens_, token); };
+  shared_.token_owner = [this](std::string_view token) {
+    return owner_of(tokens_, token, utc_us());
+  };
   shared_.readiness_json = [this] { return api::readiness_json(services_); };
   shared_.halt = [this](const rpc::Caller& caller) {
     services_.desk->halt(caller.session + " (" + caller.user + ")");
@@ -123,10 +129,25 @@ void Daemon::wire(const DaemonOptions& options) {
   api::add_subscription_methods(methods_, services_);
 }
 
+Status Daemon::load_tls(const DaemonOptions& options) {
+  if (options.tls_certificate.empty() && options.tls_key.empty()) return {};
+  if (options.tls_certificate.empty() || options.tls_key.empty())
+    return fail(Errc::invalid_argument, "a certificate and its key go together", "--tls-cert",
+                "--tls-cert and --tls-key");
+  auto tls = TlsServer::load(options.tls_certificate, options.tls_key);
+  if (!tls) return pass(tls.error(), "TLS");
+  tls_ = std::move(*tls);
+  return {};
+}
+
 Status Daemon::begin(const DaemonOptions& options) {
   wire(options);
+  if (Status ok = load_tls(options); !ok) return ok;
+  const auto address = address_to_listen_on(options.listen, tls_ != nullptr);
+  if (!address) return pass(address.error());
   auto server = SocketServer::open(
-      {or_in(options.socket, options.data, "weftd.sock"), options.port}, shared_, {});
+      {or_in(options.socket, options.data, "weftd.sock"), options.port, *address, tls_.get()},
+      shared_, {});
   if (!server) return pass(server.error());
   server_ = std::move(*server);
   desk_ = std::make_unique<control::RunDesk>(
@@ -135,7 +156,7 @@ Status Daemon::begin(const DaemonOptions& options) {
           .data = options.data,
           .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
           .now = [] { return steady_wall_now(); },
-          .utc_us = [] { return utc_us(); },
+          .utc_us = [this] { return utc_us(); },
           .changed = [this](const control::RunView& run) { changed(run); },
           .stands =
               [this](const control::RigStanding& standing, std::string_view by) {
@@ -144,7 +165,8 @@ Status Daemon::begin(const DaemonOptions& options) {
       log_);
   services_.desk = desk_.get();
   if (options.http_port) {
-    auto http = HttpServer::open(server_->context(), *options.http_port, shared_, {});
+    auto http = HttpServer::open(server_->context(), {*options.http_port, *address, tls_.get()},
+                                 shared_, {});
     if (!http) return pass(http.error());
     http_ = std::move(*http);
   }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "protocols/base/result.hpp"
 
@@ -17,8 +18,11 @@ struct DaemonOptions {
   std::filesystem::path data;              ///< runs, journal; made when missing
   std::filesystem::path socket;            ///< `data`/weftd.sock where it is empty
   std::filesystem::path tokens;            ///< `data`/tokens.json where it is empty
-  std::optional<std::uint16_t> port;       ///< TCP on 127.0.0.1
-  std::optional<std::uint16_t> http_port;  ///< HTTP on 127.0.0.1
+  std::optional<std::uint16_t> port;       ///< TCP
+  std::optional<std::uint16_t> http_port;  ///< HTTP
+  std::string listen = "127.0.0.1";        ///< their address; another machine's only with TLS
+  std::filesystem::path tls_certificate;   ///< PEM; TCP and HTTP go through TLS then
+  std::filesystem::path tls_key;
 };
 
 struct Ports {

@@ -116,6 +116,10 @@ add_test(NAME scenario_weftd_runs
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_http
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_http.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+# TLS, with a certificate made for it.
+add_test(NAME scenario_weftd_tls
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_tls.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_tls PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # docs/api.md against the daemon's own document; its examples are run.
 add_test(NAME scenario_api_document
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/api_document.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})

@@ -20,9 +20,14 @@ int main(int argc, char** argv) {
   app.add_option("--data", options.data, "folder for runs and journal")->required();
   app.add_option("--socket", options.socket, "Unix socket, DATA/weftd.sock");
   app.add_option("--tokens", options.tokens, "file of tokens, DATA/tokens.json");
-  app.add_option("--port", options.port, "TCP port on 127.0.0.1, for clients with a token");
-  app.add_option("--http", options.http_port,
-                 "HTTP port on 127.0.0.1: POST /rpc and GET /events, with a token");
+  app.add_option("--port", options.port, "TCP port, for clients with a token");
+  app.add_option("--http", options.http_port, "HTTP port: POST /rpc and GET /events, with a token");
+  app.add_option("--listen", options.listen,
+                 "address of both ports; one that other machines reach needs TLS")
+      ->capture_default_str();
+  app.add_option("--tls-cert", options.tls_certificate,
+                 "certificate and its chain (PEM): both ports speak TLS 1.2 or 1.3");
+  app.add_option("--tls-key", options.tls_key, "its key (PEM), not for everybody to read");
   app.add_flag_callback(
       "--manual",
       [&app] {
@@ -32,10 +37,14 @@ int main(int argc, char** argv) {
       "these options as a manual page");
   if (const auto status = weft::daemon::cli::parse_command_line(app, argc, argv)) return *status;
   const weft::daemon::cli::StopSignals signals;
-  const auto ready = [](const weft::daemon::server::Ports& ports) {
+  const auto ready = [&options](const weft::daemon::server::Ports& ports) {
+    const bool is_v6 = options.listen.find(':') != std::string::npos;
+    const std::string host = is_v6 ? "[" + options.listen + "]" : options.listen;
+    const bool tls = !options.tls_certificate.empty();
     std::cout << "weftd: ready";
-    if (ports.tcp != 0) std::cout << " on 127.0.0.1:" << ports.tcp;
-    if (ports.http != 0) std::cout << ", http://127.0.0.1:" << ports.http;
+    if (ports.tcp != 0) std::cout << " on " << host << ":" << ports.tcp << (tls ? " (TLS)" : "");
+    if (ports.http != 0)
+      std::cout << (tls ? ", https://" : ", http://") << host << ":" << ports.http;
     std::cout << std::endl;
   };
   const weft::Status ended = weft::daemon::server::run_daemon(options, signals.asked(), ready);

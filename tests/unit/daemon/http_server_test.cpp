@@ -63,7 +63,7 @@ struct WebBench {
                   waiting.push_back(respond);
                 }));
     api::add_subscription_methods(methods, services);
-    auto opened = HttpServer::open(there, 0, shared, limits);
+    auto opened = HttpServer::open(there, {}, shared, limits);
     REQUIRE(opened);
     server = std::move(*opened);
   }

@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+"""weftd under TLS with a certificate made for this test: TCP and HTTP with Python's ssl, `weft --daemon tls://`, what is refused, and
+clients whose handshake never ends beside one that is served meanwhile.
+
+    weftd_tls.py WEFTD WEFT SOURCE_ROOT
+"""
+import json
+import os
+import pathlib
+import re
+import shutil
+import socket
+import ssl
+import subprocess
+import sys
+import tempfile
+import time
+
+from weftd_support import PATIENCE_S, command, token_of
+
+WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+ANYWHERE = "0.0.0.0"  # the test's own network has the loopback only, and this address is not it
+
+
+def certificate(folder, name, san):
+    key, cert = folder / f"{name}.key", folder / f"{name}.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2",
+                    "-subj", "/CN=weft test", "-addext", f"subjectAltName={san}", "-keyout", key, "-out", cert],
+                   check=True, capture_output=True)
+    key.chmod(0o600)
+    return key, cert
+
+
+class TlsDaemon:
+    def __init__(self, folder, *more):
+        self.process = subprocess.Popen(command(WEFTD, ROOT, folder, "--port", "0", "--http", "0", *more), stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE, text=True)
+        line = self.process.stdout.readline()
+        found = re.fullmatch(r"weftd: ready on 0\.0\.0\.0:(\d+) \(TLS\), https://0\.0\.0\.0:(\d+)\n", line)
+        assert found, (line, self.process.stderr.read() if not line else "")
+        self.port, self.http = int(found[1]), int(found[2])
+
+    def end(self):
+        self.process.terminate()
+        assert self.process.wait(PATIENCE_S) == 0
+
+
+def refused(folder, *more):
+    done = subprocess.run(command(WEFTD, ROOT, folder, "--port", "0", *more), capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.returncode == 1, done
+    return done.stderr
+
+
+def refusals(folder, key, cert, other_key):
+    said = refused(folder, "--listen", ANYWHERE)
+    assert "refused without TLS" in said and "--tls-cert" in said, said
+    assert "go together" in refused(folder, "--tls-cert", cert)
+    assert "no certificate there" in refused(folder, "--tls-cert", folder / "none.pem", "--tls-key", key)
+    assert "unusable certificate" in refused(folder, "--tls-cert", key, "--tls-key", key)
+    assert "TLS" in refused(folder, "--tls-cert", cert, "--tls-key", other_key)
+    assert "not an address" in refused(folder, "--listen", "everywhere", "--tls-cert", cert, "--tls-key", key)
+    key.chmod(0o644)
+    assert "everybody may read the key" in refused(folder, "--tls-cert", cert, "--tls-key", key)
+    key.chmod(0o600)
+
+
+def trusting(cert, **options):
+    context = ssl.create_default_context(cafile=cert)
+    for name, value in options.items():
+        setattr(context, name, value)
+    return context
+
+
+def wrapped(port, context):
+    return context.wrap_socket(socket.create_connection(("127.0.0.1", port), PATIENCE_S), server_hostname="localhost")
+
+
+def ask(wire, lines, method, **params):
+    wire.sendall(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).encode() + b"\n")
+    return json.loads(lines.readline())
+
+
+def over_tcp(daemon, cert, token):
+    for version in (ssl.TLSVersion.TLSv1_2, ssl.TLSVersion.TLSv1_3):
+        with wrapped(daemon.port, trusting(cert, minimum_version=version, maximum_version=version)) as wire:
+            lines = wire.makefile("r", encoding="utf-8")
+            assert json.loads(lines.readline())["params"]["auth"] == ["token"]
+            assert ask(wire, lines, "session.open", client="x")["error"]["data"]["kind"] == "access.token"
+            assert ask(wire, lines, "session.open", client="x", token=token)["result"]["role"] == "operator"
+            big = ask(wire, lines, "rpc.discover")["result"]
+            assert "rig.halt" in {m["name"] for m in big["methods"]}
+            wire.sendall(b"!halt\n")
+            assert json.loads(lines.readline())["error"]["data"]["kind"] == "access.local_only"
+
+
+def too_old_or_in_the_clear(daemon, cert):
+    old = trusting(cert)
+    old.set_ciphers("ALL:@SECLEVEL=0")
+    old.minimum_version, old.maximum_version = ssl.TLSVersion.TLSv1, ssl.TLSVersion.TLSv1_1
+    for broken in (old, ssl.create_default_context()):  # TLS 1.1; somebody who does not know the certificate
+        try:
+            wrapped(daemon.port, broken)
+            raise AssertionError("a handshake that should have failed")
+        except ssl.SSLError:
+            pass
+    with socket.create_connection(("127.0.0.1", daemon.port), PATIENCE_S) as plain:
+        plain.sendall(b'{"jsonrpc":"2.0","id":1,"method":"system.info"}\n')
+        heard = b""
+        while piece := plain.recv(4096):
+            heard += piece
+        assert b"jsonrpc" not in heard, heard
+
+
+def over_http(daemon, cert, token):
+    body = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "system.info"}).encode()
+    head = (f"POST /rpc HTTP/1.1\r\nHost: bench.example\r\nAuthorization: Bearer {token}\r\nContent-Type: application/json\r\n"
+            f"Content-Length: {len(body)}\r\n\r\n").encode()
+    with wrapped(daemon.http, trusting(cert)) as wire:
+        wire.sendall(head + body)
+        heard = b""
+        while piece := wire.recv(4096):  # ends with a word, not cut off: ssl would raise
+            heard += piece
+    assert heard.startswith(b"HTTP/1.1 200 ") and b'"product":"weftd"' in heard, heard
+
+
+def with_weft(daemon, folder, cert, other_cert, token):
+    def weft(*more, token=token, ca=cert):
+        return subprocess.run([WEFT, "--json", "status", "--daemon", f"tls://localhost:{daemon.port}", "--tls-ca", ca, *more],
+                              capture_output=True, text=True, env={**os.environ, "WEFT_TOKEN": token}, timeout=PATIENCE_S)
+    good = weft()
+    assert good.returncode == 0 and json.loads(good.stdout)["ready"]["ok"], good
+    file = folder / "my.token"
+    file.write_text(token + "\n")
+    assert weft("--token-file", file, token="").returncode == 0
+    for bad, word in ((weft(token=""), "token"), (weft(ca=other_cert), "handshake")):
+        assert bad.returncode != 0 and word in bad.stderr + bad.stdout, bad
+    elsewhere = subprocess.run([WEFT, "status", "--daemon", "tls://127.0.0.1:1", "--tls-ca", cert], capture_output=True, text=True)
+    assert elsewhere.returncode != 0 and "no daemon answers" in elsewhere.stderr, elsewhere
+
+
+def slow_handshakes(daemon, cert, token):
+    silent = [socket.create_connection(("127.0.0.1", port), PATIENCE_S) for port in [daemon.port] * 40 + [daemon.http] * 10]
+    for wire in silent[::2]:
+        wire.sendall(b"\x16\x03\x01")  # the first bytes of a hello, and no more
+    began = time.monotonic()
+    over_tcp(daemon, cert, token)
+    over_http(daemon, cert, token)
+    served_s = time.monotonic() - began
+    assert served_s < 4, f"served after {served_s:.1f} s beside slow handshakes"
+    for wire in silent:  # each is closed in its time
+        while wire.recv(4096):
+            pass
+        wire.close()
+    assert time.monotonic() - began < 60
+
+
+def main():
+    if not shutil.which("openssl"):
+        print("skipped: no openssl")
+        sys.exit(77)
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        (folder / "recipes").mkdir()
+        (folder / "data").mkdir()
+        key, cert = certificate(folder, "good", "DNS:localhost,IP:127.0.0.1")
+        other_key, other_cert = certificate(folder, "other", "DNS:localhost")
+        refusals(folder, key, cert, other_key)
+        token = token_of(WEFT, folder / "data" / "tokens.json", "ada", "operator")
+        daemon = TlsDaemon(folder, "--listen", ANYWHERE, "--tls-cert", cert, "--tls-key", key)
+        try:
+            over_tcp(daemon, cert, token)
+            too_old_or_in_the_clear(daemon, cert)
+            over_http(daemon, cert, token)
+            with_weft(daemon, folder, cert, other_cert, token)
+            slow_handshakes(daemon, cert, token)
+        finally:
+            daemon.end()
+    print("weftd_tls: all as it should be")
+
+
+if __name__ == "__main__":
+    main()
