@@ -68,6 +68,11 @@ Outcome check(const Services& services, const Call& call) {
            {"problems", diagnostics_json(report.problems)},
            {"warnings", diagnostics_json(report.warnings)}};
   if (report.plan) {
+    if (const auto models = load_live_models(*report.plan, services.recipes); !models) {
+      out["ok"] = false;
+      out["problems"].push_back(
+          {{"where", models.error().where}, {"message", to_string(models.error())}});
+    }
     out["plan"] = plan_json(*report.plan);
     const Status space = check_space(services.data, disk_forecast(*report.plan));
     out["disk_ok"] = space.has_value();

@@ -33,11 +33,14 @@ void add_lease_methods(rpc::Methods& methods, const Services& services);
 void add_recipe_methods(rpc::Methods& methods, const Services& services);
 void add_run_methods(rpc::Methods& methods, const Services& services);
 void add_rig_methods(rpc::Methods& methods, const Services& services);
+void add_classify_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
 
 /// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
 std::string readiness_json(const Services& services);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const control::RunView& run);
+/// What "vote:ID" events carry.
+nlohmann::json vote_json(const VoteMoment& vote);
 
 }  // namespace weft::daemon::api

@@ -147,9 +147,9 @@ class CampaignCheck {
     if (!all) return found("content", all.error());
     same_documents(all->info);
     report_.attempts = all->trials.size();
-    report_.complete = static_cast<std::size_t>(
-        std::count_if(all->records.begin(), all->records.end(),
-                      [](const auto& r) { return r.outcome == TrialOutcome::complete; }));
+    report_.complete =
+        static_cast<std::size_t>(std::count_if(all->records.begin(), all->records.end(),
+                                               [](const auto& r) { return is_done(r.outcome); }));
     report_.software_version = all->info.software_version;
     if (certificate_ != nullptr) compare_content(*all);
   }

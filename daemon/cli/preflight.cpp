@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "daemon/cli/bench_check.hpp"
+#include "daemon/run/live_watch.hpp"
 #include "daemon/run/open_rig.hpp"
 
 namespace weft::daemon::cli {
@@ -43,6 +44,8 @@ Result<Preflight> preflight(const std::filesystem::path& recipe, const std::file
   Preflight out{std::move(checked.plan), {}, {}, std::move(checked.warnings)};
   add(recipe, checked.problems, out.problems);
   if (!out.plan) return out;
+  if (const auto models = load_live_models(*out.plan, recipe.parent_path()); !models)
+    add(recipe, {diagnostic(models.error(), pointer_in(models.error().where))}, out.problems);
   const auto chosen = choose_simulation(devices, rig, *out.plan, fidelity);
   if (chosen) out.simulation = chosen->note;
   // A fidelity that is refused is told once; the rig file as it stands may have other problems.

@@ -40,7 +40,7 @@ json summary_json(const CampaignSummary& s) {
 std::string summary_text(const CampaignSummary& s) {
   Table facts(Align::left);
   facts.row({"trials", std::to_string(s.trials_complete) + " of " +
-                           std::to_string(s.trials_planned) + " complete"});
+                           std::to_string(s.trials_planned) + " complete" + ended_early_words(s)});
   if (s.takes_rejected > 0)
     facts.row({"bad takes", std::to_string(s.takes_rejected) + ", kept and taken again"});
   facts.row({"bench time", duration(s.virtual_s)});
@@ -139,7 +139,7 @@ Status refuse_inputs_as_outputs(const RunArgs& args) {
 /// Classifies and reports what is complete. What is missing costs the exit status, not the data.
 Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
   const int recorded = is_complete(summary) ? exit_ok : exit_failure;
-  if (!args.evaluate || summary.trials_complete == 0) {
+  if (!args.evaluate || summary.trials_complete == summary.trials_ended_early) {
     print(console, summary_text(summary), summary_json(summary));
     return recorded;
   }

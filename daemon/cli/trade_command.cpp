@@ -135,7 +135,12 @@ TradeReport empty_report(const TradeClassifierArgs& args) {
       "trials "
       "of its own.",
       "Left, the time this machine takes to compute one answer; all features are computed whatever "
-      "the number selected. Right, the seconds of sliding (phase M) that the answer is made of."};
+      "the number selected. Right, the seconds of sliding (phase M) that the answer is made of.",
+      "Of the family \"stop\" a slide ends as soon as a live vote, asked after 0.5, 1, 2, 3, 4, 6, "
+      "8, "
+      "12 ... s of it, gives one fabric the probability in its name; a slide of which it is never "
+      "sure is answered by the default, whole. The time of an answer is that of one look, "
+      "probability included."};
   out.timing = "each trial's median of " + std::to_string(args.timings) +
                " repetitions, mean over the timed trials; features and vote on one thread, choices "
                "in turn within each repetition, all trainings over";
@@ -216,7 +221,7 @@ void add_options(CLI::App& command, TradeClassifierArgs& args) {
   command.add_option("--data", args.data, "the figures behind it to write (JSON)");
   command
       .add_option("--vary", args.vary,
-                  "some of features,learner,slide,speed,exploration,vote; without it all")
+                  "some of features,learner,slide,speed,exploration,vote,stop; without it all")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(family_problem);

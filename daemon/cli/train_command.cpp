@@ -2,8 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
+#include "classifier/live/staged_model.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -79,6 +81,8 @@ std::string summary_text(const TrainArgs& args, const StoredModel& stored,
 void add_options(CLI::App& command, TrainArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
   command.add_option("-o,--output", args.out, "model file to write")->required();
+  add_trial_options(command, args.trials);
+  auto* const windows = command.get_option("--window-s");
   command
       .add_option("--learner,--reduction", args.learner,
                   "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one "
@@ -87,11 +91,88 @@ void add_options(CLI::App& command, TrainArgs& args) {
       ->check(CLI::IsMember({"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all",
                              "lda", "svc", "cores-best", "best"}))
       ->capture_default_str();
-  add_trial_options(command, args.trials);
+  command
+      .add_flag(
+          "--live", args.live,
+          "for votes while a slide goes on: a model for each of 0.5, 1, 2, 3, 4, 6, 8, 12 ... "
+          "s of slide, without phase E")
+      ->excludes(windows);
   add_train_options(command, args.training);
 }
 
+namespace {
+
+std::string stages_text(const TrainArgs& args, const classifier::StagedModel& model,
+                        std::size_t slides, double train_s) {
+  std::vector<std::string> lengths;
+  for (std::size_t i = 0; i < model.stages.size(); ++i)
+    lengths.push_back(general(model.slide_s(i)));
+  return args.out.string() + ": " + std::to_string(model.last().learner.labels().size()) +
+         " fabrics, votes after " + joined(lengths) + " s of slide, trained on " +
+         std::to_string(slides) + " slides in " + duration(train_s) + "\n";
+}
+
+json stages_json(const TrainArgs& args, const classifier::StagedModel& model, std::size_t slides,
+                 double train_s) {
+  json stages = json::array();
+  for (std::size_t i = 0; i < model.stages.size(); ++i)
+    stages.push_back({{"slide_s", model.slide_s(i)},
+                      {"learner", classifier::to_string(model.stages[i].model.learner.kind())}});
+  const StoredModel& last = model.last();
+  return {{"command", "train"},
+          {"live", true},
+          {"file", args.out.string()},
+          {"bench", last.provenance.bench},
+          {"dataset_sha256", last.provenance.dataset_sha256},
+          {"training", last.provenance.training},
+          {"exploration", last.setup.exploration},
+          {"labels", last.learner.labels()},
+          {"rows", slides},
+          {"stages", std::move(stages)},
+          {"train_s", train_s}};
+}
+
+std::size_t label_count(const std::vector<classifier::Trial>& trials) {
+  std::set<std::string_view> labels;
+  for (const classifier::Trial& trial : trials) labels.insert(trial.label);
+  return labels.size();
+}
+
+Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, Console& console) {
+  auto dataset = open_dataset(args.dataset);
+  if (!dataset) return pass(dataset.error());
+  auto chosen = choose_trials(*dataset, args.trials, true);
+  if (!chosen) return pass(chosen.error(), args.dataset.string());
+  classifier::StagedOptions options;
+  options.learner = learner;
+  options.training = train_options(args.training, classifier::Reduction::pvalue);
+  options.features.norm = args.trials.norm == "rms" ? classifier::Norm::rms : classifier::Norm::l2;
+  options.exploration = chosen->exploration;
+  options.provenance = {std::string(to_string(dataset->info.kind)), dataset_sha256(*dataset),
+                        WEFT_VERSION, describe(args.training, label_count(chosen->trials))};
+  const double began_s = steady_wall_seconds();
+  const auto model = classifier::train_staged(chosen->trials, dataset->info.taxel_rate_hz, options);
+  if (!model) return pass(model.error(), args.dataset.string());
+  const double train_s = steady_wall_seconds() - began_s;
+  std::ostringstream text;
+  if (auto ok = classifier::save_staged(*model, text); !ok) return pass(ok.error());
+  if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
+  print(
+      console,
+      bench_banner(dataset->info.kind) + stages_text(args, *model, chosen->trials.size(), train_s),
+      stages_json(args, *model, chosen->trials.size(), train_s));
+  return exit_ok;
+}
+
+}  // namespace
+
 Result<int> run_train(const TrainArgs& args, Console& console) {
+  if (args.live) {
+    const auto learner = classifier::learner_from(args.learner);
+    if (!learner) return pass(learner.error(), "--learner");
+    if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
+    return run_train_live(args, *learner, console);
+  }
   const Trainer here = [](const ChosenTrials& chosen, classifier::Learner learner,
                           const classifier::TrainOptions& options) {
     return classifier::train_learner(chosen.features, learner, options);
@@ -102,6 +183,9 @@ Result<int> run_train(const TrainArgs& args, Console& console) {
 Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Console& console) {
   const Result<classifier::Learner> learner = classifier::learner_from(args.learner);
   if (!learner) return pass(learner.error(), "--learner");
+  if (args.live)
+    return fail(Errc::unsupported, "models for live votes are trained by one machine", "--live",
+                "weft train --live");
   if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());

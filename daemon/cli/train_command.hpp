@@ -15,6 +15,7 @@ struct TrainArgs {
   std::filesystem::path dataset;
   std::filesystem::path out;
   std::string learner = "best";
+  bool live = false;  ///< a staged model: votes while a slide goes on
   TrialChoice trials;
   TrainChoice training;
 };

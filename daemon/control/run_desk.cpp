@@ -239,6 +239,12 @@ void RunDesk::begin_next() {
         apply(run, on_step(run.view.machine, run.limits, moment.step, around_.now()), "auto:run");
       });
     };
+    hooks.vote = [this, &run](const VoteMoment& vote) {
+      around_.post([this, &run, vote] {
+        run.view.vote = vote;
+        if (around_.voted) around_.voted(run.view);
+      });
+    };
     hooks.progress = [this, &run](const TrialProgress& line) {
       around_.post([this, &run, line] {
         run.view.trials_done = line.done;

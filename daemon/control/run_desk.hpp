@@ -33,6 +33,7 @@ struct RunView {
   StoredRun stored;
   RunMachine machine;
   std::optional<RunMoment> moment;
+  std::optional<VoteMoment> vote;  ///< the newest of its recipe's live votes
   std::size_t trials_done = 0;
   std::size_t trials_planned = 0;
   std::size_t takes_rejected = 0;  ///< bad ones that were taken again
@@ -53,6 +54,7 @@ class RunDesk {
     std::function<void(const RunView&)> changed;
     /// The rig stands otherwise than before, by whose word or act.
     std::function<void(const RigStanding&, std::string_view by)> stands;
+    std::function<void(const RunView&)> voted = {};  ///< there is a new live vote
   };
   /// `store` outlives the desk.
   RunDesk(Surroundings around, RunStore& store);

@@ -8,8 +8,8 @@ namespace weft::daemon {
 namespace {
 
 constexpr std::array<std::string_view, 3> kind_words{"unknown", "simulated", "real"};
-constexpr std::array<std::string_view, 6> outcome_words{"complete", "stopped",     "aborted",
-                                                        "failed",   "interrupted", "rejected"};
+constexpr std::array<std::string_view, 7> outcome_words{
+    "complete", "stopped", "aborted", "failed", "interrupted", "rejected", "ended_early"};
 
 template <class Enum, std::size_t count>
 std::optional<Enum> word_to(const std::array<std::string_view, count>& words,
@@ -91,6 +91,10 @@ std::optional<BenchKind> bench_kind_from(std::string_view word) {
 
 std::string_view to_string(TrialOutcome outcome) {
   return outcome_words.at(static_cast<std::size_t>(outcome));
+}
+
+bool is_done(TrialOutcome outcome) {
+  return outcome == TrialOutcome::complete || outcome == TrialOutcome::ended_early;
 }
 
 std::optional<TrialOutcome> trial_outcome_from(std::string_view word) {

@@ -22,15 +22,19 @@ std::string_view to_string(BenchKind kind);
 std::optional<BenchKind> bench_kind_from(std::string_view word);
 
 /// How a trial ended. Only `complete` trials are for training; a `rejected` one came to its end
-/// with a bad record and was taken again.
+/// with a bad record and was taken again. What is left of a slide that a live vote ended early is
+/// another thing than a whole one, and is nowhere mixed with them.
 enum class TrialOutcome : std::uint8_t {
   complete,
   stopped,
   aborted,
   failed,
   interrupted,
-  rejected
+  rejected,
+  ended_early
 };
+/// As the recipe wants it: nothing of it is to be done again.
+bool is_done(TrialOutcome outcome);
 std::string_view to_string(TrialOutcome outcome);
 std::optional<TrialOutcome> trial_outcome_from(std::string_view word);
 

@@ -36,7 +36,13 @@ bool disturbs(const JournalEntry& entry) {
 std::size_t CampaignPast::complete() const {
   return static_cast<std::size_t>(std::count_if(
       attempts.begin(), attempts.end(),
-      [](const PastAttempt& attempt) { return attempt.outcome == TrialOutcome::complete; }));
+      [](const PastAttempt& attempt) { return attempt.outcome && is_done(*attempt.outcome); }));
+}
+
+std::size_t CampaignPast::ended_early() const {
+  return static_cast<std::size_t>(std::count_if(
+      attempts.begin(), attempts.end(),
+      [](const PastAttempt& attempt) { return attempt.outcome == TrialOutcome::ended_early; }));
 }
 
 std::size_t CampaignPast::rejected() const {
@@ -58,7 +64,8 @@ std::uint32_t CampaignPast::first_left(bool carries_on) const {
   // In a campaign that has come to its end before its last trial, the trial that failed ended it.
   const bool let_be = carries_on && last.outcome == TrialOutcome::failed &&
                       (!progress.finished || last.index + 1 == progress.planned);
-  return last.outcome == TrialOutcome::complete || let_be ? last.index + 1 : last.index;
+  const bool done = last.outcome && is_done(*last.outcome);
+  return done || let_be ? last.index + 1 : last.index;
 }
 
 std::map<std::uint32_t, std::uint32_t> CampaignPast::next_attempts() const {

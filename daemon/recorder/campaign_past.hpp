@@ -26,6 +26,7 @@ struct CampaignPast {
   bool disturbed = false;
 
   [[nodiscard]] std::size_t complete() const;
+  [[nodiscard]] std::size_t ended_early() const;  ///< of those
   /// Takes of all trials, or of one, that were bad and taken again.
   [[nodiscard]] std::size_t rejected() const;
   [[nodiscard]] std::uint32_t rejected_of(std::uint32_t index) const;

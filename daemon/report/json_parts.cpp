@@ -83,6 +83,7 @@ ordered_json run_json(const CampaignSummary& run) {
   out["error"] = run.error ? ordered_json(to_string(*run.error)) : ordered_json(nullptr);
   out["trials_planned"] = run.trials_planned;
   out["trials_complete"] = run.trials_complete;
+  out["trials_ended_early"] = run.trials_ended_early;
   out["takes_rejected"] = run.takes_rejected;
   out["complete"] = is_complete(run);
   out["forecast_s"] = run.forecast_s;

@@ -37,9 +37,9 @@ std::string bench_words(BenchKind kind) {
 
 std::string run_lines(const ReportInput& input) {
   const CampaignSummary& run = input.run;
-  std::string out =
-      line("trials", thousands(run.trials_complete) + " of " + thousands(run.trials_planned) +
-                         ", " + std::string(recipes::to_string(run.outcome)));
+  std::string out = line(
+      "trials", thousands(run.trials_complete) + " of " + thousands(run.trials_planned) + ", " +
+                    std::string(recipes::to_string(run.outcome)) + ended_early_words(run));
   if (run.takes_rejected > 0)
     out += line("bad takes", thousands(run.takes_rejected) + ", kept, marked and taken again");
   if (run.error) out += line("error", printable(to_string(*run.error)));

@@ -45,7 +45,8 @@ class Run {
         session_(&session),
         hooks_(&hooks),
         log_(session.bench(), session.loop(), hooks.device_log),
-        errors_(error_check ? session.plant() : nullptr, checked.plan) {}
+        errors_(error_check ? session.plant() : nullptr, checked.plan),
+        live_(checked.plan, checked.models) {}
 
   Status bring_up() {
     Status up = daemon::bring_up(*session_, [this] { return stop_asked(*hooks_); });
@@ -56,12 +57,13 @@ class Run {
   /// What is on record of trials that are not run again.
   struct Past {
     recipes::Start from;
-    std::size_t complete = 0, rejected = 0;
+    std::size_t complete = 0, rejected = 0, ended_early = 0;
   };
   CampaignSummary execute(Recorder& recorder, const Past& past) {
     first_ = past.from.first_trial;
     complete_ = past.complete;
     rejected_ = past.rejected;
+    ended_early_ = past.ended_early;
     TrialRecording recording(recorder, *plan_);
     log_.journal_to(&recording);
     SupervisorHooks hooks;
@@ -70,10 +72,13 @@ class Run {
       session_->mount(fabric, patch, std::move(done));
     };
     hooks.trial_done = [&](const recipes::TrialDone& done, const ForceTally& force) {
-      errors_.trial_done(done.trial, done.outcome == recipes::Outcome::complete,
-                         session_->loop().now(), recording.sampled());
+      const bool whole = done.outcome == recipes::Outcome::complete && !done.ended_early;
+      errors_.trial_done(done.trial, whole, session_->loop().now(), recording.sampled());
       tell(done, force, recording);
     };
+    hooks.trial_begun = [this](std::size_t trial) { live_.begin(trial); };
+    hooks.sensed = [&](const Sample& sample, Phase phase) { vote(sample, phase, recording); };
+    hooks.slid_enough = [this] { return live_.slid_enough(); };
     Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
     supervisor.start(past.from);
     session_->run_until([&] {
@@ -118,6 +123,24 @@ class Run {
                     to_seconds(session_->loop().now())});
   }
 
+  // A vote that cannot be had is no fault of the trial: it goes on to its whole length.
+  void vote(const Sample& sample, Phase phase, TrialRecording& recording) {
+    const auto told = live_.hear(sample, phase);
+    if (!told)
+      return recording.journal(session_->loop().now(), "live_vote_error",
+                               json{{"error", to_string(told.error())}}.dump());
+    if (!*told) return;
+    const VoteMoment& vote = **told;
+    if (vote.ends_slide)
+      recording.journal(session_->loop().now(), "slide_ends_early",
+                        json{{"trial", vote.trial},
+                             {"slide_s", vote.slide_s},
+                             {"winner", vote.winner},
+                             {"by", "auto:live_vote"}}
+                            .dump());
+    if (hooks_->vote) hooks_->vote(vote);
+  }
+
   void abort(Supervisor& supervisor, TrialRecording& recording) {
     recording.journal(session_->loop().now(), "stop_requested", "{}");
     supervisor.request(recipes::AbortRequested{});
@@ -128,6 +151,7 @@ class Run {
     const bool again = done.outcome == recipes::Outcome::rejected;
     complete_ += done.outcome == recipes::Outcome::complete ? 1 : 0;
     rejected_ += again ? 1 : 0;
+    ended_early_ += done.ended_early ? 1 : 0;
     if (done.error)
       recording.journal(session_->loop().now(), again ? "take_rejected" : "trial_error",
                         json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
@@ -160,6 +184,7 @@ class Run {
     s.trials_planned = plan_->trials.size();
     s.trials_complete = complete_;
     s.takes_rejected = rejected_;
+    s.trials_ended_early = ended_early_;
     // The engine knows nothing of trials that failed before it went on.
     if (s.outcome == recipes::Outcome::complete && s.trials_complete < s.trials_planned)
       s.outcome = recipes::Outcome::failed;
@@ -180,11 +205,13 @@ class Run {
   const CampaignHooks* hooks_;
   DeviceLog log_;
   ErrorCheck errors_;
+  LiveWatch live_;
   bool stopping_ = false;
   recipes::Step last_step_ = recipes::Step::ready;
   std::size_t first_ = 0;  ///< trial of this run
   std::size_t complete_ = 0;
   std::size_t rejected_ = 0;  ///< takes
+  std::size_t ended_early_ = 0;
   TimePoint brought_up_;
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
@@ -228,6 +255,12 @@ Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
 
 }  // namespace
 
+std::string ended_early_words(const CampaignSummary& summary) {
+  if (summary.trials_ended_early == 0) return {};
+  return ", " + std::to_string(summary.trials_ended_early) +
+         " of them with slides that ended early, which are in no data set";
+}
+
 Result<CheckedRequest> check_request(const CampaignRequest& request) {
   Result<std::string> rig_text = rig_text_of(request);
   if (!rig_text) return pass(rig_text.error());
@@ -238,8 +271,10 @@ Result<CheckedRequest> check_request(const CampaignRequest& request) {
   recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
   if (!report.plan)
     return fail(Errc::invalid_argument, all_problems(report.problems), request.recipe.string());
+  auto models = load_live_models(*report.plan, request.recipe.parent_path());
+  if (!models) return pass(models.error(), request.recipe.string());
   return CheckedRequest{std::move(*report.plan), std::move(*recipe), *rig_text,
-                        std::move(report.warnings)};
+                        std::move(report.warnings), std::move(*models)};
 }
 
 std::uint64_t disk_forecast(const recipes::Plan& plan) {
@@ -298,7 +333,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
       run.execute(*recorder, before == nullptr ? Run::Past{}
                                                : Run::Past{{before->first_trial, before->rejected},
                                                            before->past.complete(),
-                                                           before->past.rejected()});
+                                                           before->past.rejected(),
+                                                           before->past.ended_early()});
   if (Status ok = recorder->go_on((*session)->loop().now()); !ok) return pass(ok.error());
   summary.simulation = std::move(settled->simulation);
   if (Status ok = run.look_at_errors(*recorder, summary); !ok) return pass(ok.error());

@@ -11,6 +11,7 @@
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/run/bench_session.hpp"
 #include "daemon/run/device_log.hpp"
+#include "daemon/run/live_watch.hpp"
 #include "daemon/run/rig_file.hpp"
 #include "daemon/run/run_orders.hpp"
 #include "daemon/run/simulation.hpp"
@@ -70,7 +71,8 @@ struct CampaignSummary {
   recipes::RigFact rig = recipes::RigFact::safe;
   std::optional<Error> error;  ///< the first thing that went wrong
   std::size_t trials_planned = 0;
-  std::size_t trials_complete = 0;
+  std::size_t trials_complete = 0;  ///< those whose slide ended early among them
+  std::size_t trials_ended_early = 0;
   std::size_t takes_rejected = 0;  ///< bad ones, kept beside the good ones that followed
   double forecast_s = 0;           ///< of the plan
   double virtual_s = 0;            ///< time on the bench's clock
@@ -83,6 +85,9 @@ struct CampaignSummary {
   TimeShare time;
   std::uint64_t events = 0;  ///< callbacks of the virtual loop
 };
+
+/// ", 12 of them with slides that ended early, which are in no data set", or nothing.
+std::string ended_early_words(const CampaignSummary& summary);
 
 using ProgressSink = std::function<void(const TrialProgress&)>;
 
@@ -112,6 +117,8 @@ struct CampaignHooks {
   std::function<void()> rig_taken;
   /// At each change of the engine's step, on the run's thread.
   std::function<void(const RunMoment&)> moment;
+  /// Every live vote of a recipe that has one, likewise.
+  std::function<void(const VoteMoment&)> vote = {};
 };
 
 /// Plan and rig of a request, everything refused that can be refused. The error lists all problems.
@@ -120,6 +127,7 @@ struct CheckedRequest {
   std::string recipe_text;
   std::string rig_text;
   std::vector<recipes::Diagnostic> warnings;
+  LiveModels models = {};
 };
 Result<CheckedRequest> check_request(const CampaignRequest& request);
 

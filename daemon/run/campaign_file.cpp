@@ -71,6 +71,9 @@ Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest
       return pass(ok.error());
   if (Status ok = record_devices(*recorder, session.bench(), *rig.drivers); !ok)
     return pass(ok.error());
+  if (const auto models = live_models_json(checked.plan, checked.models); models != "[]")
+    if (Status ok = recorder->journal(session.loop().now(), live_models_kind, models); !ok)
+      return pass(ok.error());
   return recorder;
 }
 
@@ -91,7 +94,7 @@ Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& h
 
 Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
   const auto began = steady_wall_now();
-  if (summary.trials_complete > 0) {
+  if (summary.trials_complete > summary.trials_ended_early) {
     summary.dataset_file = folder / dataset_file_name;
     Result<std::string> digest = export_dataset(summary.campaign_file, summary.dataset_file);
     if (!digest) return pass(digest.error());
@@ -113,6 +116,7 @@ Result<CampaignSummary> concluded(const std::filesystem::path& folder, const rec
   summary.trials_planned = plan.trials.size();
   summary.trials_complete = past.complete();
   summary.takes_rejected = past.rejected();
+  summary.trials_ended_early = past.ended_early();
   if (summary.trials_complete < summary.trials_planned) summary.outcome = recipes::Outcome::failed;
   summary.forecast_s = plan.forecast.duration_s;
   summary.campaign_file = folder / "campaign.sqlite";

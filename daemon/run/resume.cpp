@@ -31,6 +31,17 @@ Status same_request(const CampaignPast& past, const CheckedRequest& checked) {
   return same;
 }
 
+/// Other models end slides elsewhere.
+Status same_models(const std::filesystem::path& campaign, const CheckedRequest& checked) {
+  const auto journal = load_journal(campaign);
+  if (!journal) return pass(journal.error());
+  std::string recorded = "[]";
+  for (const JournalEntry& line : *journal)
+    if (line.kind == live_models_kind) recorded = line.payload_json;
+  return same_text("model for its live votes", recorded,
+                   live_models_json(checked.plan, checked.models));
+}
+
 Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked) {
   const auto report = verify(campaign, stop_asked);
   if (!report) return pass(report.error());
@@ -133,6 +144,7 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   if (!past) return pass(past.error());
   if (Status same = same_request(*past, checked); !same) return pass(same.error());
   if (past->attempts.empty()) return std::optional<Resumption>{};  // no trial has begun
+  if (Status same = same_models(campaign, checked); !same) return pass(same.error());
   Resumption out;
   out.first_trial = past->first_left(carries_on(checked.plan));
   out.rejected = past->rejected_of(out.first_trial);

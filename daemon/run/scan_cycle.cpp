@@ -18,6 +18,8 @@ void Supervisor::cycle() {
   ++cycles_;
   if (guarded(since_last)) {
     actions_.look_at_all();
+    if (state_.step == recipes::Step::sliding && hooks_.slid_enough && hooks_.slid_enough())
+      dispatch(recipes::EndSlide{});
     regulate(since_last);
   }
   if (cycles_ % slow_divisor == 0) recording_->stages(bench_->snapshot(), now);

@@ -16,7 +16,10 @@ Supervisor::Supervisor(const recipes::Plan& plan, Loop& loop, Bench& bench,
       period_(from_seconds(1.0 / plan.limits.cycle_hz)) {
   force_config_.cycle_s = 1.0 / plan.limits.cycle_hz;
   force_config_.max_acceleration_mps2 = plan.limits.max_acceleration_mps2;
-  bench_->on_sensor_sample([this](const Sample& sample) { recording_->sensor(sample); });
+  bench_->on_sensor_sample([this](const Sample& sample) {
+    recording_->sensor(sample);
+    if (hooks_.sensed) hooks_.sensed(sample, recording_->phase());
+  });
 }
 
 Supervisor::~Supervisor() {
@@ -53,6 +56,7 @@ void Supervisor::dispatch(recipes::Event event) {
 
 void Supervisor::carry_out(const recipes::TrialBegin& effect) {
   recording_->begin(effect.trial, loop_->now());
+  if (hooks_.trial_begun) hooks_.trial_begun(effect.trial);
 }
 
 void Supervisor::carry_out(const recipes::MountFabric& effect) {
@@ -107,7 +111,7 @@ void Supervisor::carry_out(const recipes::StopMotion&) {
 }
 
 void Supervisor::carry_out(const recipes::TrialDone& effect) {
-  recording_->end(effect.outcome, loop_->now());
+  recording_->end(effect.outcome, effect.ended_early, loop_->now());
   if (hooks_.trial_done) hooks_.trial_done(effect, recording_->trial_force());
 }
 

@@ -24,6 +24,11 @@ using Mounter =
 struct SupervisorHooks {
   Mounter mount;
   std::function<void(const recipes::TrialDone&, const ForceTally&)> trial_done;
+  std::function<void(std::size_t trial)> trial_begun = {};
+  /// Every sample of the sensors with the phase that it belongs to.
+  std::function<void(const Sample&, Phase)> sensed = {};
+  /// Asked once a cycle while the probe slides: whether it has told enough.
+  std::function<bool()> slid_enough = {};
 };
 
 /// Thread-bound to the bench's loop. The plan, bench and recording outlive it.

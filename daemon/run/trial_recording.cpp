@@ -11,10 +11,10 @@ namespace {
 constexpr unsigned timing_stride = 16;
 constexpr std::chrono::seconds space_period{1};
 
-TrialOutcome recorded(recipes::Outcome outcome) {
+TrialOutcome recorded(recipes::Outcome outcome, bool ended_early) {
   switch (outcome) {
     case recipes::Outcome::complete:
-      return TrialOutcome::complete;
+      return ended_early ? TrialOutcome::ended_early : TrialOutcome::complete;
     case recipes::Outcome::stopped:
       return TrialOutcome::stopped;
     case recipes::Outcome::aborted:
@@ -117,7 +117,7 @@ void TrialRecording::set_phase(Phase phase) {
                                                         static_cast<double>(trial_force_.samples));
 }
 
-void TrialRecording::end(recipes::Outcome outcome, TimePoint now) {
+void TrialRecording::end(recipes::Outcome outcome, bool ended_early, TimePoint now) {
   phase_ = Phase::none;
   TrialQuality quality;
   if (trial_force_.samples > 0) {
@@ -131,7 +131,7 @@ void TrialRecording::end(recipes::Outcome outcome, TimePoint now) {
     campaign_force_.sum_squares_n2 += trial_force_.sum_squares_n2;
     campaign_force_.worst_n = std::max(campaign_force_.worst_n, trial_force_.worst_n);
   }
-  write([&] { return recorder_->end_trial(recorded(outcome), quality, now); });
+  write([&] { return recorder_->end_trial(recorded(outcome, ended_early), quality, now); });
 }
 
 void TrialRecording::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {

@@ -32,7 +32,8 @@ class TrialRecording {
   void set_phase(Phase phase);
   void sensor(const Sample& sample);
   void stages(const Snapshot& snapshot, TimePoint now);
-  void end(recipes::Outcome outcome, TimePoint now);
+  /// `ended_early`: complete, but for its slide.
+  void end(recipes::Outcome outcome, bool ended_early, TimePoint now);
   void journal(TimePoint now, std::string_view kind, std::string_view payload_json);
   /// Lets the recorder commit when its budget of wall time is used up.
   void commit_if_due();

@@ -126,6 +126,7 @@ void Daemon::wire(const DaemonOptions& options) {
   api::add_recipe_methods(methods_, services_);
   api::add_run_methods(methods_, services_);
   api::add_rig_methods(methods_, services_);
+  api::add_classify_methods(methods_, services_);
   api::add_subscription_methods(methods_, services_);
 }
 
@@ -161,6 +162,10 @@ Status Daemon::begin(const DaemonOptions& options) {
           .stands =
               [this](const control::RigStanding& standing, std::string_view by) {
                 hub_.publish("rig", rig_delta(standing, by), utc_us());
+              },
+          .voted =
+              [this](const control::RunView& run) {
+                hub_.publish("vote:" + run.stored.id(), api::vote_json(*run.vote), utc_us());
               }},
       log_);
   services_.desk = desk_.get();

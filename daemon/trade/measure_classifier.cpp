@@ -9,6 +9,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
 #include "daemon/trade/answer_timing.hpp"
+#include "daemon/trade/early_stop.hpp"
 #include "daemon/trade/trade_arms.hpp"
 
 namespace weft::daemon {
@@ -165,6 +166,7 @@ class Measurement {
 
   // The default comes first: its training is there when a vote or a speed asks for it.
   Status measure(const TradeArm& arm) {
+    if (arm.sure) return measure_stop(arm);
     const TradeArm& standard = plan_.arms.front();
     std::optional<Bench> own;
     if (!arm.same_material(standard)) {
@@ -203,6 +205,69 @@ class Measurement {
     timings_.add({arm.speed_mm_s ? timed_trials(rows, bench.material) : bench.timed,
                   answer_function(arm, training, 0)});
     return {};
+  }
+
+  /// All rules judge the same votes: the slides are watched once.
+  Status watch_all() {
+    if (!watched_.empty()) return {};
+    classifier::StagedOptions how;
+    how.learner = options_->learner;
+    how.training = options_->training;
+    how.features = options_->features;
+    const double start = (*now_)();
+    for (std::size_t s = 0; s < base_.plan.splits.size(); ++s) {
+      const AnswerFunction whole = answer_function(plan_.arms.front(), trained_, s);
+      auto watched = watch_slides(
+          *dataset_, base_.material, base_.plan.splits[s], how,
+          [&](std::size_t row) { return whole(base_.material.features.values.row(row)); });
+      if (!watched) return pass(watched.error());
+      watched_.push_back(std::move(*watched));
+    }
+    watched_s_ = ((*now_)() - start) / static_cast<double>(watched_.size());
+    return {};
+  }
+
+  Status measure_stop(const TradeArm& arm) {
+    if (Status ok = watch_all(); !ok) return ok;
+    TradePoint point;
+    point.name = arm.name;
+    point.family = arm.family;
+    point.settings = settings_of(arm, *options_);
+    point.bench = dataset_->info.kind;
+    point.train_s = watched_s_;
+    std::vector<Count> counts;
+    double slide_s = 0;
+    std::size_t stopped = 0;
+    for (const WatchedSplit& split : watched_) {
+      const EarlyStops ends = judge(split, {*arm.sure, least_slide_s});
+      counts.push_back({ends.right, ends.tested});
+      slide_s += ends.slide_s;
+      stopped += ends.stopped;
+    }
+    score(base_.plan, counts, point);
+    point.contact_s = slide_s / static_cast<double>(point.tested);
+    point.settings.emplace_back("ended_early_share",
+                                static_cast<double>(stopped) / static_cast<double>(point.tested));
+    add_look(point.contact_s);
+    out_.points.push_back(std::move(point));
+    return {};
+  }
+
+  /// The look at a slide that has come as far as most come.
+  void add_look(double slide_s) {
+    const auto model = watched_.front().model;
+    std::size_t stage = 0;
+    while (stage + 1 < model->stages.size() && model->slide_s(stage + 1) <= slide_s) ++stage;
+    auto trials = std::make_shared<std::vector<AnswerTrials>>(*base_.timed);
+    for (AnswerTrials& one : *trials)
+      for (classifier::Trial& trial : one)
+        trial = classifier::begun_slide(trial, model->stages[stage].motion_frames);
+    timings_.add({trials, [model, stage](std::span<const double> features) -> Result<std::size_t> {
+                    const classifier::StoredModel& asked = model->stages[stage].model;
+                    const auto said = classifier::answer(asked.learner, asked.aids, features);
+                    if (!said) return pass(said.error());
+                    return said->ballot.winner;
+                  }});
   }
 
   static void add_chosen(const Training& training, TradePoint& point) {
@@ -304,6 +369,8 @@ class Measurement {
   const TradeProgress* progress_;
   Bench base_;
   Training trained_;  // of the default
+  std::vector<WatchedSplit> watched_;
+  double watched_s_ = 0;  // mean over the splits
   TradePlan plan_;
   AnswerTiming timings_;
   TradeSet out_;

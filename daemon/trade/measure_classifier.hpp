@@ -23,7 +23,8 @@ enum class TradeFamily {
   slide,        ///< first seconds of phase M
   speed,        ///< one speed's trials at a time, where names of recordings tell it
   exploration,  ///< the others of the data set, and each pair side by side
-  vote          ///< soft, DAG, short-lists
+  vote,         ///< soft, DAG, short-lists
+  stop          ///< slides that end once a live vote is sure
 };
 /// "features", "learner" ...
 std::string_view to_string(TradeFamily family);

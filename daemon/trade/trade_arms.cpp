@@ -18,11 +18,13 @@ constexpr std::array family_names = {std::pair{TradeFamily::features, "features"
                                      std::pair{TradeFamily::slide, "slide"},
                                      std::pair{TradeFamily::speed, "speed"},
                                      std::pair{TradeFamily::exploration, "exploration"},
-                                     std::pair{TradeFamily::vote, "vote"}};
+                                     std::pair{TradeFamily::vote, "vote"},
+                                     std::pair{TradeFamily::stop, "stop"}};
 
 constexpr std::array<std::size_t, 7> feature_counts = {1, 2, 5, 10, 20, 40, 80};
 constexpr std::array slides_s = {0.5, 1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr std::array<std::size_t, 4> shortlists = {2, 3, 5, 10};
+constexpr std::array sure_at = {0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999};
 constexpr std::array learners = {Learner::pvalue, Learner::pca, Learner::all,
                                  Learner::lda,    Learner::svc, Learner::best};
 
@@ -90,6 +92,8 @@ class Planner {
         return add_explorations();
       case TradeFamily::vote:
         return add_votes();
+      case TradeFamily::stop:
+        return add_stops();
     }
     return {};
   }
@@ -158,6 +162,14 @@ class Planner {
     return {};
   }
 
+  std::string add_stops() {
+    if (standard_.exploration.find('+') != std::string::npos)
+      return "two slides side by side have no common moment";
+    if (base_->longest_slide_s <= 2 * least_slide_s) return "no slide is longer than 1 s";
+    for (const double sure : sure_at) add("sure " + general(sure)).sure = sure;
+    return {};
+  }
+
   const Dataset* dataset_;
   const Material* base_;
   std::size_t labels_;
@@ -220,6 +232,10 @@ std::vector<Setting> settings_of(const TradeArm& arm, const ClassifierTradeOptio
     out.emplace_back("vote", std::string(classifier::to_string(arm.vote.kind)));
   if (arm.vote.kind == VoteKind::shortlist)
     out.emplace_back("shortlist", static_cast<double>(arm.vote.shortlist));
+  if (arm.sure) {
+    out.emplace_back("sure_probability", *arm.sure);
+    out.emplace_back("least_slide_s", least_slide_s);
+  }
   if (arm.slide_s > 0)
     out.emplace_back("slide_s", arm.slide_s);
   else

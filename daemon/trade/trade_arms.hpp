@@ -22,12 +22,16 @@ struct TradeArm {
   std::size_t cap = 20;
   classifier::VoteOptions vote;
   std::optional<double> speed_mm_s;  ///< test trials of this speed alone
+  std::optional<double> sure;        ///< slides end at this probability
 
   /// Trials are prepared and split as for `other`.
   [[nodiscard]] bool same_material(const TradeArm& other) const;
   /// The same machines answer.
   [[nodiscard]] bool same_training(const TradeArm& other) const;
 };
+
+/// Of the arms whose slides end early: the first stage of their model.
+inline constexpr double least_slide_s = 0.5;
 
 struct TradePlan {
   std::vector<TradeArm> arms;                                 ///< the default first

@@ -25,10 +25,20 @@ json normal(const PhaseStep& step) {
   return out;
 }
 
+json normal(const LiveVote& vote) {
+  json out{{"model", vote.model}};
+  if (vote.stop_early)
+    out["stop_early"] = {{"sure_probability", vote.stop_early->sure_probability},
+                         {"least_slide_s", vote.stop_early->least_slide_s}};
+  return out;
+}
+
 json normal(const Exploration& exploration) {
   json phases = json::array();
   for (const PhaseStep& step : exploration.phases) phases.push_back(normal(step));
-  return {{"phases", std::move(phases)}, {"start", normal(exploration.start_m)}};
+  json out{{"phases", std::move(phases)}, {"start", normal(exploration.start_m)}};
+  if (exploration.live_vote) out["live_vote"] = normal(*exploration.live_vote);
+  return out;
 }
 
 json normal(const RepeatBad& bad) {

@@ -107,6 +107,16 @@ class Machine {
     if (plan_.repeat_bad && state_.step == Step::retracting) state_.bad_take = event.why;
   }
 
+  // The axes come to rest while z goes back up, as in a trial that is cut short.
+  void on(const EndSlide&) {
+    if (state_.step != Step::sliding) return;
+    const auto& vote = exploration().live_vote;
+    if (!vote || !vote->stop_early) return;
+    state_.ended_early = true;
+    emit(StopMotion{});
+    release();
+  }
+
   void on(const Fault& event) {
     note(event.error);
     state_.campaign_outcome = Outcome::failed;
@@ -298,8 +308,9 @@ class Machine {
     const Outcome outcome = judged(plan_, state_, place());
     const bool cut = std::exchange(state_.repeats, false) && outcome == Outcome::stopped;
     const bool again = cut || outcome == Outcome::rejected;
+    const bool early = std::exchange(state_.ended_early, false) && outcome == Outcome::complete;
     if (!again) ++(outcome == Outcome::complete ? state_.completed : state_.failed);
-    emit(TrialDone{state_.trial, outcome, cleanup, std::exchange(state_.trial_error, {})});
+    emit(TrialDone{state_.trial, outcome, cleanup, std::exchange(state_.trial_error, {}), early});
     state_.trial_outcome.reset();
     if (cleanup == Cleanup::failed) return finish(Outcome::failed, cleanup, RigFact::unknown);
     if (const auto end = again ? end_before_repeat(state_) : campaign_end(plan_, state_, outcome))

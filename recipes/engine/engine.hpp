@@ -106,6 +106,7 @@ struct TrialDone {
   Outcome outcome = Outcome::complete;
   Cleanup cleanup = Cleanup::done;
   std::optional<Error> error;  ///< why it is not complete
+  bool ended_early = false;    ///< complete, but for a slide that told enough before its end
 };
 /// The machine has ended; the three facts of the run.
 struct CampaignDone {
@@ -150,6 +151,9 @@ struct TimerExpired {
 struct TakeRejected {
   Error why;
 };
+/// The slide has told enough: it ends here as at the end of its path, and the trial goes on with
+/// its release. Where the plan does not ask for that, and in every other step, nothing happens.
+struct EndSlide {};
 /// A device failed: the trial fails, the rig is cleaned up and the campaign ends.
 struct Fault {
   Error error;
@@ -172,9 +176,10 @@ struct AbortRequested {};
 /// End at once and leave the rig as it stands: no clean-up.
 struct HaltRequested {};
 
-using Event = std::variant<Start, Mounted, Biased, MotionDone, ContactFound, ForceSettled,
-                           TimerExpired, TakeRejected, Fault, GuardTripped, PauseRequested,
-                           ResumeRequested, StopRequested, AbortRequested, HaltRequested>;
+using Event =
+    std::variant<Start, Mounted, Biased, MotionDone, ContactFound, ForceSettled, TimerExpired,
+                 TakeRejected, EndSlide, Fault, GuardTripped, PauseRequested, ResumeRequested,
+                 StopRequested, AbortRequested, HaltRequested>;
 
 // ---- state ----
 
@@ -211,6 +216,7 @@ struct State {
   double rest_z_m = 0;    ///< where the weight alone acts, found by this trial's touch
   bool stop_requested = false;
   bool pause_requested = false;
+  bool ended_early = false;              ///< the slide was, by EndSlide
   bool repeats = false;                  ///< the trial was cut short for a pause and is run again
   std::uint32_t rejected = 0;            ///< takes of the trial so far
   std::optional<Error> bad_take;         ///< why the take under way is one

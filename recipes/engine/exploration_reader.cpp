@@ -153,6 +153,36 @@ class PhaseReader {
   StatedExploration& out_;
 };
 
+constexpr std::size_t longest_model_name = 1000;
+constexpr double surest = 0.999999;  // nothing is ever more certain
+
+std::optional<StopEarly> read_stop_early(ObjectReader& vote, Problems& problems) {
+  const json* value = vote.object("stop_early", Need::optional);
+  if (value == nullptr) return std::nullopt;
+  ObjectReader reader(*value, vote.at("stop_early"), problems);
+  StopEarly stop;
+  stop.sure_probability =
+      reader.quantity(quantities::sure_probability(), {0.5, surest, "better than a coin"})
+          .value_or(0);
+  stop.least_slide_s = reader.quantity(quantities::least_slide(), recorded_s).value_or(0);
+  reader.finish();
+  return stop;
+}
+
+void read_live_vote(ObjectReader& exploration, StatedExploration& stated, Problems& problems) {
+  const json* value = exploration.object("live_vote", Need::optional);
+  if (value == nullptr) return;
+  ObjectReader reader(*value, exploration.at("live_vote"), problems);
+  LiveVote vote;
+  vote.model = reader.text("model").value_or("");
+  if (reader.has("model") && (vote.model.empty() || vote.model.size() > longest_model_name))
+    problems.add({reader.at("model"), "not the name of a file", "1 to 1000 bytes",
+                  std::to_string(vote.model.size()), "weft train --live makes one"});
+  vote.stop_early = read_stop_early(reader, problems);
+  reader.finish();
+  stated.exploration.live_vote = std::move(vote);
+}
+
 void read_start(ObjectReader& reader, StatedExploration& stated, Problems& problems) {
   const json* value = reader.object("start", Need::optional);
   if (value == nullptr) return;
@@ -174,6 +204,7 @@ StatedExploration read_exploration(const std::string& name, const json& value,
   ObjectReader reader(value, pointer, problems);
   reader.text("description", Need::optional);
   read_start(reader, stated, problems);
+  read_live_vote(reader, stated, problems);
   if (const json* phases = reader.array("phases"))
     PhaseReader(limits, problems, stated).read(*phases, reader.at("phases"));
   reader.finish();

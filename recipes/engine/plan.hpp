@@ -27,11 +27,24 @@ struct PhaseStep {
   std::vector<Vec2> path_m;  ///< M: corner points relative to the start of the path, without (0, 0)
 };
 
+/// When a slide has told enough: it ends then as at the end of its path.
+struct StopEarly {
+  double sure_probability = 0;  ///< of the fabric that the vote is for
+  double least_slide_s = 0;     ///< of phase M, before which nothing is sure
+};
+
+/// A trained model that is asked while the slide goes on.
+struct LiveVote {
+  std::string model;                    ///< file, from the recipe's folder
+  std::optional<StopEarly> stop_early;  ///< without it the model votes and nothing follows
+};
+
 /// An exploratory movement: phases S, P, M, E in this order (paper, section III-B).
 struct Exploration {
   std::string name;  ///< "M1"
   std::vector<PhaseStep> phases;
   Vec2 start_m;  ///< where on the cloth the probe touches down, fabric frame
+  std::optional<LiveVote> live_vote = {};
 
   [[nodiscard]] const PhaseStep& step(Phase phase) const;
 };

@@ -67,6 +67,12 @@ inline Quantity still_taxel() {
 inline Quantity force_in_band() {
   return {"force_in_band", {{"force_in_band_fraction", 1}}};
 }
+inline Quantity sure_probability() {
+  return {"sure_probability", {{"sure_probability", 1}}};
+}
+inline Quantity least_slide() {
+  return {"least_slide", {{"least_slide_s", 1}}};
+}
 inline Quantity mount_timeout() {
   return {"mount_timeout", {{"mount_timeout_s", 1}}};
 }

@@ -109,7 +109,7 @@ TEST_CASE("the words for bench kinds and outcomes go both ways") {
     CHECK(bench_kind_from(to_string(kind)) == kind);
   for (const TrialOutcome outcome :
        {TrialOutcome::complete, TrialOutcome::stopped, TrialOutcome::aborted, TrialOutcome::failed,
-        TrialOutcome::interrupted})
+        TrialOutcome::interrupted, TrialOutcome::ended_early})
     CHECK(trial_outcome_from(to_string(outcome)) == outcome);
   CHECK_FALSE(bench_kind_from("Simulated").has_value());
   CHECK_FALSE(trial_outcome_from("").has_value());

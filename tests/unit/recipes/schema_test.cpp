@@ -129,6 +129,26 @@ TEST_CASE("Schema and parser agree on what does not depend on a rig") {
       {"{\"phases\"", "{\"start\": {\"x_mm\": 40, \"y_m\": 0.04}, \"phases\"", true},
       {"{\"phases\"", "{\"start\": {\"x_mm\": 40}, \"phases\"", false},
       {"{\"phases\"", "{\"begin\": {}, \"phases\"", false},
+      {"{\"phases\"", "{\"live_vote\": {\"model\": \"m\"}, \"phases\"", true},
+      {"{\"phases\"", "{\"live_vote\": {}, \"phases\"", false},
+      {"{\"phases\"", "{\"live_vote\": {\"model\": \"\"}, \"phases\"", false},
+      {"{\"phases\"", "{\"live_vote\": {\"model\": 3}, \"phases\"", false},
+      {"{\"phases\"",
+       "{\"live_vote\": {\"model\": \"m\", \"stop_early\": {\"sure_probability\": 0.9, "
+       "\"least_slide_s\": 1}}, \"phases\"",
+       true},
+      {"{\"phases\"",
+       "{\"live_vote\": {\"model\": \"m\", \"stop_early\": {\"sure_probability\": 0.9}}, "
+       "\"phases\"",
+       false},
+      {"{\"phases\"",
+       "{\"live_vote\": {\"model\": \"m\", \"stop_early\": {\"sure_probability\": 1, "
+       "\"least_slide_s\": 1}}, \"phases\"",
+       false},
+      {"{\"phases\"",
+       "{\"live_vote\": {\"model\": \"m\", \"stop_early\": {\"sure_probability\": 0.9, "
+       "\"least_slide_s\": 1, \"x\": 1}}, \"phases\"",
+       false},
   };
   for (const Case& c : cases) {
     const std::string recipe = small_with(c.from, c.to);

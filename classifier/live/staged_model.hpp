@@ -1,0 +1,63 @@
+#pragma once
+// A model for votes while a slide goes on: one trained machine for each of several lengths of
+// slide. What a feature is worth changes with the length of the motion it is computed from, so one
+// machine for all lengths knows each of them less well (classifier/README.md, "While the slide goes
+// on").
+
+#include <iosfwd>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/fabric/model_file.hpp"
+#include "classifier/features/trial.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// Asked when so many frames of phase M have come.
+struct LiveStage {
+  std::size_t motion_frames = 0;
+  StoredModel model;  ///< of S, P and the beginning of M; never of E, which comes after
+};
+
+struct StagedModel {
+  double sample_rate_hz = 0;
+  std::vector<LiveStage> stages;  ///< at least one; by rising length; one sensor, one set of labels
+
+  [[nodiscard]] double slide_s(std::size_t stage) const;
+  [[nodiscard]] const StoredModel& last() const { return stages.back().model; }
+};
+
+/// 0.5, 1, 2, 3, 4, 6, 8, 12, 16, 24 ... up to `longest_s`: a vote at most 1.5 times later, from 2
+/// s on, than it could have been. [s]
+std::vector<double> stage_seconds(double longest_s);
+
+/// The first `motion_frames` frames of phase M and what came before it, without phase E.
+Trial begun_slide(const Trial& trial, std::size_t motion_frames);
+
+struct StagedOptions {
+  Learner learner = Learner::best;
+  TrainOptions training;
+  FeatureOptions features;
+  std::string exploration;  ///< of all slides; empty when not known
+  Provenance provenance;
+};
+
+/// A stage learns from the slides that are as long as it, aids included; there are as many stages
+/// as have two such slides of every label. Refuses a sample rate that is not positive, slides of
+/// which none is half a second long, and what training refuses.
+Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
+                                 const StagedOptions& options);
+
+/// First line of every file. Text: this line, the sample rate, then each stage's line with the
+/// number of bytes of the model file that follows it, which has its own checksum.
+inline constexpr const char* staged_file_header = "weft-live-model 1";
+
+/// Errc::io when the stream fails; what save_model() refuses.
+Status save_staged(const StagedModel& model, std::ostream& out);
+/// Errors: parse (not such a file), corrupt (cut short, altered, stages that do not fit each
+/// other), load_model()'s.
+Result<StagedModel> load_staged(std::istream& in);
+
+}  // namespace weft::classifier

@@ -1,0 +1,137 @@
+#include "daemon/run/live_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "daemon/dataset/sha256.hpp"
+#include "daemon/run/rig_file.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr std::uintmax_t most_model_bytes = std::uintmax_t{1} << 28;
+
+constexpr double same_rate = 0.01;  // relative: nominal rates, as two rig files may round them
+
+Status fits(const recipes::Exploration& exploration, const recipes::RigLimits& limits,
+            const classifier::StagedModel& model) {
+  const classifier::FeatureSetup& setup = model.last().setup;
+  if (!setup.exploration.empty() && setup.exploration != exploration.name)
+    return fail(Errc::invalid_argument, "the model was trained on another exploration", {},
+                exploration.name, setup.exploration);
+  if (setup.taxels != limits.taxels)
+    return fail(Errc::invalid_argument, "the model was trained on another sensor", {},
+                std::to_string(limits.taxels) + " taxels", std::to_string(setup.taxels));
+  if (std::abs(model.sample_rate_hz - limits.taxel_rate_hz) > same_rate * limits.taxel_rate_hz)
+    return fail(Errc::invalid_argument, "the model was trained at another sample rate", {},
+                std::to_string(limits.taxel_rate_hz) + " Hz",
+                std::to_string(model.sample_rate_hz) + " Hz");
+  const bool knows = std::ranges::all_of(
+      model.stages, [](const auto& stage) { return stage.model.aids.has_value(); });
+  if (exploration.live_vote->stop_early && !knows)
+    return fail(Errc::unsupported, "the model knows no probability, so it is never sure", {}, {},
+                {}, "weft train --live writes one that does");
+  return {};
+}
+
+Result<LiveModel> load(const recipes::Exploration& exploration, const recipes::RigLimits& limits,
+                       const std::filesystem::path& folder) {
+  LiveModel out;
+  out.file = folder / exploration.live_vote->model;  // an absolute name stays as it is
+  const auto text = read_text_file(out.file, most_model_bytes);
+  if (!text) return pass(text.error());
+  std::istringstream in(*text);
+  auto model = classifier::load_staged(in);
+  if (!model) return pass(model.error(), out.file.string());
+  if (Status ok = fits(exploration, limits, *model); !ok)
+    return pass(ok.error(), out.file.string());
+  out.sha256 = sha256_hex(*text);
+  out.model = std::make_shared<const classifier::StagedModel>(std::move(*model));
+  return out;
+}
+
+}  // namespace
+
+Result<LiveModels> load_live_models(const recipes::Plan& plan,
+                                    const std::filesystem::path& folder) {
+  LiveModels out(plan.explorations.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const recipes::Exploration& exploration = plan.explorations[i];
+    if (!exploration.live_vote) continue;
+    auto model = load(exploration, plan.limits, folder);
+    if (!model)
+      return pass(model.error(), "/explorations/" + exploration.name + "/live_vote/model");
+    out[i] = std::move(*model);
+  }
+  return out;
+}
+
+std::string live_models_json(const recipes::Plan& plan, const LiveModels& models) {
+  nlohmann::json out = nlohmann::json::array();
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    if (!models[i]) continue;
+    const recipes::Exploration& exploration = plan.explorations[i];
+    nlohmann::json one{{"exploration", exploration.name},
+                       {"model", exploration.live_vote->model},
+                       {"sha256", models[i]->sha256},
+                       {"bench", models[i]->model->last().provenance.bench}};
+    if (const auto& stop = exploration.live_vote->stop_early)
+      one["stop_early"] = {{"sure_probability", stop->sure_probability},
+                           {"least_slide_s", stop->least_slide_s}};
+    out.push_back(std::move(one));
+  }
+  return out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+LiveWatch::LiveWatch(const recipes::Plan& plan, const LiveModels& models) : plan_(&plan) {
+  for (const auto& model : models) {
+    voters_.emplace_back();
+    if (model) voters_.back().emplace(model->model);
+  }
+}
+
+void LiveWatch::begin(std::size_t trial) {
+  trial_ = trial;
+  slid_enough_ = false;
+  auto& voter = voters_[plan_->trials[trial].exploration];
+  asked_ = voter ? &*voter : nullptr;
+  if (asked_ != nullptr) asked_->restart();
+}
+
+Result<std::optional<VoteMoment>> LiveWatch::hear(const Sample& sample, Phase phase) {
+  const auto* taxels = std::get_if<TaxelSample>(&sample.value);
+  if (asked_ == nullptr || taxels == nullptr) return std::optional<VoteMoment>{};
+  frame_.assign(taxels->counts.begin(), taxels->counts.end());
+  const auto answer = asked_->add(phase, frame_);
+  if (!answer) {
+    asked_ = nullptr;
+    return pass(answer.error());
+  }
+  if (!*answer) return std::optional<VoteMoment>{};
+  VoteMoment moment = told(**answer);
+  slid_enough_ = moment.ends_slide;
+  return std::optional<VoteMoment>(std::move(moment));
+}
+
+VoteMoment LiveWatch::told(const classifier::LiveAnswer& answer) const {
+  const recipes::TrialSpec& trial = plan_->trials[trial_];
+  const recipes::Exploration& exploration = plan_->explorations[trial.exploration];
+  const std::vector<std::string>& labels = asked_->model().last().learner.labels();
+  VoteMoment out;
+  out.trial = trial_;
+  out.fabric = plan_->fabrics[trial.fabric];
+  out.exploration = exploration.name;
+  out.repetition = trial.repetition;
+  out.slide_s = answer.slide_s;
+  out.winner = labels[answer.winner];
+  for (std::size_t i = 0; i < answer.probability.size(); ++i)
+    out.probability.emplace_back(labels[i], answer.probability[i]);
+  out.none_of_these = answer.none_of_these;
+  if (const auto& stop = exploration.live_vote->stop_early)
+    out.ends_slide = classifier::is_sure({stop->sure_probability, stop->least_slide_s}, answer);
+  return out;
+}
+
+}  // namespace weft::daemon

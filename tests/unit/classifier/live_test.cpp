@@ -1,0 +1,172 @@
+// Votes while a slide goes on.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "classifier/live/live_voter.hpp"
+#include "classifier/live/staged_model.hpp"
+#include "tests/unit/classifier/support.hpp"
+
+namespace weft::classifier {
+namespace {
+
+constexpr double rate_hz = 40;
+constexpr std::size_t taxels = 2;
+
+// A cloth's ripple has its own height; 8 frames of S, 8 of P, `motion` of M, 8 of E.
+Trial slide(std::size_t cloth, std::size_t number, std::size_t motion) {
+  RandomEngine engine(100 * cloth + number);
+  Trial trial;
+  trial.file = std::to_string(cloth) + "-" + std::to_string(number);
+  trial.label = "cloth " + std::to_string(cloth);
+  trial.group = std::to_string(number);
+  trial.taxels = taxels;
+  const double height = 5.0 * static_cast<double>(cloth + 1);
+  for (std::size_t k = 0; k < 24 + motion; ++k) {
+    const Phase phase = k < 8             ? Phase::rest
+                        : k < 16          ? Phase::press
+                        : k < 16 + motion ? Phase::motion
+                                          : Phase::end;
+    trial.phase.push_back(phase);
+    for (std::size_t t = 0; t < taxels; ++t)
+      trial.counts.push_back(std::round(100.0 + height * testing::normal(engine)));
+  }
+  return trial;
+}
+
+StagedOptions options_of_lda() {
+  StagedOptions options;
+  options.learner = Learner::lda;
+  options.training.threads = 1;
+  options.exploration = "M1";
+  return options;
+}
+
+std::vector<Trial> slides(std::size_t each = 6, std::size_t motion = 120) {
+  std::vector<Trial> out;
+  for (std::size_t cloth = 0; cloth < 3; ++cloth)
+    for (std::size_t i = 0; i < each; ++i) out.push_back(slide(cloth, i, motion));
+  return out;
+}
+
+std::shared_ptr<const StagedModel> staged() {
+  auto model = train_staged(slides(), rate_hz, options_of_lda());
+  REQUIRE(model);
+  return std::make_shared<const StagedModel>(std::move(*model));
+}
+
+std::string text_of(const StagedModel& model) {
+  std::ostringstream out;
+  REQUIRE(save_staged(model, out));
+  return out.str();
+}
+
+Result<StagedModel> loaded_stages(const std::string& text) {
+  std::istringstream in(text);
+  return load_staged(in);
+}
+
+std::vector<LiveAnswer> votes_of(LiveVoter& voter, const Trial& trial) {
+  std::vector<LiveAnswer> out;
+  voter.restart();
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    auto said = voter.add(trial.phase[i], trial.row(i));
+    REQUIRE(said);
+    if (*said) out.push_back(std::move(**said));
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("stages lie close together, from half a second to the length of the slide") {
+  CHECK(stage_seconds(25) == std::vector<double>{0.5, 1, 2, 3, 4, 6, 8, 12, 16, 24});
+  CHECK(stage_seconds(0.7) == std::vector<double>{0.5});
+  CHECK(stage_seconds(0.4).empty());
+  CHECK(stage_seconds(std::nan("")).empty());
+  CHECK(stage_seconds(std::numeric_limits<double>::infinity()).size() < 70);
+}
+
+TEST_CASE("the beginning of a slide is what had come by then, without phase E") {
+  const Trial trial = slide(0, 0, 120);
+  const Trial begun = begun_slide(trial, 50);
+  CHECK(phases_of(begun) == PhaseSet{true, true, false});
+  CHECK(begun.samples() == 16 + 50);
+  CHECK(std::equal(begun.counts.begin(), begun.counts.end(), trial.counts.begin()));
+  CHECK(begun_slide(trial, 1000).samples() == 16 + 120);
+}
+
+TEST_CASE("a stage is trained as far as every fabric has two slides of its length") {
+  auto some = slides(3);
+  CHECK(train_staged(some, rate_hz, options_of_lda())->stages.size() == 4);  // 0.5, 1, 2, 3 s
+  some[0] = slide(0, 0, 100);
+  some[1] = slide(0, 1, 100);
+  CHECK(train_staged(some, rate_hz, options_of_lda())->stages.size() == 3);
+  CHECK_FALSE(train_staged(slides(3, 19), rate_hz, options_of_lda()));
+  CHECK_FALSE(train_staged({}, rate_hz, options_of_lda()));
+  for (const double rate : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()})
+    CHECK_FALSE(train_staged(some, rate, options_of_lda()));
+}
+
+TEST_CASE("a staged model comes back from its file as it was, and nothing else is taken for one") {
+  const auto model = staged();
+  const std::string text = text_of(*model);
+  const auto again = loaded_stages(text);
+  REQUIRE(again);
+  CHECK(text_of(*again) == text);
+  CHECK(again->sample_rate_hz == rate_hz);
+  for (std::size_t cut = 0; cut < text.size(); cut += 1 + text.size() / 200)
+    CHECK_FALSE(loaded_stages(text.substr(0, cut)));
+  CHECK_FALSE(loaded_stages(text + "x"));
+  std::ostringstream plain;
+  REQUIRE(save_model(model->last(), plain));
+  const auto refused = loaded_stages(plain.str());
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().hint.find("--live") != std::string::npos);
+  StagedModel swapped = *model;
+  std::swap(swapped.stages[0], swapped.stages[1]);
+  CHECK_FALSE(loaded_stages(text_of(swapped)));
+}
+
+TEST_CASE("a vote is sure at its probability and not before its seconds of slide") {
+  LiveAnswer answer{2.0, 1, {0.1, 0.9}, false};
+  CHECK(is_sure({0.9, 2.0}, answer));
+  CHECK_FALSE(is_sure({0.91, 2.0}, answer));
+  CHECK_FALSE(is_sure({0.9, 2.01}, answer));
+  answer.none_of_these = true;
+  CHECK_FALSE(is_sure({0.5, 0}, answer));
+  CHECK_FALSE(is_sure({0, 0}, LiveAnswer{9, 0, {}, false}));
+}
+
+TEST_CASE("at each stage the vote is that of the trial as far as it has come") {
+  const auto model = staged();
+  LiveVoter voter(model);
+  for (const std::size_t cloth : {0, 2}) {
+    const Trial trial = slide(cloth, 50, 120);
+    const auto votes = votes_of(voter, trial);
+    REQUIRE(votes.size() == model->stages.size());
+    for (std::size_t k = 0; k < votes.size(); ++k) {
+      const LiveStage& stage = model->stages[k];
+      CHECK(votes[k].slide_s == Approx(static_cast<double>(stage.motion_frames) / rate_hz));
+      const auto said = classify(stage.model, begun_slide(trial, stage.motion_frames));
+      REQUIRE(said);
+      CHECK(votes[k].winner == said->ballot.winner);
+      CHECK(votes[k].probability == said->probability);
+      CHECK(votes[k].none_of_these == said->none_of_these);
+    }
+    CHECK(model->last().learner.labels()[votes.back().winner] == trial.label);
+  }
+}
+
+TEST_CASE("a frame that is no frame is refused and the votes go on") {
+  LiveVoter voter(staged());
+  const std::vector<double> bad{100, std::nan("")};
+  CHECK_FALSE(voter.add(Phase::motion, bad));
+  CHECK_FALSE(voter.add(Phase::motion, std::vector<double>{1}));
+  CHECK(votes_of(voter, slide(1, 60, 20)).size() == 1);
+  CHECK(votes_of(voter, slide(1, 61, 400)).size() == 4);  // longer than any that trained
+}
+
+}  // namespace weft::classifier
