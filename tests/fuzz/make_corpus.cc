@@ -89,6 +89,60 @@ void write_wires(const std::filesystem::path& folder) {
       write_vectors(wire.path() / "vectors", folder / wire.path().filename());
 }
 
+/// The word between the first two `quote`s of a line, or nothing.
+std::string between(const std::string& line, char quote) {
+  const std::size_t from = line.find(quote);
+  const std::size_t to = from == std::string::npos ? from : line.find(quote, from + 1);
+  return to == std::string::npos ? std::string() : line.substr(from + 1, to - from - 1);
+}
+
+nlohmann::json value_of(const std::string& row) {
+  if (row.find("| integer") != std::string::npos) return 1000;
+  if (row.find("| number") != std::string::npos) return 2.5;
+  if (row.find("| boolean") != std::string::npos) return true;
+  if (row.find("| array") != std::string::npos) return {"run:*", "rig"};
+  return "R-000001";
+}
+
+std::string request_line(const std::string& method, const nlohmann::json& params) {
+  return nlohmann::json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}
+             .dump() +
+         "\n";
+}
+
+/// What docs/api.md shows: the lines of its examples, and a request of every method in its tables,
+/// each after an introduction; from an admin on the Unix socket and from TCP.
+void write_lines(const std::filesystem::path& page, const std::filesystem::path& folder) {
+  const std::string opening =
+      request_line("session.open", {{"client", "seed"}, {"protocol", "1.x"}});
+  const auto put = [&](const std::string& name, const std::string& lines) {
+    write(folder / name, std::string{3, 0, 0, 0} + lines);
+    write(folder / (name + "_tcp"), std::string{4, 5, 1, 9} + lines);
+  };
+  std::ifstream in(page);
+  std::string method, all = opening;
+  nlohmann::json params = nlohmann::json::object();
+  int example = 0;
+  const auto end_method = [&] {
+    if (method.empty()) return;
+    put(method, opening + request_line(method, params));
+    all += request_line(method, params);
+    params = nlohmann::json::object();
+  };
+  for (std::string line; std::getline(in, line);) {
+    for (std::size_t at = line.find("'{"); at != std::string::npos; at = line.find("'{", at + 1))
+      put("example" + std::to_string(example++), opening + between(line.substr(at), '\'') + "\n");
+    if (line.starts_with("### ")) {
+      end_method();
+      method = line.substr(4);
+    }
+    if (!method.empty() && line.starts_with("| `")) params[between(line, '`')] = value_of(line);
+  }
+  end_method();
+  put("halt", "!halt\n" + opening);
+  put("all", all);
+}
+
 }  // namespace
 }  // namespace weft::fuzz
 
@@ -100,6 +154,7 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder(argv[1]);
   weft::fuzz::write_tables(folder / "csv");
   weft::fuzz::write_wires(folder);
+  weft::fuzz::write_lines(WEFT_API_PAGE, folder / "rpc_lines");
   if (weft::fuzz::write_models(folder / "model_file") &&
       weft::fuzz::write_datasets(folder / "hdf5", argc == 2))
     return 0;

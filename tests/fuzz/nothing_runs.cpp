@@ -1,0 +1,43 @@
+// For the fuzz target of the daemon's lines, built with sanitizers: in place of campaigns, rigs and
+// disks, which would take long to build and which its inputs never come to. The replay of the
+// ordinary test suite has the real ones.
+
+#include "daemon/recorder/recorder.hpp"
+#include "daemon/run/campaign.hpp"
+#include "daemon/run/resume.hpp"
+
+namespace weft::daemon {
+namespace {
+
+tl::unexpected<Error> nothing() {
+  return fail(Errc::not_found, "there is no rig", "fuzz");
+}
+
+}  // namespace
+
+Result<CheckedRequest> check_request(const CampaignRequest&) {
+  return nothing();
+}
+Result<CampaignSummary> run_campaign(const CampaignRequest&, const CampaignHooks&) {
+  return nothing();
+}
+Result<ResumePreview> preview_resume(const CampaignRequest&) {
+  return nothing();
+}
+bool is_anything_left(const CampaignRequest&) {
+  return false;
+}
+Result<LiveModels> load_live_models(const recipes::Plan&, const std::filesystem::path&) {
+  return nothing();
+}
+std::uint64_t disk_forecast(const recipes::Plan&) {
+  return 0;
+}
+Status check_space(const std::filesystem::path&, std::uint64_t) {
+  return nothing();
+}
+Result<std::string> read_text_file(const std::filesystem::path&, std::uintmax_t) {
+  return nothing();
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,150 @@
+// Lines as a client of weftd sends them: line buffer, messages, the table of methods with its
+// checks, and what the methods answer. The desk is the daemon's own, over a rig that is not there:
+// nothing ever runs. Threads, clocks and sockets are none.
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/services.hpp"
+#include "daemon/server/conversation.hpp"
+#include "daemon/server/line_buffer.hpp"
+#include "protocols/base/bytes.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace weft::fuzz {
+namespace {
+
+using namespace weft::daemon;
+using nlohmann::json;
+using Clock = std::chrono::nanoseconds;
+
+constexpr std::size_t most_line_bytes = 16384;
+
+/// A daemon without sockets, and one client.
+class SmallDaemon {
+ public:
+  explicit SmallDaemon(server::Peer peer)
+      : store_(std::move(control::RunStore::open(":memory:").value())),
+        desk_({
+                  .rig = "no-rig.json",
+                  .data = "/no/such/folder",
+                  .post = [](const std::function<void()>&) {},
+                  .now = [] { return Clock(); },
+                  .utc_us = [] { return std::int64_t{0}; },
+                  .changed = {},
+                  .stands = {},
+              },
+              store_) {
+    services_ = {.hub = &hub_,
+                 .leases = &leases_,
+                 .desk = &desk_,
+                 .log = &store_,
+                 .rig = "no-rig.json",
+                 .rig_name = "no-rig",
+                 .recipes = "/no/such/folder",
+                 .data = "/no/such/folder",
+                 .epoch = "e1",
+                 .now = [] { return Clock(); },
+                 .utc_us = [] { return std::int64_t{0}; }};
+    server::add_session_open(methods_);
+    api::add_system_methods(methods_, services_);
+    api::add_lease_methods(methods_, services_);
+    api::add_recipe_methods(methods_, services_);
+    api::add_run_methods(methods_, services_);
+    api::add_rig_methods(methods_, services_);
+    api::add_classify_methods(methods_, services_);
+    api::add_subscription_methods(methods_, services_);
+    shared_ = {&methods_, &hub_, &answered_, "e1", {}, {}, {}, [] { return Clock(); }};
+    shared_.token_owner = [](std::string_view) -> Result<server::TokenOwner> {
+      return fail(Errc::wrong_state, "no good");
+    };
+    shared_.readiness_json = [this] { return api::readiness_json(services_); };
+    shared_.halt = [this](const rpc::Caller& caller) { desk_.halt(caller.session); };
+    client_ = std::make_unique<server::Conversation>(
+        shared_, std::move(peer), "s-1", [this](std::string line) { said(std::move(line)); });
+    client_->greet();
+  }
+
+  /// In pieces as `sizes` says; false where a line is too long, which ends a connection.
+  bool hear(ByteView bytes, ByteView sizes) {
+    server::LineBuffer lines(most_line_bytes);
+    for (std::size_t piece = 0; !bytes.empty(); ++piece) {
+      const std::size_t wanted =
+          sizes.empty() ? bytes.size() : std::max<std::size_t>(sizes[piece % sizes.size()], 1);
+      const ByteView part = bytes.first(std::min(wanted, bytes.size()));
+      lines.add({reinterpret_cast<const char*>(part.data()), part.size()});
+      while (const auto line = lines.next()) hear(*line);
+      if (lines.overflows()) return false;
+      bytes = bytes.subspan(part.size());
+    }
+    return true;
+  }
+
+  [[nodiscard]] const std::vector<std::string>& told() const { return told_; }
+  [[nodiscard]] bool any_result() const { return any_result_; }
+
+ private:
+  void hear(const std::string& line) {
+    const std::size_t before = told_.size();
+    client_->hear(line);
+    client_->pump([] { return true; });
+    const auto request = rpc::parse_request(line);
+    const bool blank = line.find_first_not_of(" \t") == std::string::npos;
+    const bool silent = blank || (request && !request->id_json);
+    // what is answered later waits for a run, and there is none
+    demand(silent || told_.size() > before, "every line that asks is answered");
+  }
+
+  void said(std::string line) {
+    const json message = json::parse(line, nullptr, false);
+    demand(message.is_object() && message.value("jsonrpc", "") == "2.0",
+           "what is said is JSON-RPC");
+    demand(line.find('\n') == std::string::npos, "a message is one line");
+    if (message.contains("result")) any_result_ = true;
+    if (message.contains("error")) {
+      const json& error = message["error"];
+      demand(error.value("code", 0) != 0 && !error.value("message", "").empty() &&
+                 !error.at("data").value("kind", "").empty(),
+             "an error says what is wrong");
+    }
+    told_.push_back(std::move(line));
+  }
+
+  server::Hub hub_;
+  access::Leases leases_;
+  access::IdempotencyCache answered_;
+  control::RunStore store_;
+  control::RunDesk desk_;
+  api::Services services_;
+  rpc::Methods methods_;
+  server::Shared shared_;
+  std::vector<std::string> told_;
+  bool any_result_ = false;
+  std::unique_ptr<server::Conversation> client_;
+};
+
+server::Peer peer_of(std::uint8_t choice) {
+  using access::Role;
+  constexpr std::array roles{Role::observer, Role::operator_, Role::engineer, Role::admin};
+  if (choice % 5 == 4) return {false, {}, std::nullopt};  // TCP, and no token is any good
+  return {true, "somebody", roles[choice % 5]};
+}
+
+}  // namespace
+}  // namespace weft::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace weft::fuzz;
+  constexpr std::size_t header = 4;  // who speaks, and the sizes of the pieces
+  const weft::ByteView all(data, size);
+  const weft::ByteView head = all.first(std::min(header, size));
+  const weft::ByteView bytes = all.subspan(head.size());
+  const weft::daemon::server::Peer peer = peer_of(head.empty() ? 3 : head[0]);
+  SmallDaemon in_pieces(peer), at_once(peer);
+  const bool all_heard = in_pieces.hear(bytes, head.empty() ? head : head.subspan(1));
+  if (all_heard && at_once.hear(bytes, {}))
+    demand(in_pieces.told() == at_once.told(), "where a read ends changes nothing");
+  demand(peer.role || !in_pieces.any_result(), "nothing is told to whoever may not ask");
+  return 0;
+}
