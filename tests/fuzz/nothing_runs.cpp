@@ -21,8 +21,11 @@ Result<CheckedRequest> check_request(const CampaignRequest&) {
 Result<CampaignSummary> run_campaign(const CampaignRequest&, const CampaignHooks&) {
   return nothing();
 }
-Result<ResumePreview> preview_resume(const CampaignRequest&) {
+Result<ResumePreview> preview_resume(const CampaignRequest&, const StopAsked&) {
   return nothing();
+}
+bool is_only_end_left(const CampaignRequest&) {
+  return false;
 }
 bool is_anything_left(const CampaignRequest&) {
   return false;
