@@ -125,7 +125,7 @@ def over_http(daemon, cert, token):
 
 def with_weft(daemon, folder, cert, other_cert, token):
     def weft(*more, token=token, ca=cert):
-        return subprocess.run([WEFT, "--json", "status", "--daemon", f"tls://localhost:{daemon.port}", "--tls-ca", ca, *more],
+        return subprocess.run([WEFT, "--json", "status", "--daemon", f"tls://127.0.0.1:{daemon.port}", "--tls-ca", ca, *more],
                               capture_output=True, text=True, env={**os.environ, "WEFT_TOKEN": token}, timeout=PATIENCE_S)
     good = weft()
     assert good.returncode == 0 and json.loads(good.stdout)["ready"]["ok"], good
