@@ -11,6 +11,14 @@ add_test(NAME scenario_oracle_agreement_cores
 set_tests_properties(scenario_oracle_agreement scenario_oracle_agreement_cores
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# Static imprints: features, learning rules and tables.
+add_executable(imprint_oracle ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_oracle.cc)
+target_link_libraries(imprint_oracle PRIVATE weft_classifier)
+add_test(NAME scenario_imprint_oracle
+         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_oracle.py
+                 $<TARGET_FILE:imprint_oracle> ${PROJECT_SOURCE_DIR}/../shared)
+set_tests_properties(scenario_imprint_oracle PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # The command line as a person meets it.
 set(cli_tests ${CMAKE_CURRENT_SOURCE_DIR}/scenario)
 add_test(NAME scenario_cli_data COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_data.py $<TARGET_FILE:weft>)

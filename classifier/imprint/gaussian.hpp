@@ -1,0 +1,42 @@
+#pragma once
+// Gaussian smoothing at any scale (Ellis 1986, section 3.3: a window of four standard deviations),
+// the edge's value replicated beyond the border (choice E1).
+
+#include <span>
+#include <vector>
+
+#include "classifier/imprint/image.hpp"
+
+namespace weft::classifier::imprint {
+
+/// The kernel of 1000 taxels has 8001 weights: more is a mistake in a unit.
+inline constexpr double largest_sigma = 1000.0;
+
+/// Smooths images of any size at one scale. Keeps its scratch memory: one object per thread.
+class GaussianFilter {
+ public:
+  /// `sigma` in taxels, 0 to largest_sigma; 0 leaves images as they are. Refuses everything else.
+  static Result<GaussianFilter> make(double sigma);
+
+  /// `out` takes the size of `in`, a checked image, which must be another object. Time grows with
+  /// taxels x sigma, also where sigma is larger than the image. A constant image stays exactly
+  /// constant, and a mirrored image gives the mirrored result to the last bit.
+  void apply(const Image& in, Image& out);
+
+  [[nodiscard]] double sigma() const { return sigma_; }
+  /// Weights at distance 0, 1, ... ceil(4 sigma); both sides together sum to 1.
+  [[nodiscard]] std::span<const double> weights() const { return weights_; }
+
+ private:
+  GaussianFilter(double sigma, std::vector<double> weights)
+      : sigma_(sigma), weights_(std::move(weights)) {}
+  void smooth_columns(const Image& in);
+  void smooth_rows(Image& out);
+
+  double sigma_;
+  std::vector<double> weights_;
+  Image between_;
+  std::vector<double> padded_;
+};
+
+}  // namespace weft::classifier::imprint

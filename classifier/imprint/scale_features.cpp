@@ -1,0 +1,100 @@
+#include "classifier/imprint/scale_features.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace weft::classifier::imprint {
+namespace {
+
+constexpr std::array<FeatureKind, 10> kinds{{
+    {"edges.n", "taxels", "taxels on a step edge", true},
+    {"edges.mean", "counts/taxel", "mean strength of the steps", true},
+    {"edges.std", "counts/taxel", "deviation of the strength", true},
+    {"edges.ori", "rad", "spread of the orientations", false},
+    {"min.n", "taxels", "local minima", true},
+    {"min.mean", "counts", "mean depth below the eight neighbours", false},
+    {"min.std", "counts", "deviation of the depth", true},
+    {"max.n", "taxels", "local maxima", true},
+    {"max.mean", "counts", "mean height above the eight neighbours", false},
+    {"max.std", "counts", "deviation of the height", true},
+}};
+
+std::string short_number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.10g", value);
+  return text.data();
+}
+
+double largest_of(const Image& image) {
+  double largest = 1.0;
+  for (const double value : image.data()) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+}  // namespace
+
+std::span<const FeatureKind> feature_kinds() {
+  return kinds;
+}
+
+std::string_view to_string(Form form) {
+  return form == Form::full ? "10" : "7";
+}
+
+Result<ScaleFeatures> ScaleFeatures::make(const ScaleOptions& options) {
+  if (options.sigmas.empty())
+    return fail(Errc::invalid_argument, "no scale to extract features at", "sigmas", "at least one",
+                "none");
+  if (auto ok = check(options.thresholds); !ok) return pass(ok.error());
+  ScaleFeatures out;
+  out.options_ = options;
+  for (const double sigma : options.sigmas) {
+    auto filter = GaussianFilter::make(sigma);
+    if (!filter) return pass(filter.error());
+    for (const GaussianFilter& other : out.filters_)
+      if (other.sigma() == sigma)
+        return fail(Errc::invalid_argument, "a scale is given twice", "sigmas", "each once",
+                    short_number(sigma));
+    out.filters_.push_back(std::move(*filter));
+    for (const FeatureKind& kind : kinds)
+      if (options.form == Form::full || kind.in_short_form)
+        out.names_.push_back(std::string(kind.name) + "@" + short_number(sigma));
+  }
+  return out;
+}
+
+void ScaleFeatures::add_scale(const Image& image, GaussianFilter& filter) {
+  Scratch& s = scratch_;
+  filter.apply(image, s.smoothed);
+  gradient(s.smoothed, s.gradient);
+  const double noise = noise_estimate(s.smoothed, filter.weights(), options_.noise);
+  const auto& edges = s.edges.find(s.gradient, noise, largest_of(s.smoothed), options_.thresholds);
+  s.strengths.clear();
+  for (const EdgeTaxel& edge : edges) s.strengths.push_back(edge.strength);
+  find_extrema(s.smoothed, s.extrema);
+  const Moments step = moments(s.strengths), low = moments(s.extrema.minima),
+                high = moments(s.extrema.maxima);
+  const std::array<double, kinds.size()> all{static_cast<double>(edges.size()),
+                                             step.mean,
+                                             step.deviation,
+                                             orientation_spread(edges, options_.orientation),
+                                             static_cast<double>(s.extrema.minima.size()),
+                                             low.mean,
+                                             low.deviation,
+                                             static_cast<double>(s.extrema.maxima.size()),
+                                             high.mean,
+                                             high.deviation};
+  for (std::size_t k = 0; k < kinds.size(); ++k)
+    if (options_.form == Form::full || kinds[k].in_short_form) values_.push_back(all[k]);
+}
+
+Result<std::span<const double>> ScaleFeatures::extract(const Image& image) {
+  if (auto ok = check(image); !ok) return pass(ok.error());
+  values_.clear();
+  for (GaussianFilter& filter : filters_) add_scale(image, filter);
+  return std::span<const double>(values_);
+}
+
+}  // namespace weft::classifier::imprint

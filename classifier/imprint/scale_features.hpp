@@ -1,0 +1,71 @@
+#pragma once
+// The ten numbers of an imprint at one scale of smoothing, and of several scales side by side
+// (Ellis 1986, sections 3.3 and 3.4.1).
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/imprint/extrema.hpp"
+#include "classifier/imprint/gaussian.hpp"
+#include "classifier/imprint/statistics.hpp"
+#include "classifier/imprint/step_edges.hpp"
+
+namespace weft::classifier::imprint {
+
+struct FeatureKind {
+  std::string_view name;
+  std::string_view unit;
+  std::string_view words;
+  bool in_short_form;
+};
+/// In the order of the vector: edges.n, edges.mean, edges.std, edges.ori, min.n, min.mean, min.std,
+/// max.n, max.mean, max.std.
+std::span<const FeatureKind> feature_kinds();
+
+/// Ten a scale, or the paper's seven: without the spread of orientations and the mean heights.
+enum class Form { full, brief };
+std::string_view to_string(Form form);
+
+struct ScaleOptions {
+  std::vector<double> sigmas = {1.0, 2.0, 4.0};  ///< taxels; at least one, each once
+  Form form = Form::full;
+  NoiseForm noise = NoiseForm::gradient;
+  OrientationSpread orientation = OrientationSpread::circular;
+  EdgeThresholds thresholds = {};
+};
+
+/// Keeps its scratch memory: one object per thread.
+class ScaleFeatures {
+ public:
+  /// Refuses no scale, a scale twice, a scale that GaussianFilter refuses, unusable thresholds.
+  static Result<ScaleFeatures> make(const ScaleOptions& options);
+
+  /// "edges.mean@2" is edges.mean at sigma 2 taxels. Scale by scale.
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+  /// [names().size()], all finite; valid until the next call. Refuses what check(image) refuses.
+  /// An image without interior (fewer than 3 rows or columns) has zeros only, and so has a constant
+  /// or an all saturated one.
+  Result<std::span<const double>> extract(const Image& image);
+
+ private:
+  struct Scratch {
+    Image smoothed;
+    Gradient gradient;
+    StepEdges edges;
+    Extrema extrema;
+    std::vector<double> strengths;
+  };
+
+  void add_scale(const Image& image, GaussianFilter& filter);
+
+  ScaleOptions options_;
+  std::vector<GaussianFilter> filters_;
+  std::vector<std::string> names_;
+  std::vector<double> values_;
+  Scratch scratch_;
+};
+
+}  // namespace weft::classifier::imprint

@@ -1,0 +1,118 @@
+// Imprints at their ends: the documented value or a clear error, and never a NaN.
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "classifier/imprint/scale_features.hpp"
+#include "tests/unit/classifier/support.hpp"
+
+namespace weft::classifier::imprint {
+namespace {
+
+const std::vector<double> all_sigmas{0.0, 1e-300, 0.4, 1.0, 2.0, 4.0, 100.0};
+
+std::vector<double> features_of(const Image& image, const std::vector<double>& sigmas,
+                                const ScaleOptions& base = {}) {
+  ScaleOptions options = base;
+  options.sigmas = sigmas;
+  auto features = ScaleFeatures::make(options);
+  REQUIRE(features);
+  const auto values = features->extract(image);
+  REQUIRE(values);
+  for (const double value : *values) REQUIRE(std::isfinite(value));
+  return {values->begin(), values->end()};
+}
+
+void check_zero(const std::vector<double>& values) {
+  for (const double value : values) CHECK(value == 0.0);
+}
+
+TEST_CASE("imprints without an interior, constant or saturated, have zeros only") {
+  for (const auto& [rows, cols] : {std::pair{1, 1}, {1, 50}, {50, 1}, {2, 2}, {2, 40}}) {
+    Image image(static_cast<std::size_t>(rows), static_cast<std::size_t>(cols));
+    for (std::size_t i = 0; i < image.data().size(); ++i)
+      image.data()[i] = static_cast<double>(i * i % 7);
+    check_zero(features_of(image, all_sigmas));
+  }
+  for (const double level : {0.0, 0.1, 127.0, -3.7e99})
+    check_zero(features_of(Image(32, 32, level), all_sigmas));
+}
+
+TEST_CASE("3 x 3: one taxel has neighbours") {
+  Image image(3, 3, 10.0);
+  image(1, 1) = 90.0;
+  const auto values = features_of(image, {0.0});
+  CHECK(values[7] == 1.0);
+  CHECK(values[8] == 80.0);
+  CHECK(values[9] == 0.0);
+  check_zero({values.begin(), values.begin() + 7});  // its gradient is 0: no edge
+}
+
+TEST_CASE("a scale far larger than the image leaves its mean, without an edge of rounding") {
+  RandomEngine engine(4);
+  Image image(32, 32);
+  for (double& value : image.data()) value = static_cast<double>(random_below(engine, 128));
+  const auto values = features_of(image, {1000.0});
+  CHECK(values[4] == 0.0);
+  CHECK(values[7] == 0.0);
+}
+
+TEST_CASE("1024 x 1024 and the largest values stay finite") {
+  RandomEngine engine(9);
+  Image image(1024, 1024);
+  for (double& value : image.data()) value = static_cast<double>(random_below(engine, 128));
+  const auto values = features_of(image, {0.0, 2.0});
+  CHECK(values[0] > 1000.0);
+  CHECK(values[7] > 10000.0);
+  Image huge(16, 16);
+  for (double& value : huge.data()) value = random_below(engine, 2) == 0 ? 1e100 : -1e100;
+  for (const NoiseForm noise : {NoiseForm::gradient, NoiseForm::literal})
+    for (const OrientationSpread spread :
+         {OrientationSpread::circular, OrientationSpread::linear}) {
+      ScaleOptions options;
+      options.noise = noise;
+      options.orientation = spread;
+      options.thresholds = {0.0, 0.0};
+      features_of(huge, all_sigmas, options);
+      Image faint(16, 16);
+      for (double& value : faint.data()) value = testing::normal(engine) * 1e-160;
+      features_of(faint, all_sigmas, options);
+    }
+}
+
+TEST_CASE("a ramp is a ridge only where it runs into the replicated border") {
+  Image image(20, 20);
+  for (std::size_t r = 0; r < 20; ++r)
+    for (std::size_t c = 0; c < 20; ++c) image(r, c) = static_cast<double>(2 * c);
+  const auto values = features_of(image, {0.0});
+  CHECK(values[0] == 18.0);  // the last column but one: the border's gradient is half as large
+  CHECK(values[1] == 2.0);
+  check_zero({values.begin() + 2, values.end()});
+}
+
+TEST_CASE("values and settings that mean nothing are refused, with their place") {
+  auto features = ScaleFeatures::make({});
+  REQUIRE(features);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(),
+                           std::numeric_limits<double>::infinity(), -1e101}) {
+    Image image(4, 5, 1.0);
+    image(2, 3) = bad;
+    const auto values = features->extract(image);
+    REQUIRE(!values);
+    CHECK(values.error().where == "row 2, column 3");
+  }
+  CHECK(!features->extract(Image()));
+  CHECK(features->extract(Image(4, 5, 1.0)));  // and goes on working
+  for (const double sigma : {-1.0, 1001.0, std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::infinity()})
+    CHECK(!GaussianFilter::make(sigma));
+  const auto refused = [](ScaleOptions options) { return !ScaleFeatures::make(options); };
+  CHECK(refused({.sigmas = {}}));
+  CHECK(refused({.sigmas = {1.0, 2.0, 1.0}}));
+  CHECK(refused({.thresholds = {2.0, 1.0}}));
+  CHECK(refused({.thresholds = {-1.0, 1.0}}));
+  CHECK(refused({.thresholds = {1.0, std::numeric_limits<double>::quiet_NaN()}}));
+}
+
+}  // namespace
+}  // namespace weft::classifier::imprint
