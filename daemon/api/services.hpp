@@ -28,6 +28,9 @@ struct Services {
   std::function<std::int64_t()> utc_us;
 };
 
+/// All of them, with the introduction.
+void add_methods(rpc::Methods& methods, const Services& services);
+
 void add_system_methods(rpc::Methods& methods, const Services& services);
 void add_lease_methods(rpc::Methods& methods, const Services& services);
 void add_recipe_methods(rpc::Methods& methods, const Services& services);

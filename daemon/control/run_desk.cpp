@@ -1,9 +1,9 @@
 #include "daemon/control/run_desk.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <nlohmann/json.hpp>
-#include <thread>
+
+#include "daemon/control/desk_run.hpp"
 
 namespace weft::daemon::control {
 namespace {
@@ -32,48 +32,7 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
   return folder;
 }
 
-/// Of the longest run that the plan allows: every take but each last is bad.
-Deadlines deadlines_of(const recipes::Plan& plan) {
-  const double forecast_s = plan.forecast.duration_s;
-  return Deadlines::of(forecast_s * recipes::most_takes(plan),
-                       forecast_s / static_cast<double>(plan.trials.size()));
-}
-
-/// What escapes a run's thread ends that work and nothing else.
-template <class Work>
-auto caught(const Work& work) -> decltype(work()) {
-  constexpr const char* ours = "a mistake of this program ended the run";
-  try {
-    return work();
-  } catch (const std::exception& escaped) {
-    return fail(Errc::wrong_state, ours, "run", {}, escaped.what());
-  } catch (...) {
-    return fail(Errc::wrong_state, ours, "run");
-  }
-}
-
 }  // namespace
-
-struct RunDesk::Run {
-  RunView view;
-  Deadlines limits{};
-  std::optional<RunOrders> orders;  ///< of this turn; nothing before the first
-  std::jthread thread;
-  bool at_work = false;                ///< the thread has not told its end
-  std::atomic<bool> took_rig = false;  ///< set by the thread
-  std::vector<PreviewTold> curious;    ///< wait for what `looker` finds
-  std::jthread looker;
-  struct Waiting {
-    std::function<void(const RunView&)> told;
-    std::weak_ptr<const void> listener;
-  };
-  std::vector<Waiting> waiting;
-
-  [[nodiscard]] RunState state() const { return view.machine.state; }
-  [[nodiscard]] bool is_over() const {
-    return state() == RunState::ended || state() == RunState::interrupted;
-  }
-};
 
 RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(around)), store_(store) {
   const auto known = store_.load();

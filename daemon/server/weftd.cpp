@@ -120,14 +120,7 @@ void Daemon::wire(const DaemonOptions& options) {
     services_.desk->halt(caller.session + " (" + caller.user + ")");
   };
   shared_.now = [] { return steady_wall_now(); };
-  add_session_open(methods_);
-  api::add_system_methods(methods_, services_);
-  api::add_lease_methods(methods_, services_);
-  api::add_recipe_methods(methods_, services_);
-  api::add_run_methods(methods_, services_);
-  api::add_rig_methods(methods_, services_);
-  api::add_classify_methods(methods_, services_);
-  api::add_subscription_methods(methods_, services_);
+  api::add_methods(methods_, services_);
 }
 
 Status Daemon::load_tls(const DaemonOptions& options) {

@@ -47,14 +47,7 @@ class SmallDaemon {
                  .epoch = "e1",
                  .now = [] { return Clock(); },
                  .utc_us = [] { return std::int64_t{0}; }};
-    server::add_session_open(methods_);
-    api::add_system_methods(methods_, services_);
-    api::add_lease_methods(methods_, services_);
-    api::add_recipe_methods(methods_, services_);
-    api::add_run_methods(methods_, services_);
-    api::add_rig_methods(methods_, services_);
-    api::add_classify_methods(methods_, services_);
-    api::add_subscription_methods(methods_, services_);
+    api::add_methods(methods_, services_);
     shared_ = {&methods_, &hub_, &answered_, "e1", {}, {}, {}, [] { return Clock(); }};
     shared_.token_owner = [](std::string_view) -> Result<server::TokenOwner> {
       return fail(Errc::wrong_state, "no good");

@@ -1,0 +1,17 @@
+#include "daemon/api/services.hpp"
+#include "daemon/server/conversation.hpp"
+
+namespace weft::daemon::api {
+
+void add_methods(rpc::Methods& methods, const Services& services) {
+  server::add_session_open(methods);
+  add_system_methods(methods, services);
+  add_lease_methods(methods, services);
+  add_recipe_methods(methods, services);
+  add_run_methods(methods, services);
+  add_rig_methods(methods, services);
+  add_classify_methods(methods, services);
+  add_subscription_methods(methods, services);
+}
+
+}  // namespace weft::daemon::api
