@@ -1,18 +1,21 @@
 // Our imprint module on images given as text, for imprint_oracle.py.
 //
 //   imprint_oracle features SIGMAS NOISE ORIENTATION < IMAGES
+//   imprint_oracle experiments SIGMAS RULE < IMAGES
 //
 // SIGMAS: 0,1,2.5; NOISE: gradient or literal; ORIENTATION: circular or linear. IMAGES: rows, cols
 // and their values, one image after the other. Prints one line of ten numbers a scale and image, 17
-// digits.
+// digits. For experiments each image comes after its class and object; per form and experiment one
+// line: columns, separable or not, experiment, whether it converged, rounds, correct, wrong rows.
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <sstream>
 #include <string>
 
-#include "classifier/imprint/scale_features.hpp"
+#include "classifier/imprint/experiments.hpp"
 
 namespace {
 
@@ -33,29 +36,64 @@ bool read_image(Image& out) {
   return true;
 }
 
-ScaleOptions options_of(char** argument) {
-  ScaleOptions out;
-  out.sigmas.clear();
-  std::stringstream sigmas(argument[0]);
-  for (std::string cell; std::getline(sigmas, cell, ',');) out.sigmas.push_back(std::stod(cell));
-  if (std::string(argument[1]) == "literal") out.noise = NoiseForm::literal;
-  if (std::string(argument[2]) == "linear") out.orientation = OrientationSpread::linear;
+std::vector<double> sigmas_of(const char* text) {
+  std::vector<double> out;
+  std::stringstream sigmas(text);
+  for (std::string cell; std::getline(sigmas, cell, ',');) out.push_back(std::stod(cell));
   return out;
+}
+
+void print_features(const ScaleOptions& options) {
+  ScaleFeatures features = or_exit(ScaleFeatures::make(options));
+  for (Image image; read_image(image);) {
+    std::size_t at = 0;
+    for (const double value : or_exit(features.extract(image)))
+      std::printf("%.17g%c", value, ++at % feature_kinds().size() == 0 ? '\n' : ' ');
+  }
+}
+
+void print_experiments(const std::vector<double>& sigmas, std::string_view rule_name) {
+  std::vector<Imprint> imprints;
+  for (Imprint one; std::cin >> one.label >> one.object && read_image(one.image);) {
+    one.file = std::to_string(imprints.size());
+    imprints.push_back(one);
+  }
+  const Rule rule = *std::find_if(all_rules.begin(), all_rules.end(),
+                                  [&](Rule r) { return to_string(r) == rule_name; });
+  for (const Form form : {Form::full, Form::brief}) {
+    ScaleOptions options;
+    options.sigmas = sigmas;
+    options.form = form;
+    const auto matrix = or_exit(build_matrix(imprints, options));
+    const Classes classes = classes_of(matrix.labels);
+    const auto hull = or_exit(separability(matrix.values, classes.of_row, classes.names.size()));
+    for (const Experiment experiment : all_experiments) {
+      const auto out = or_exit(run_experiment(matrix, experiment, rule));
+      std::printf("%s,%s,%s,%d,%zu,%zu", to_string(form).data(), to_string(hull.verdict).data(),
+                  to_string(experiment).data(), out.converged ? 1 : 0, out.most_rounds,
+                  out.correct);
+      for (const std::size_t row : out.wrong) std::printf(",%zu", row);
+      std::printf("\n");
+    }
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5 || std::string(argv[1]) != "features") {
-    std::fprintf(stderr, "usage: features SIGMAS NOISE ORIENTATION < IMAGES\n");
-    return 2;
-  }
+  const std::string command = argc > 1 ? argv[1] : "";
   std::ios::sync_with_stdio(false);
-  ScaleFeatures features = or_exit(ScaleFeatures::make(options_of(argv + 2)));
-  for (Image image; read_image(image);) {
-    std::size_t at = 0;
-    for (const double value : or_exit(features.extract(image)))
-      std::printf("%.17g%c", value, ++at % feature_kinds().size() == 0 ? '\n' : ' ');
+  if (command == "features" && argc == 5) {
+    ScaleOptions options;
+    options.sigmas = sigmas_of(argv[2]);
+    if (std::string(argv[3]) == "literal") options.noise = NoiseForm::literal;
+    if (std::string(argv[4]) == "linear") options.orientation = OrientationSpread::linear;
+    print_features(options);
+  } else if (command == "experiments" && argc == 4) {
+    print_experiments(sigmas_of(argv[2]), argv[3]);
+  } else {
+    std::fprintf(stderr, "usage: features SIGMAS NOISE ORIENTATION | experiments SIGMAS RULE\n");
+    return 2;
   }
   return 0;
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The ten features a scale of static imprints: ours against the Python reference static002.py.
+"""Static imprints against the Python reference static002.py: ten features a scale, perceptron, four experiments.
 
     imprint_oracle.py TOOL SHARED_DIR [all]      exit 77 (skipped) where the reference is absent
 
@@ -8,6 +8,9 @@ tactile22 (with `all`: every one). All figures agree to 1e-9 relative. The sprea
 the reference takes it from 1 - R, which knows small spreads only to the root of rounding.
 Where two neighbours are equal but for rounding, an extremum or a ridge is a matter of the order of a sum. An image and scale
 whose counts differ must have such a tie, to 1e-12 of its largest value, for each taxel that differs; these are counted.
+
+The perceptron's experiments (convergence, longest training, right answers, rows that were wrong) are the same as the reference's, on raw and on
+z-scored features. Whether all imprints are linearly separable is compared with a linear program (scipy's HiGHS).
 """
 import os
 import pathlib
@@ -70,6 +73,48 @@ def compare(oracle, tool, what, images, noise="gradient", orientation="circular"
     assert ties <= 0.02 * len(images) * len(SIGMAS), "too many ties to say that anything agreed"
 
 
+def lp_separable(X, y):
+    """A linear program finds weights with w_own x - w_other x >= 1 for all, or says that there are none."""
+    import numpy as np
+    from scipy.optimize import linprog
+    X = np.c_[(X - X.mean(0)) / np.where(X.std(0) > 0, X.std(0), 1), np.ones(len(X))]
+    n, d, rows = int(y.max()) + 1, X.shape[1], []
+    for x, c in zip(X, y):
+        for j in range(n):
+            if j != c:
+                row = np.zeros(n * d)
+                row[c * d:(c + 1) * d], row[j * d:(j + 1) * d] = -x, x
+                rows.append(row)
+    return linprog(np.zeros(n * d), A_ub=np.array(rows), b_ub=-np.ones(len(rows)), bounds=(None, None), method="highs").status == 0
+
+
+def compare_experiments(oracle, tool, what, images, cls, obj, force):
+    import numpy as np
+    by = {s: np.stack([oracle.features(i, s)[0] for i in images]) for s in SIGMAS}
+    text = "\n".join(f"{c} {o} {i.shape[0]} {i.shape[1]} " + " ".join(map(repr, i.ravel().tolist())) for c, o, i in zip(cls, obj, images))
+    separable = converged = compared = 0
+    for rule, scaling in (("kesler", "none"), ("kesler-zscore", "zscore")):
+        for scales in ((0,), (1,), (2,), (3,), (1, 2), (1, 3), (1, 2, 4)):
+            out = subprocess.run([tool, "experiments", ",".join(map(str, scales)), rule], input=text, check=True, capture_output=True,
+                                 text=True).stdout
+            for form, verdict, name, ok, rounds, correct, *wrong in (line.split(",") for line in out.splitlines()):
+                F = np.hstack([by[s][:, list(range(10)) if form == "10" else oracle.SHORT] for s in scales])
+                want = oracle.experiment(F, cls, oracle.rounds(name, cls, obj, force), scaling)
+                where = f"{what}, {rule}, {scales}, {form}, {name}"
+                assert (ok == "1") == want["converged"], f"{where}: {ok} against {want}"
+                if want["converged"]:
+                    assert [int(rounds), int(correct)] == [want["passes"], want["correct"]], f"{where}: {rounds}, {correct} against {want}"
+                    assert sorted(map(int, wrong)) == sorted(want["wrong"]), f"{where}: {wrong} against {want}"
+                    converged += 1
+                compared += 1
+                if name == "1/N" and scaling == "none":
+                    assert verdict in ("separable", "not separable"), f"{where}: {verdict}"
+                    assert (verdict == "separable") == lp_separable(F, cls), f"{where}: {verdict}, another answer from the linear program"
+                    separable += verdict == "separable"
+    print(f"{what}: {compared} experiments the same, {converged} of them converged; {separable} of 14 feature sets linearly separable, as "
+          f"the linear program says")
+
+
 def main():
     tool, shared = sys.argv[1], pathlib.Path(sys.argv[2])
     if not (shared / "oracle/static002.py").exists():
@@ -85,11 +130,13 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for seed in (5, 6, 7):
             gen_synth.static(folder + "/static.npz", seed)
-            images = np.load(folder + "/static.npz")["img"].astype(float)
+            data = np.load(folder + "/static.npz")
+            images = data["img"].astype(float)
             for noise in ("gradient", "literal"):
                 for orientation in ("circular", "linear"):
                     if seed == 5 or (noise, orientation) == ("gradient", "circular"):
                         compare(oracle, tool, f"synthetic imprints, seed {seed}", images, noise, orientation)
+            compare_experiments(oracle, tool, f"synthetic imprints, seed {seed}", images, data["cls"], data["obj"], data["force"])
     table = shared / "data/tactile22/tactile22.csv"
     if not table.exists():
         skip(f"{table} is not there; the synthetic imprints agreed")

@@ -1,0 +1,176 @@
+#include "classifier/imprint/experiments.hpp"
+
+#include <algorithm>
+#include <functional>
+
+#include "classifier/baseline/learner.hpp"
+#include "classifier/imprint/kesler.hpp"
+#include "classifier/imprint/least_squares_rule.hpp"
+
+namespace weft::classifier::imprint {
+namespace {
+
+using Rounds = std::vector<std::vector<std::size_t>>;
+
+Rounds rows_by(const Classes& classes) {
+  Rounds out(classes.names.size());
+  for (std::size_t r = 0; r < classes.of_row.size(); ++r) out[classes.of_row[r]].push_back(r);
+  return out;
+}
+
+// The k-th of each list together, for all k that every list has.
+Rounds side_by_side(const std::vector<Rounds>& lists) {
+  std::size_t least = lists.empty() ? 0 : lists.front().size();
+  for (const Rounds& list : lists) least = std::min(least, list.size());
+  Rounds out(least);
+  for (std::size_t k = 0; k < least; ++k)
+    for (const Rounds& list : lists) out[k].insert(out[k].end(), list[k].begin(), list[k].end());
+  return out;
+}
+
+// Says of a feature vector of what class it is: its name.
+using Answer = std::function<Result<std::string>(std::span<const double>)>;
+
+struct Trained {
+  Answer answer;
+  std::size_t rounds = 0;
+  bool converged = true;
+};
+
+Answer answer_of(LinearRule rule, std::vector<std::string> names) {
+  return [rule = std::move(rule),
+          names = std::move(names)](std::span<const double> features) -> Result<std::string> {
+    const auto said = rule.classify(features);
+    if (!said) return pass(said.error());
+    return names[*said];
+  };
+}
+
+Learner learner_of(Rule rule) {
+  switch (rule) {
+    case Rule::cores:
+      return Learner::pvalue;
+    case Rule::cores_all:
+      return Learner::all;
+    case Rule::lda:
+      return Learner::lda;
+    default:
+      return Learner::svc;
+  }
+}
+
+Result<Trained> train_learner_rule(const FeatureMatrix& matrix, Rule rule) {
+  auto trained = train_recipe(matrix, {.learner = learner_of(rule)}, {});
+  if (!trained) return pass(trained.error());
+  return Trained{[own = std::move(*trained)](std::span<const double> f) -> Result<std::string> {
+                   const auto said = own.classify(f);
+                   if (!said) return pass(said.error());
+                   return own.labels()[*said];
+                 },
+                 0, true};
+}
+
+Result<Trained> train_rule(const FeatureMatrix& matrix, Rule rule) {
+  Classes classes = classes_of(matrix.labels);
+  if (rule == Rule::kesler || rule == Rule::kesler_zscore) {
+    KeslerOptions options;
+    options.scaling = rule == Rule::kesler ? FeatureScaling::none : FeatureScaling::zscore;
+    auto out = train_kesler(matrix.values, classes.of_row, classes.names.size(), options);
+    if (!out) return pass(out.error());
+    return Trained{answer_of(std::move(out->rule), std::move(classes.names)), out->rounds,
+                   out->converged};
+  }
+  if (rule != Rule::least_squares) return train_learner_rule(matrix, rule);
+  auto out = train_least_squares(matrix.values, classes.of_row, classes.names.size(),
+                                 FeatureScaling::zscore);
+  if (!out) return pass(out.error());
+  return Trained{answer_of(std::move(*out), std::move(classes.names)), 0, true};
+}
+
+std::vector<std::size_t> others(std::size_t rows, const std::vector<std::size_t>& aside) {
+  std::vector<std::size_t> out;
+  for (std::size_t r = 0; r < rows; ++r)
+    if (std::find(aside.begin(), aside.end(), r) == aside.end()) out.push_back(r);
+  return out;
+}
+
+}  // namespace
+
+std::string_view to_string(Experiment experiment) {
+  constexpr std::array<std::string_view, 4> names{"1/N", "2/N", "1/CLASS", "2/CLASS"};
+  return names.at(static_cast<std::size_t>(experiment));
+}
+
+std::string_view to_string(Rule rule) {
+  constexpr std::array<std::string_view, 7> names{
+      "kesler", "kesler-zscore", "least-squares", "cores", "cores-all", "lda", "svc"};
+  return names.at(static_cast<std::size_t>(rule));
+}
+
+Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> labels,
+                           std::span<const std::string> objects) {
+  if (labels.size() != objects.size())
+    return fail(Errc::invalid_argument, "every imprint needs a class and an object", "imprints",
+                std::to_string(labels.size()), std::to_string(objects.size()));
+  const Rounds of_class = rows_by(classes_of(labels)), of_object = rows_by(classes_of(objects));
+  for (const auto& rows : of_object)
+    for (const std::size_t r : rows)
+      if (labels[r] != labels[rows.front()])
+        return fail(Errc::invalid_argument, "an object is of two classes", objects[r],
+                    labels[rows.front()], labels[r]);
+  const auto singly = [](const std::vector<std::size_t>& rows) {
+    Rounds out;
+    for (const std::size_t r : rows) out.push_back({r});
+    return out;
+  };
+  std::vector<Rounds> lists;
+  switch (experiment) {
+    case Experiment::one_of_all: {
+      std::vector<std::size_t> all(labels.size());
+      for (std::size_t r = 0; r < all.size(); ++r) all[r] = r;
+      return singly(all);
+    }
+    case Experiment::object_of_all:
+      return of_object;
+    case Experiment::one_of_class:
+      for (const auto& rows : of_class) lists.push_back(singly(rows));
+      break;
+    case Experiment::object_of_class:
+      for (const auto& rows : of_class) {
+        lists.emplace_back();
+        for (const auto& object : of_object)
+          if (labels[object.front()] == labels[rows.front()]) lists.back().push_back(object);
+      }
+      break;
+  }
+  return side_by_side(lists);
+}
+
+Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
+                                         Rule rule) {
+  const auto rounds = test_rounds(experiment, matrix.labels, matrix.groups);
+  if (!rounds) return pass(rounds.error());
+  ExperimentOutcome out;
+  for (const auto& aside : *rounds) {
+    const auto trained = train_rule(take_rows(matrix, others(matrix.size(), aside)), rule);
+    if (!trained) return pass(trained.error(), to_string(experiment));
+    out.most_rounds = std::max(out.most_rounds, trained->rounds);
+    if (!trained->converged) {
+      out.converged = false;
+      ++out.failed;
+      continue;
+    }
+    for (const std::size_t r : aside) {
+      const auto said = trained->answer(matrix.values.row(r));
+      if (!said) return pass(said.error(), matrix.files[r]);
+      ++out.total;
+      if (*said == matrix.labels[r])
+        ++out.correct;
+      else
+        out.wrong.push_back(r);
+    }
+  }
+  return out;
+}
+
+}  // namespace weft::classifier::imprint

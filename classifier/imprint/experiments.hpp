@@ -1,0 +1,65 @@
+#pragma once
+// The four experiments of Ellis 1986, section 3.4: some imprints are set aside, a rule learns the
+// others and says of what class those are; until all were aside once.
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/imprint/imprint_set.hpp"
+#include "classifier/imprint/linear_rule.hpp"
+#include "classifier/imprint/separability.hpp"
+
+namespace weft::classifier::imprint {
+
+enum class Experiment {
+  one_of_all,       ///< 1/N: one imprint
+  object_of_all,    ///< 2/N: all imprints of one object
+  one_of_class,     ///< 1/CLASS: the k-th imprint of each class (choice E9)
+  object_of_class,  ///< 2/CLASS: all imprints of the k-th object of each class (E9)
+};
+inline constexpr std::array all_experiments{Experiment::one_of_all, Experiment::object_of_all,
+                                            Experiment::one_of_class, Experiment::object_of_class};
+/// As the paper prints them: "1/N".
+std::string_view to_string(Experiment experiment);
+
+/// Rows to set aside, round by round. Objects and classes count in the order of their first row; of
+/// classes with more imprints (objects) than the smallest one, the last are never aside. Refuses
+/// lists of different length and an object of two classes.
+Result<std::vector<std::vector<std::size_t>>> test_rounds(Experiment experiment,
+                                                          std::span<const std::string> labels,
+                                                          std::span<const std::string> objects);
+
+/// What learns.
+enum class Rule {
+  kesler,         ///< the paper's perceptron on the features as they are
+  kesler_zscore,  ///< on scaled features (choice E5)
+  least_squares,  ///< minimum squared error, on scaled features
+  cores,          ///< RBF cores of Khan et al. 2016, features with p < delta
+  cores_all,      ///< RBF cores, all features
+  lda,            ///< shrinkage LDA
+  svc             ///< one multi-class SVC
+};
+inline constexpr std::array all_rules{Rule::kesler, Rule::kesler_zscore, Rule::least_squares,
+                                      Rule::cores,  Rule::cores_all,     Rule::lda,
+                                      Rule::svc};
+std::string_view to_string(Rule rule);
+
+struct ExperimentOutcome {
+  bool converged = true;  ///< of a perceptron: in every round; false is the paper's infinity
+  std::size_t correct = 0;
+  std::size_t total = 0;
+  std::size_t most_rounds = 0;     ///< of a perceptron: over the data, in its longest training
+  std::size_t failed = 0;          ///< trainings that did not converge
+  std::vector<std::size_t> wrong;  ///< rows taken for another class, in the order of the rounds
+};
+
+/// Rounds in which a training did not converge are not tested: `correct` is of those that did.
+/// Refuses what the rule refuses, among it fewer than two classes left to train.
+Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
+                                         Rule rule);
+
+}  // namespace weft::classifier::imprint

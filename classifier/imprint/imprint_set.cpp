@@ -1,0 +1,78 @@
+#include "classifier/imprint/imprint_set.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "classifier/learn/parallel.hpp"
+
+namespace weft::classifier::imprint {
+
+Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints,
+                                   std::vector<std::string> names,
+                                   const std::function<Extract()>& make_extract,
+                                   std::size_t threads) {
+  if (imprints.empty())
+    return fail(Errc::invalid_argument, "no imprint", "imprints", "one or more");
+  FeatureMatrix out;
+  out.names = std::move(names);
+  out.values.assign(imprints.size(), out.names.size());
+  std::vector<std::optional<Error>> problems(imprints.size());
+  parallel_workers(imprints.size(), threads, [&] {
+    return [&, extract = make_extract()](std::size_t i) {
+      Result<std::vector<double>> row = extract(imprints[i].image);
+      if (row && row->size() != out.names.size())
+        row = fail(Errc::invalid_argument, "wrong number of features", {},
+                   std::to_string(out.names.size()), std::to_string(row->size()));
+      if (row)
+        std::copy(row->begin(), row->end(), out.values.row(i).begin());
+      else
+        problems[i] = row.error();
+    };
+  });
+  for (std::size_t i = 0; i < imprints.size(); ++i) {
+    if (problems[i]) return pass(*problems[i], imprints[i].file);
+    out.labels.push_back(imprints[i].label);
+    out.groups.push_back(imprints[i].object);
+    out.files.push_back(imprints[i].file);
+  }
+  if (auto ok = classifier::check(out); !ok) return pass(ok.error());
+  return out;
+}
+
+Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const ScaleOptions& options,
+                                   std::size_t threads) {
+  const auto features = ScaleFeatures::make(options);
+  if (!features) return pass(features.error());
+  const auto make_extract = [&]() -> Extract {
+    return [own = std::make_shared<ScaleFeatures>(*features)](
+               const Image& image) -> Result<std::vector<double>> {
+      const auto values = own->extract(image);
+      if (!values) return pass(values.error());
+      return std::vector<double>(values->begin(), values->end());
+    };
+  };
+  return build_matrix(imprints, features->names(), make_extract, threads);
+}
+
+Classes classes_of(std::span<const std::string> labels) {
+  Classes out;
+  for (const std::string& label : labels) {
+    const auto at = std::find(out.names.begin(), out.names.end(), label);
+    out.of_row.push_back(static_cast<std::size_t>(at - out.names.begin()));
+    if (at == out.names.end()) out.names.push_back(label);
+  }
+  return out;
+}
+
+FeatureMatrix take_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns) {
+  FeatureMatrix out{
+      {}, Matrix(matrix.size(), columns.size()), matrix.labels, matrix.groups, matrix.files};
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    out.names.push_back(matrix.names[columns[k]]);
+    for (std::size_t r = 0; r < matrix.size(); ++r) out.values(r, k) = matrix.values(r, columns[k]);
+  }
+  return out;
+}
+
+}  // namespace weft::classifier::imprint

@@ -1,0 +1,46 @@
+#pragma once
+// Imprints with what is known about each, and the feature matrix of them all.
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/features/feature_matrix.hpp"
+#include "classifier/imprint/scale_features.hpp"
+
+namespace weft::classifier::imprint {
+
+struct Imprint {
+  Image image;
+  std::string file;    ///< where it came from; unique in its set
+  std::string label;   ///< class: knit
+  std::string object;  ///< what was pressed: KNIT2; all its imprints are of one class
+};
+
+/// Features of one imprint; the same number for every imprint of a set.
+using Extract = std::function<Result<std::vector<double>>(const Image&)>;
+
+/// One row an imprint, groups are the objects. `make_extract` is called once per thread (0: one per
+/// core). Refuses no imprint, what an extraction refuses (named by file), and sizes that differ.
+Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints,
+                                   std::vector<std::string> names,
+                                   const std::function<Extract()>& make_extract,
+                                   std::size_t threads = 0);
+
+/// The paper's features at the options' scales.
+Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const ScaleOptions& options,
+                                   std::size_t threads = 0);
+
+/// Classes in the order of their first row, which is that in which equal products are decided, and
+/// the class of every row.
+struct Classes {
+  std::vector<std::string> names;
+  std::vector<std::size_t> of_row;
+};
+Classes classes_of(std::span<const std::string> labels);
+
+/// The named columns, in the order given.
+FeatureMatrix take_columns(const FeatureMatrix& matrix, std::span<const std::size_t> columns);
+
+}  // namespace weft::classifier::imprint
