@@ -208,6 +208,26 @@ WEFT_INLINE void convolve(double* x, std::size_t size, const double* w, const do
   join<V>(x, size, w);
 }
 
+/// Forward transform of `size` elements, a power of two, in place. Bins are left in the order of
+/// the levels: quarter q has those of which q remains over four, and so on inside. `deeper` as for
+/// convolve().
+template <class V, class Deeper>
+WEFT_INLINE void forward(double* x, std::size_t size, const double* w, Deeper deeper) {
+  if (size == 2) split_pair<V>(x);
+  if (size < 4) return;
+  const std::size_t quarter = size / 4, sixteenth = size / 16;
+  if (size > most_near<V>) {
+    split_twice<V>(x, size, w);
+    for (std::size_t p = 0; p < size; p += sixteenth)
+      deeper(x + p * step<V>, sixteenth, w + (quarter + sixteenth) * twiddles_per_butterfly);
+    return;
+  }
+  split<V>(x, size, w);
+  if (quarter == 1) return;
+  for (std::size_t q = 0; q < 4; ++q)
+    deeper(x + q * quarter * step<V>, quarter, w + quarter * twiddles_per_butterfly);
+}
+
 /// One butterfly of the first level by R, decimation in frequency, of inputs of which all but the
 /// first M are zero; output k goes to x + k `stride`. `root` [R x 2]: cos and sin of 2 pi k / R;
 /// `w`: w^j, w^2j ... w^(R-1)j.

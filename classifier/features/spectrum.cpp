@@ -117,22 +117,37 @@ struct Job {
   const double* levels;  // of the others
   const double* chirp;
   const double* kernel;
+  const std::uint32_t* place;  // of each bin of a transform that is no convolution; else null
+};
+
+// Sample `at` of all signals, less offset, scaled.
+template <class V>
+struct Signals {
+  const double* rows;
+  Complex<V> zero, one, two;
+
+  WEFT_INLINE Signals(const Job& job, const PowerOfTwo& scale)
+      : rows(job.rows),
+        zero(get<V>(job.offset)),
+        one(get<V>(scale.first.data())),
+        two(get<V>(scale.second.data())) {}
+  WEFT_INLINE Complex<V> at(std::size_t i) const {
+    const auto v = get<V>(rows + i * step<V>) - zero;
+    return {v.re * one.re * two.re, v.im * one.im * two.im};
+  }
 };
 
 // The first level of the forward transform on signals less offset, scaled, times the chirp. At most
 // half of the elements, rounded up to whole parts, is signal: zeros need not be written.
 template <class V, std::size_t R>
 WEFT_INLINE void split_signals(const Job& job, const PowerOfTwo& scale, double* x) {
-  const auto zero = get<V>(job.offset), one = get<V>(scale.first.data()),
-             two = get<V>(scale.second.data());
+  const Signals<V> signals(job, scale);
   const std::size_t part = job.part, length = job.length;
   const double* w = job.first;
   for (std::size_t j = 0; j < part; ++j, w += 2 * (R - 1)) {
     std::array<Complex<V>, (R + 1) / 2> in{};
     for (std::size_t m = 0, at = j; m < in.size(); ++m, at += part) {
-      if (at >= length) continue;
-      const auto v = get<V>(job.rows + at * step<V>) - zero;
-      in[m] = times(Complex<V>{v.re * one.re * two.re, v.im * one.im * two.im}, job.chirp + 2 * at);
+      if (at < length) in[m] = times(signals.at(at), job.chirp + 2 * at);
     }
     fourier::split_first<R>(in, job.root, w, x + j * step<V>, part * step<V>);
   }
@@ -154,12 +169,30 @@ WEFT_INLINE void join_signals(const Job& job, double* x) {
 // Z = A + iB with A, B Hermitian: A = (Z_k + conj Z_-k) / 2, B = (Z_k - conj Z_-k) / 2i. Squares of
 // 2A and 2B take the place of Z_k, which no later k needs.
 template <class V>
+WEFT_INLINE Complex<V> squares_of(Complex<V> z, Complex<V> m) {
+  const Complex<V> a{z.re + m.re, z.im - m.im}, b{z.re - m.re, z.im + m.im};
+  return {a.re * a.re + a.im * a.im, b.re * b.re + b.im * b.im};
+}
+template <class V>
 WEFT_INLINE void take_squares(double* x, std::size_t length) {
-  for (std::size_t k = 0; k <= length / 2; ++k) {
-    const auto z = get<V>(x + k * step<V>), m = get<V>(x + (k == 0 ? 0 : length - k) * step<V>);
-    const Complex<V> a{z.re + m.re, z.im - m.im}, b{z.re - m.re, z.im + m.im};
-    put(x + k * step<V>, Complex<V>{a.re * a.re + a.im * a.im, b.re * b.re + b.im * b.im});
-  }
+  for (std::size_t k = 0; k <= length / 2; ++k)
+    put(x + k * step<V>,
+        squares_of(get<V>(x + k * step<V>), get<V>(x + (k == 0 ? 0 : length - k) * step<V>)));
+}
+
+// A transform whose levels need no convolution: its bins lie scattered, their squares follow them.
+template <class V, class Forward>
+WEFT_INLINE double* transform_plainly(const Job& job, const PowerOfTwo& scale, double* x,
+                                      Forward forward) {
+  const Signals<V> signals(job, scale);
+  const std::size_t length = job.length;
+  for (std::size_t i = 0; i < length; ++i) put(x + i * step<V>, signals.at(i));
+  forward(x, length, job.levels);
+  double* const out = x + length * step<V>;
+  for (std::size_t k = 0; k <= length / 2; ++k)
+    put(out + k * step<V>, squares_of(get<V>(x + job.place[k] * step<V>),
+                                      get<V>(x + job.place[(length - k) % length] * step<V>)));
+  return out;
 }
 
 // A loop of its own over plain numbers: only so do compilers take roots of all lanes at once.
@@ -184,13 +217,11 @@ WEFT_INLINE void transform_by(const Job& job, const PowerOfTwo& scale, double* x
 // Term by term, for the shortest signals; four times the squares, as take_squares().
 template <class V>
 WEFT_INLINE void transform_directly(const Job& job, const PowerOfTwo& scale, double* x) {
-  const auto zero = get<V>(job.offset), one = get<V>(scale.first.data()),
-             two = get<V>(scale.second.data());
+  const Signals<V> signals(job, scale);
   std::array<Complex<V>, most_direct> signal;
   std::size_t taken = 0;
   do {  // at least one
-    const auto v = get<V>(job.rows + taken * step<V>) - zero;
-    signal[taken] = {v.re * one.re * two.re, v.im * one.im * two.im};
+    signal[taken] = signals.at(taken);
   } while (++taken < job.length);
   for (std::size_t k = 0; k <= job.length / 2; ++k) {
     Complex<V> even = signal[0], odd{};
@@ -205,13 +236,20 @@ WEFT_INLINE void transform_directly(const Job& job, const PowerOfTwo& scale, dou
   }
 }
 
-template <class V, class Convolve>
-WEFT_INLINE void magnitudes_of(const Job& job, double* x, Convolve convolve) {
+// Where in `x` they are.
+template <class V, class Convolve, class Forward>
+WEFT_INLINE const double* magnitudes_of(const Job& job, double* x, Convolve convolve,
+                                        Forward forward) {
   const Scaling scaling = scaling_of(job.largest, step<V>);
   if (job.length <= most_direct) {
     transform_directly<V>(job, scaling.in, x);
     take_roots<V>(x, job.length / 2 + 1, scaling.out);
-    return;
+    return x;
+  }
+  if (job.place != nullptr) {
+    double* const out = transform_plainly<V>(job, scaling.in, x, forward);
+    take_roots<V>(out, job.length / 2 + 1, scaling.out);
+    return out;
   }
   switch (job.radix) {
     case 4:
@@ -228,6 +266,7 @@ WEFT_INLINE void magnitudes_of(const Job& job, double* x, Convolve convolve) {
   }
   take_squares<V>(x, job.length);
   take_roots<V>(x, job.length / 2 + 1, scaling.out);
+  return x;
 }
 
 WEFT_CLONES("arch=x86-64-v4", "avx2")
@@ -239,11 +278,19 @@ void convolve_one(double* x, std::size_t size, const double* w, const double* ke
 }
 
 WEFT_CLONES("arch=x86-64-v4", "avx2")
-void magnitudes_of_lanes(const Job& job, double* x) {
-  magnitudes_of<Lanes>(job, x, convolve_lanes);
+void forward_lanes(double* x, std::size_t size, const double* w) {
+  fourier::forward<Lanes>(x, size, w, forward_lanes);
 }
-void magnitudes_of_one(const Job& job, double* x) {
-  magnitudes_of<double>(job, x, convolve_one);
+void forward_one(double* x, std::size_t size, const double* w) {
+  fourier::forward<double>(x, size, w, forward_one);
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+const double* magnitudes_of_lanes(const Job& job, double* x) {
+  return magnitudes_of<Lanes>(job, x, convolve_lanes, forward_lanes);
+}
+const double* magnitudes_of_one(const Job& job, double* x) {
+  return magnitudes_of<double>(job, x, convolve_one, forward_one);
 }
 
 // Transform of one complex signal, in the order that the levels leave.
@@ -256,12 +303,20 @@ void forward_first(double* x, std::size_t part, const double* root, const double
   }
 }
 
-void forward(double* x, std::size_t size, const double* w) {
-  if (size == 2) fourier::split_pair<double>(x);
-  if (size < 4) return;
-  fourier::split<double>(x, size, w);
-  const double* const next = w + size / 4 * fourier::twiddles_per_butterfly;
-  for (std::size_t q = 0; q < 4; ++q) forward(x + q * size / 4 * step<double>, size / 4, next);
+// Where fourier::forward() leaves each bin of a transform of a power of two.
+std::vector<std::uint32_t> places(std::size_t size) {
+  std::vector<std::uint32_t> out(size);
+  for (std::size_t p = 0; p < size; ++p) {
+    std::size_t bin = 0, at = p, stride = 1;
+    for (std::size_t part = size; part > 1; part /= part == 2 ? 2 : 4) {
+      const std::size_t share = part == 2 ? 1 : part / 4;
+      bin += stride * (at / share);
+      at %= share;
+      stride *= 4;
+    }
+    out[bin] = static_cast<std::uint32_t>(p);
+  }
+  return out;
 }
 
 }  // namespace
@@ -269,6 +324,13 @@ void forward(double* x, std::size_t size, const double* w) {
 Spectrum::Spectrum(std::size_t length) : length_(length) {
   if (length <= most_direct) {
     root_ = roots_of_unity(length);
+    return;
+  }
+  if (std::has_single_bit(length)) {
+    radix_ = 1;
+    part_ = length;
+    twiddle_ = twiddles(radix_, part_);
+    place_ = places(length);
     return;
   }
   std::tie(radix_, part_) = first_cut(2 * length - 1);
@@ -307,22 +369,24 @@ void Spectrum::transform_kernel() {
     default:
       forward_first<7>(kernel_.data(), part_, root_.data(), twiddle_.data());
   }
-  for (std::size_t q = 0; q < radix_; ++q) forward(kernel_.data() + 2 * q * part_, part_, levels());
+  for (std::size_t q = 0; q < radix_; ++q)
+    forward_one(kernel_.data() + 2 * q * part_, part_, levels());
 }
 
 template <class V>
 const double* Spectrum::magnitudes(const double* rows, const double* offset, const double* largest,
                                    simd::AlignedDoubles& scratch) const {
-  const std::size_t needed = std::max(bins(), radix_ * part_) * step<V>;
+  const std::size_t transform = std::max(bins(), radix_ * part_);
+  const std::size_t needed = (place_.empty() ? transform : transform + bins()) * step<V>;
   if (scratch.size() < needed) scratch.resize(needed);
-  const Job job{rows,         offset,          largest,  length_,       radix_,        part_,
-                root_.data(), twiddle_.data(), levels(), chirp_.data(), kernel_.data()};
+  const Job job{rows,     offset,        largest,        length_,
+                radix_,   part_,         root_.data(),   twiddle_.data(),
+                levels(), chirp_.data(), kernel_.data(), place_.empty() ? nullptr : place_.data()};
   if constexpr (fourier::width<V> == 1) {
-    magnitudes_of_one(job, scratch.data());
+    return magnitudes_of_one(job, scratch.data());
   } else {
-    magnitudes_of_lanes(job, scratch.data());
+    return magnitudes_of_lanes(job, scratch.data());
   }
-  return scratch.data();
 }
 
 template const double* Spectrum::magnitudes<Lanes>(const double*, const double*, const double*,

@@ -5,9 +5,11 @@
 // Bluestein's algorithm: the transform of length n becomes a convolution of a length that is easy,
 // so that a prime n costs the same as its neighbours (a mixed-radix library is O(n p) in the
 // largest prime factor p). Two real signals are one complex one; eight of those fill the lanes of a
-// processor. Up to sixteen samples the sums are taken as they are written.
+// processor. A length that is a power of two is transformed as it is. Up to sixteen samples the
+// sums are taken as they are written.
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -45,13 +47,16 @@ class Spectrum {
   }
 
   std::size_t length_;
-  // The transform has radix x part >= 2 length - 1 elements; a part is a power of two. None of
-  // both, and roots of `length`, where the signals are so short that terms are summed one by one.
+  // The transform has radix x part >= 2 length - 1 elements; a part is a power of two. 1 and
+  // `length` where that is a power of two itself: then `place_` says where each bin is left, and
+  // there is neither chirp nor kernel. None of both, and roots of `length`, where the signals are
+  // so short that terms are summed one by one.
   std::size_t radix_ = 0, part_ = 0;
   std::vector<double> twiddle_;
   std::vector<double> root_;     // cos and sin of 2 pi k / radix
   std::vector<double> chirp_;    // exp(-i pi j^2 / length)
   simd::AlignedDoubles kernel_;  // transform of the conjugate chirp / elements, in its own order
+  std::vector<std::uint32_t> place_;
 };
 
 /// The tables of the lengths used last: motions of a campaign differ by a sample or two. Tables

@@ -43,7 +43,7 @@ std::vector<std::vector<double>> fast_magnitudes(const std::vector<std::vector<d
 }
 
 TEST_CASE("The spectrum equals the definition at every length up to 40 and at primes") {
-  std::vector<std::size_t> lengths = {97, 101, 128, 129, 251};
+  std::vector<std::size_t> lengths = {64, 97, 101, 128, 129, 251, 256, 512};
   for (std::size_t n = 1; n <= 40; ++n) lengths.push_back(n);
   for (const std::size_t n : lengths) {
     INFO("length " << n);
@@ -91,7 +91,8 @@ TEST_CASE("Levels that are taken two at a time have the bits of one after the ot
 }
 
 TEST_CASE("A transform beyond the near cache finds three lines where they were put") {
-  constexpr std::size_t n = 30'011;  // prime: 65536 elements of 128 bytes and more
+  // prime: 65536 elements of 128 bytes and more; a power of two: 32768
+  const auto n = static_cast<std::size_t>(GENERATE(30'011, 32'768));
   constexpr std::array<std::size_t, 3> bins = {1, 4'999, 15'000};
   std::vector<double> signal(n);
   for (std::size_t i = 0; i < n; ++i)
@@ -107,7 +108,7 @@ TEST_CASE("A transform beyond the near cache finds three lines where they were p
 }
 
 TEST_CASE("Two signals by themselves have the bits that they have among sixteen") {
-  for (const std::size_t n : {1U, 5U, 9U, 11U, 13U, 16U, 17U, 101U, 640U}) {
+  for (const std::size_t n : {1U, 5U, 9U, 11U, 13U, 16U, 17U, 32U, 101U, 640U, 2048U}) {
     INFO("length " << n);
     std::vector<std::vector<double>> signals;
     for (std::uint64_t s = 0; s < most; ++s) signals.push_back(noise(n, 1000 * s + n));

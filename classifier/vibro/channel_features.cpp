@@ -1,0 +1,198 @@
+#include "classifier/vibro/channel_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "classifier/features/feature_stream.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+constexpr double least_power = 1e-10;   // librosa's amin
+constexpr double deepest_share = 1e-8;  // 80 dB below the loudest bin: librosa's top_db
+constexpr double zero_level = 1e-10;    // a sample so small has no sign: librosa's threshold
+
+constexpr std::array<std::string_view, figure_count> names = {
+    "MEAN",     "STD",       "MAD",     "RMSE",       "CHROMA",
+    "CENTROID", "BANDWIDTH", "ROLLOFF", "PERCEPTUAL", "ZCR"};
+
+double& at(ChannelFigures& figures, Figure which) {
+  return figures[static_cast<std::size_t>(which)];
+}
+
+bool negative(double v) {
+  return v < -zero_level;
+}
+
+// Eight running sums: fast, and nearer to the true sum than one.
+double sum_of(std::span<const double> v) {
+  std::array<double, 8> sum{};
+  for (std::size_t i = 0; i < v.size(); ++i) sum[i % sum.size()] += v[i];
+  double out = 0.0;
+  for (const double s : sum) out += s;
+  return out;
+}
+
+double sum_of_squares(std::span<const double> v) {
+  std::array<double, 8> sum{};
+  for (std::size_t i = 0; i < v.size(); ++i) sum[i % sum.size()] += v[i] * v[i];
+  double out = 0.0;
+  for (const double s : sum) out += s;
+  return out;
+}
+
+Status check_samples(std::span<const double> samples) {
+  if (samples.empty() || samples.size() > ChannelExtractor::most_samples)
+    return fail(Errc::range, "a window of so many samples has no features", {},
+                "1 to " + std::to_string(ChannelExtractor::most_samples),
+                std::to_string(samples.size()));
+  if (const std::size_t bad = first_not_finite(samples); bad < samples.size())
+    return fail(Errc::invalid_argument, "sample is not finite", "sample " + std::to_string(bad),
+                "a finite number", std::to_string(samples[bad]));
+  return {};
+}
+
+tl::unexpected<Error> overflowed(std::string_view feature, std::span<const double> samples) {
+  double largest = 0.0;
+  for (const double v : samples) largest = std::max(largest, std::abs(v));
+  return fail(Errc::range, "samples are so large that the feature is not finite",
+              std::string(feature), {}, "magnitude " + std::to_string(largest));
+}
+
+// Sums over frames, each of `hops` hops, the first centred on sample 0; hops beyond the ends are
+// empty.
+struct FrameHops {
+  std::ptrdiff_t first, end;  // of the hops of one frame that exist
+  FrameHops(std::size_t frame, FrameSize size, std::size_t existing)
+      : first(static_cast<std::ptrdiff_t>(frame) - static_cast<std::ptrdiff_t>(size.hops() / 2)),
+        end(std::min(first + static_cast<std::ptrdiff_t>(size.hops()),
+                     static_cast<std::ptrdiff_t>(existing))) {}
+};
+
+double mean_rms(FrameSize size, std::size_t samples, const std::vector<double>& hop_squares) {
+  double sum = 0.0;
+  for (std::size_t f = 0; f < size.count(samples); ++f) {
+    const FrameHops hops(f, size, hop_squares.size());
+    double squares = 0.0;
+    for (std::ptrdiff_t h = std::max<std::ptrdiff_t>(hops.first, 0); h < hops.end; ++h)
+      squares += hop_squares[static_cast<std::size_t>(h)];
+    sum += std::sqrt(squares / static_cast<double>(size.length));
+  }
+  return sum / static_cast<double>(size.count(samples));
+}
+
+// A change of sign counts at its second sample; a frame's own first sample has none before it.
+bool crossing(std::span<const double> samples, std::size_t i) {
+  return i > 0 && negative(samples[i]) != negative(samples[i - 1]);
+}
+
+double mean_crossing_rate(FrameSize size, std::span<const double> samples,
+                          const std::vector<std::size_t>& hop_crossings) {
+  std::size_t sum = 0;
+  const std::size_t frames = size.count(samples.size());
+  for (std::size_t f = 0; f < frames; ++f) {
+    const FrameHops hops(f, size, hop_crossings.size());
+    for (std::ptrdiff_t h = std::max<std::ptrdiff_t>(hops.first, 0); h < hops.end; ++h)
+      sum += hop_crossings[static_cast<std::size_t>(h)];
+    const std::size_t start =
+        hops.first > 0 ? static_cast<std::size_t>(hops.first) * size.hop : samples.size();
+    if (start < samples.size() && crossing(samples, start)) --sum;
+  }
+  return static_cast<double>(sum) / static_cast<double>(size.length) / static_cast<double>(frames);
+}
+
+}  // namespace
+
+std::string_view to_string(Figure figure) {
+  return names[static_cast<std::size_t>(figure)];
+}
+
+ChannelExtractor::Tools& ChannelExtractor::tools_for(FrameSize size) {
+  return tools_.try_emplace(size.length, rate_hz_, size).first->second;
+}
+
+void ChannelExtractor::moments(std::span<const double> samples, ChannelFigures& out) {
+  const auto n = static_cast<double>(samples.size());
+  const double mean = sum_of(samples) / n;
+  deviation_.resize(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) deviation_[i] = samples[i] - mean;
+  at(out, Figure::mean) = mean;
+  at(out, Figure::std) = std::sqrt(sum_of_squares(deviation_) / n);
+  const double middle = median_.median(samples);
+  for (std::size_t i = 0; i < samples.size(); ++i) deviation_[i] = std::abs(samples[i] - middle);
+  at(out, Figure::mad) = median_.median(deviation_);
+
+  const FrameSize size = FrameSize::of(samples.size());
+  hop_squares_.clear();
+  hop_crossings_.clear();
+  for (std::size_t from = 0; from < samples.size(); from += size.hop) {
+    const std::size_t to = std::min(from + size.hop, samples.size());
+    hop_squares_.push_back(sum_of_squares(samples.subspan(from, to - from)));
+    std::size_t crossings = crossing(samples, from) ? 1 : 0;
+    for (std::size_t i = from + 1; i < to; ++i)
+      crossings += negative(samples[i]) != negative(samples[i - 1]) ? 1 : 0;
+    hop_crossings_.push_back(crossings);
+  }
+  at(out, Figure::rmse) = mean_rms(size, samples.size(), hop_squares_);
+  at(out, Figure::zcr) = mean_crossing_rate(size, samples, hop_crossings_);
+}
+
+void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, ChannelFigures& out) {
+  constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
+  Tools& tools = tools_for(FrameSize::of(samples.size()));
+  const std::size_t frames = tools.frames.size().count(samples.size());
+  const std::size_t block = tools.frames.bins() * lanes;
+  spectra_.resize((frames + lanes - 1) / lanes * block);
+  tools.frames.start(samples);
+  double loudest = 0.0;
+  std::size_t heard = 0;
+  for (std::size_t first = 0; first < frames; first += lanes) {
+    const double* const bins = tools.frames.magnitudes(first);
+    std::copy_n(bins, block, spectra_.begin() + static_cast<std::ptrdiff_t>(first / lanes * block));
+    const FrameFigures f = frame_figures(bins, tools.bins, chroma);
+    for (std::size_t i = 0; i < std::min(lanes, frames - first); ++i) {
+      heard += f.silent[i] ? 0 : 1;
+      loudest = std::max(loudest, f.loudest[i]);
+      at(out, Figure::centroid) += f.centroid_hz[i];
+      at(out, Figure::bandwidth) += f.bandwidth_hz[i];
+      at(out, Figure::rolloff) += f.rolloff_hz[i];
+      at(out, Figure::chroma) += f.chroma[i];
+    }
+  }
+  double decibels = 0.0;
+  const double floor = std::max(least_power, loudest * deepest_share);
+  for (std::size_t first = 0; first < frames; first += lanes) {
+    const PerFrame sum =
+        sum_of_decibels(spectra_.data() + first / lanes * block, tools.bins.bins, floor);
+    for (std::size_t i = 0; i < std::min(lanes, frames - first); ++i) decibels += sum[i];
+  }
+  const auto count = static_cast<double>(frames);
+  const auto audible = static_cast<double>(std::max<std::size_t>(heard, 1));
+  at(out, Figure::centroid) /= audible;
+  at(out, Figure::bandwidth) /= audible;
+  at(out, Figure::rolloff) /= count;
+  at(out, Figure::chroma) /= count;
+  at(out, Figure::perceptual) =
+      tools.bins.mean_a_weighting_db + decibels / (count * static_cast<double>(tools.bins.bins));
+}
+
+Result<ChannelFigures> ChannelExtractor::figures(std::span<const double> samples, bool chroma) {
+  if (auto ok = check_samples(samples); !ok) return pass(ok.error());
+  ChannelFigures out{};
+  moments(samples, out);
+  spectral(samples, chroma, out);
+  for (std::size_t k = 0; k < out.size(); ++k)
+    if (!std::isfinite(out[k])) return overflowed(names[k], samples);
+  return out;
+}
+
+Result<double> ChannelExtractor::mean_amplitude(std::span<const double> samples) {
+  if (auto ok = check_samples(samples); !ok) return pass(ok.error());
+  const double out =
+      whole_.mean_amplitude(samples, sum_of(samples) / static_cast<double>(samples.size()));
+  if (!std::isfinite(out)) return overflowed("FFT", samples);
+  return out;
+}
+
+}  // namespace weft::classifier::vibro

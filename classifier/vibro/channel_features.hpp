@@ -1,0 +1,77 @@
+#pragma once
+// The ten numbers of one channel of one window, and the one of its whole spectrum.
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "classifier/vibro/frame_figures.hpp"
+#include "classifier/vibro/median.hpp"
+#include "classifier/vibro/short_time.hpp"
+#include "classifier/vibro/whole_spectrum.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier::vibro {
+
+/// "Texture Classification Based on Sound and Vibro-Tactile Data" (2023), section 2.3.2.
+enum class Figure {
+  mean,
+  std,         ///< deviation, biased
+  mad,         ///< median absolute deviation about the median, not scaled (S2)
+  rmse,        ///< mean over the frames of their root mean square
+  chroma,      ///< mean over frames and pitch classes of the power over the loudest class's
+  centroid,    ///< mean over the frames that are not silent
+  bandwidth,   ///< as the centroid
+  rolloff,     ///< mean over all frames, a silent one counts 0
+  perceptual,  ///< mean over frames and bins of A-weighted power in dB, 80 dB deep (S3)
+  zcr,         ///< mean over the frames of sign changes per sample
+};
+inline constexpr std::size_t figure_count = 10;
+using ChannelFigures = std::array<double, figure_count>;
+
+/// "MEAN", "STD" ... "ZCR", in the order of the enumeration.
+std::string_view to_string(Figure figure);
+
+/// Computes the figures of windows of one rate, with one short-time spectrum for all of them. Keeps
+/// its tables for the window lengths that it has seen. Not for two threads at once.
+class ChannelExtractor {
+ public:
+  /// Longest window: 131 s at 8 kHz. The spectra of all its frames are kept, 17 MB.
+  static constexpr std::size_t most_samples = std::size_t{1} << 20;
+
+  /// 0 < rate_hz
+  explicit ChannelExtractor(double rate_hz) : rate_hz_(rate_hz) {}
+
+  [[nodiscard]] double rate_hz() const { return rate_hz_; }
+  /// librosa's definitions (0.10, zeros beyond the ends) of the samples of one window. CHROMA costs
+  /// a third of all and is left 0 without `chroma`. Refuses no samples, too many, one that is not
+  /// finite (named), and samples so large that a figure is not finite.
+  Result<ChannelFigures> figures(std::span<const double> samples, bool chroma = true);
+  /// Mean one-sided amplitude of the window's transform, mean removed, without DC (S6); 0 of one
+  /// sample. Refuses the same.
+  Result<double> mean_amplitude(std::span<const double> samples);
+
+ private:
+  struct Tools {
+    Tools(double rate_hz, FrameSize size) : frames(size), bins(rate_hz, size.length) {}
+    ShortTimeSpectrum frames;
+    BinTables bins;
+  };
+
+  Tools& tools_for(FrameSize size);
+  void moments(std::span<const double> samples, ChannelFigures& out);
+  void spectral(std::span<const double> samples, bool chroma, ChannelFigures& out);
+
+  double rate_hz_;
+  std::map<std::size_t, Tools> tools_;  // by frame length
+  MedianFinder median_;
+  WholeSpectrum whole_;
+  std::vector<double> deviation_, hop_squares_;
+  std::vector<std::size_t> hop_crossings_;
+  simd::AlignedDoubles spectra_;  // of all blocks of frames
+};
+
+}  // namespace weft::classifier::vibro

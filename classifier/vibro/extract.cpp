@@ -1,0 +1,132 @@
+#include "classifier/vibro/extract.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "classifier/learn/parallel.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+Status check_channels(const std::vector<Channel>& channels) {
+  if (channels.empty()) return fail(Errc::invalid_argument, "no channel to take features of");
+  std::set<std::string> names;
+  for (const Channel& c : channels) {
+    if (!(c.rate_hz > 0.0) || !std::isfinite(c.rate_hz))
+      return fail(Errc::invalid_argument, "a channel needs a sampling rate", c.name,
+                  "a positive number of Hz", std::to_string(c.rate_hz));
+    if (!names.insert(c.name).second)
+      return fail(Errc::invalid_argument, "two channels have one name", c.name);
+  }
+  return {};
+}
+
+Status check_same_channels(std::span<const Recording> recordings) {
+  for (const Recording& r : recordings)
+    if (r.channels != recordings.front().channels || r.samples.size() != r.channels.size())
+      return fail(Errc::invalid_argument, "the recording has other channels than the first one",
+                  r.file,
+                  std::to_string(recordings.front().channels.size()) + " like those of " +
+                      recordings.front().file,
+                  std::to_string(r.channels.size()));
+  return {};
+}
+
+// Rows of the set, before their features.
+WindowSet laid_out(std::span<const Recording> recordings, double window_s, const PlacesOf& places) {
+  WindowSet out;
+  out.window_s = window_s;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    std::size_t k = 0;
+    for (const Place& place : places(recordings[r])) {
+      out.places.push_back(place);
+      out.recording.push_back(r);
+      out.matrix.files.push_back(recordings[r].file + "#" + std::to_string(k++));
+      out.matrix.labels.push_back(recordings[r].label);
+      out.matrix.groups.push_back(recordings[r].group);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<WindowExtractor> WindowExtractor::make(std::vector<Channel> channels, FeatureChoice choice) {
+  if (auto ok = check_channels(channels); !ok) return pass(ok.error());
+  return WindowExtractor(std::move(channels), choice);
+}
+
+WindowExtractor::WindowExtractor(std::vector<Channel> channels, FeatureChoice choice)
+    : channels_(std::move(channels)),
+      choice_(choice),
+      figures_(figures_of(choice.family)),
+      columns_(columns_of(channels_, choice)) {
+  for (const Channel& c : channels_) extractors_.emplace_back(c.rate_hz);
+}
+
+Status WindowExtractor::append(std::size_t channel, std::span<const double> samples) {
+  if (figures_.empty()) return {};
+  const bool chroma = std::find(figures_.begin(), figures_.end(), Figure::chroma) != figures_.end();
+  const auto all = extractors_[channel].figures(samples, chroma);
+  if (!all) return pass(all.error(), channels_[channel].name);
+  const bool mean = choice_.combine == Combine::mean;
+  for (std::size_t i = 0; i < figures_.size(); ++i) {
+    const double value = (*all)[static_cast<std::size_t>(figures_[i])];
+    if (!mean || channel == 0) {
+      features_.push_back(mean ? value / static_cast<double>(channels_.size()) : value);
+    } else {
+      features_[i] += value / static_cast<double>(channels_.size());
+    }
+  }
+  return {};
+}
+
+Result<std::span<const double>> WindowExtractor::features(const WindowView& window) {
+  if (window.size() != channels_.size())
+    return fail(Errc::invalid_argument, "the window has another number of channels", {},
+                std::to_string(channels_.size()), std::to_string(window.size()));
+  features_.clear();
+  for (std::size_t c = 0; c < window.size(); ++c)
+    if (auto ok = append(c, window[c]); !ok) return pass(ok.error());
+  if (has_fft(choice_.family)) {
+    for (std::size_t c = 0; c < window.size(); ++c) {
+      const auto amplitude = extractors_[c].mean_amplitude(window[c]);
+      if (!amplitude) return pass(amplitude.error(), channels_[c].name);
+      features_.push_back(*amplitude);
+    }
+  }
+  return std::span<const double>(features_);
+}
+
+Result<WindowSet> cut_and_extract(std::span<const Recording> recordings, double window_s,
+                                  const PlacesOf& places, FeatureChoice choice,
+                                  std::size_t threads) {
+  if (recordings.empty()) return fail(Errc::invalid_argument, "no recording to cut");
+  if (auto ok = check_same_channels(recordings); !ok) return pass(ok.error());
+  auto made = WindowExtractor::make(recordings.front().channels, choice);
+  if (!made) return pass(made.error());
+  WindowSet out = laid_out(recordings, window_s, places);
+  for (const Column& c : made->columns()) out.matrix.names.push_back(c.name);
+  out.matrix.values = Matrix(out.places.size(), made->columns().size());
+  std::vector<std::optional<Error>> refused(out.places.size());
+  parallel_blocks(out.places.size(), threads, [&](std::size_t from, std::size_t to) {
+    auto own = WindowExtractor::make(recordings.front().channels, choice);
+    for (std::size_t i = from; i < to; ++i) {
+      const auto window = window_at(recordings[out.recording[i]], out.places[i].start_s, window_s);
+      const auto row = window ? own->features(*window) : pass(window.error());
+      if (row) {
+        std::copy(row->begin(), row->end(), out.matrix.values.row(i).begin());
+      } else {
+        refused[i] = row.error();
+      }
+    }
+  });
+  for (std::size_t i = 0; i < refused.size(); ++i)
+    if (refused[i]) return pass(std::move(*refused[i]), out.matrix.files[i]);
+  return out;
+}
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,56 @@
+#pragma once
+// Feature vectors of windows: of one, of all of a set of recordings, and while samples come in.
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "classifier/features/feature_matrix.hpp"
+#include "classifier/vibro/recording.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier::vibro {
+
+/// Computes the columns of columns_of(channels, choice). Not for two threads at once.
+class WindowExtractor {
+ public:
+  /// Refuses no channels, channels of the same name, rates that are not positive and finite.
+  static Result<WindowExtractor> make(std::vector<Channel> channels, FeatureChoice choice);
+
+  [[nodiscard]] const std::vector<Channel>& channels() const { return channels_; }
+  [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
+
+  /// All finite; valid until the next call. Refuses another number of channels than channels() has
+  /// and what ChannelExtractor refuses, with the channel's name.
+  Result<std::span<const double>> features(const WindowView& window);
+
+ private:
+  WindowExtractor(std::vector<Channel> channels, FeatureChoice choice);
+  Status append(std::size_t channel, std::span<const double> samples);
+
+  std::vector<Channel> channels_;
+  FeatureChoice choice_;
+  std::vector<Figure> figures_;
+  std::vector<Column> columns_;
+  std::vector<ChannelExtractor> extractors_;
+  std::vector<double> features_;
+};
+
+/// Places of the windows of one recording.
+using PlacesOf = std::function<std::vector<Place>(const Recording& recording)>;
+
+struct WindowSet {
+  double window_s = 0.0;
+  FeatureMatrix matrix;       ///< a row per window: file "name#k", label and group of the recording
+  std::vector<Place> places;  ///< per row
+  std::vector<std::size_t> recording;  ///< per row: which one it was cut from
+};
+
+/// All windows of all recordings, which must have the same channels. On `threads` threads (0: one
+/// per core); the same bits with any number.
+Result<WindowSet> cut_and_extract(std::span<const Recording> recordings, double window_s,
+                                  const PlacesOf& places, FeatureChoice choice,
+                                  std::size_t threads = 0);
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,120 @@
+#include "classifier/vibro/feature_set.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace weft::classifier::vibro {
+namespace {
+
+constexpr std::array<std::pair<Family, std::string_view>, 5> families = {{
+    {Family::smmrp, "SMMRP"},
+    {Family::smmrp10, "SMMRP10"},
+    {Family::fft, "FFT"},
+    {Family::smmrpfft, "SMMRPFFT"},
+    {Family::all, "ALL"},
+}};
+constexpr std::array<std::pair<Combine, std::string_view>, 2> combinations = {
+    {{Combine::mean, "mean"}, {Combine::concat, "concat"}}};
+
+template <class Table, class Value>
+std::string_view name_in(const Table& table, Value value) {
+  for (const auto& [own, name] : table)
+    if (own == value) return name;
+  return "?";
+}
+
+template <class Value, std::size_t n>
+Result<Value> value_in(const std::array<std::pair<Value, std::string_view>, n>& table,
+                       std::string_view text, std::string what) {
+  std::string names;
+  for (const auto& [own, name] : table) {
+    if (name == text) return own;
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  return fail(Errc::invalid_argument, "unknown " + std::move(what), {}, names, std::string(text));
+}
+
+std::string unit_of(Figure figure, const std::string& sample_unit) {
+  switch (figure) {
+    case Figure::mean:
+    case Figure::std:
+    case Figure::mad:
+    case Figure::rmse:
+      return sample_unit;
+    case Figure::centroid:
+    case Figure::bandwidth:
+    case Figure::rolloff:
+      return "Hz";
+    case Figure::perceptual:
+      return "dB";
+    case Figure::chroma:
+    case Figure::zcr:
+      break;
+  }
+  return "1";
+}
+
+std::string common_unit(const std::vector<Channel>& channels) {
+  const bool same = std::all_of(channels.begin(), channels.end(),
+                                [&](const Channel& c) { return c.unit == channels.front().unit; });
+  return same && !channels.empty() ? channels.front().unit : "mixed";
+}
+
+}  // namespace
+
+std::string_view to_string(Family family) {
+  return name_in(families, family);
+}
+Result<Family> family_from(std::string_view text) {
+  return value_in(families, text, "set of features");
+}
+std::vector<Family> all_families() {
+  std::vector<Family> out;
+  for (const auto& entry : families) out.push_back(entry.first);
+  return out;
+}
+std::string_view to_string(Combine combine) {
+  return name_in(combinations, combine);
+}
+Result<Combine> combine_from(std::string_view text) {
+  return value_in(combinations, text, "way to combine channels");
+}
+
+std::vector<Figure> figures_of(Family family) {
+  switch (family) {
+    case Family::smmrp:
+    case Family::smmrpfft:
+      return {Figure::mean, Figure::std, Figure::mad, Figure::rmse, Figure::perceptual};
+    case Family::smmrp10:
+    case Family::all:
+      return {Figure::mean,       Figure::std,      Figure::mad,       Figure::rmse,
+              Figure::chroma,     Figure::centroid, Figure::bandwidth, Figure::rolloff,
+              Figure::perceptual, Figure::zcr};
+    case Family::fft:
+      break;
+  }
+  return {};
+}
+
+bool has_fft(Family family) {
+  return family == Family::fft || family == Family::smmrpfft || family == Family::all;
+}
+
+std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice) {
+  std::vector<Column> out;
+  const auto figures = figures_of(choice.family);
+  if (choice.combine == Combine::mean) {
+    for (const Figure f : figures)
+      out.push_back({std::string(to_string(f)), unit_of(f, common_unit(channels))});
+  } else {
+    for (const Channel& c : channels)
+      for (const Figure f : figures)
+        out.push_back({std::string(to_string(f)) + "." + c.name, unit_of(f, c.unit)});
+  }
+  if (has_fft(choice.family))
+    for (const Channel& c : channels) out.push_back({"FFT." + c.name, c.unit});
+  return out;
+}
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,59 @@
+#pragma once
+// The sets of features of the 2023 paper, their names and units.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/vibro/channel_features.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier::vibro {
+
+/// One source of samples.
+struct Channel {
+  std::string name;      ///< "S", "X", "Y", "Z"
+  double rate_hz = 0.0;  ///< above 0
+  std::string unit;      ///< of a sample: "count", "m/s^2"; "1" where it has none
+  friend bool operator==(const Channel&, const Channel&) = default;
+};
+
+enum class Family {
+  smmrp,     ///< the five that the paper kept: MEAN, STD, MAD, RMSE, PERCEPTUAL
+  smmrp10,   ///< all ten figures, before the paper's selection
+  fft,       ///< one number per channel: the mean amplitude of its spectrum (S6)
+  smmrpfft,  ///< smmrp, then fft
+  all,       ///< smmrp10, then fft
+};
+std::string_view to_string(Family family);
+Result<Family> family_from(std::string_view text);
+/// In the order of the enumeration.
+std::vector<Family> all_families();
+
+/// What happens to a figure that every channel has (S1).
+enum class Combine {
+  mean,   ///< its mean over the channels, whatever their units: the paper's ten columns
+  concat  ///< a column per channel
+};
+std::string_view to_string(Combine combine);
+Result<Combine> combine_from(std::string_view text);
+
+struct FeatureChoice {
+  Family family = Family::smmrpfft;
+  Combine combine = Combine::mean;
+  friend bool operator==(const FeatureChoice&, const FeatureChoice&) = default;
+};
+
+struct Column {
+  std::string name;  ///< "MEAN", "MEAN.X" with concat, "FFT.X"
+  std::string unit;  ///< "mixed" for a mean over channels of several units
+};
+
+/// The figures of a family, in their order; none of `fft`.
+std::vector<Figure> figures_of(Family family);
+bool has_fft(Family family);
+/// Figures (channel by channel with concat), then FFT channel by channel.
+std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice);
+
+}  // namespace weft::classifier::vibro

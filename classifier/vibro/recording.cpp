@@ -1,0 +1,92 @@
+#include "classifier/vibro/recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "classifier/learn/random.hpp"
+#include "classifier/vibro/median.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+// Ticks from `from_s` to `to_s`, both included where they fit to rounding.
+std::size_t last_tick(double to_s) {
+  return static_cast<std::size_t>(std::floor(std::max(to_s, 0.0) / window_tick_s + 1e-6));
+}
+
+}  // namespace
+
+double Recording::duration_s() const {
+  double out = channels.empty() ? 0.0 : std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < channels.size() && c < samples.size(); ++c)
+    out = std::min(out, static_cast<double>(samples[c].size()) / channels[c].rate_hz);
+  return out;
+}
+
+std::size_t first_sample(double start_s, double rate_hz) {
+  return static_cast<std::size_t>(std::llround(start_s * rate_hz));
+}
+
+std::size_t samples_in(double window_s, double rate_hz) {
+  return static_cast<std::size_t>(std::llround(window_s * rate_hz));
+}
+
+Result<WindowView> window_at(const Recording& recording, double start_s, double window_s) {
+  WindowView out;
+  for (std::size_t c = 0; c < recording.channels.size(); ++c) {
+    const double rate = recording.channels[c].rate_hz;
+    const std::size_t first = first_sample(start_s, rate), count = samples_in(window_s, rate);
+    const std::vector<double>& own = recording.samples[c];
+    if (count == 0 || first > own.size() || count > own.size() - first)
+      return fail(Errc::range, "the window does not lie in the channel",
+                  recording.file + ": " + recording.channels[c].name,
+                  "within " + std::to_string(own.size()) + " samples",
+                  std::to_string(first) + " and " + std::to_string(count) + " more");
+    out.push_back(std::span(own).subspan(first, count));
+  }
+  if (out.empty())
+    return fail(Errc::invalid_argument, "a recording without channels", recording.file);
+  return out;
+}
+
+std::vector<Place> random_places(double duration_s, double window_s, std::size_t count,
+                                 std::uint64_t seed) {
+  std::vector<Place> all;
+  if (duration_s + 1e-9 < window_s) return all;
+  const std::size_t last = last_tick(duration_s - window_s);
+  for (std::size_t t = 0; t <= last; ++t)
+    all.push_back({static_cast<double>(t) * window_tick_s, 0});
+  RandomEngine engine(seed);
+  shuffle(all, engine);
+  if (all.size() > count) all.resize(count);
+  return all;
+}
+
+std::vector<Place> block_places(double duration_s, double window_s, std::size_t blocks,
+                                double step_s) {
+  std::vector<Place> out;
+  const double length = duration_s / static_cast<double>(blocks);
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const double begin = length * static_cast<double>(b);
+    for (std::size_t i = 0;; ++i) {
+      const double start = begin + static_cast<double>(i) * step_s;
+      if (start + window_s > begin + length + 1e-9) break;
+      out.push_back({start, b});
+    }
+  }
+  return out;
+}
+
+double median_overlap(std::span<const Place> train, std::span<const Place> test, double window_s) {
+  std::vector<double> share;
+  for (const Place& t : test) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Place& other : train)
+      nearest = std::min(nearest, std::abs(other.start_s - t.start_s));
+    share.push_back(std::max(0.0, 1.0 - nearest / window_s));
+  }
+  return MedianFinder().median(share);
+}
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,66 @@
+#include "classifier/vibro/stream.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "classifier/features/feature_stream.hpp"
+
+namespace weft::classifier::vibro {
+
+Result<WindowStream> WindowStream::make(std::vector<Channel> channels, FeatureChoice choice,
+                                        Timing timing) {
+  auto extractor = WindowExtractor::make(std::move(channels), choice);
+  if (!extractor) return pass(extractor.error());
+  for (const double seconds : {timing.window_s, timing.step_s}) {
+    for (const Channel& c : extractor->channels()) {
+      const double samples = seconds * c.rate_hz;
+      if (!(samples >= 1.0) || samples > static_cast<double>(ChannelExtractor::most_samples))
+        return fail(Errc::invalid_argument, "windows and steps need at least a sample", c.name,
+                    "1 to " + std::to_string(ChannelExtractor::most_samples) + " samples",
+                    std::to_string(samples));
+    }
+  }
+  return WindowStream(std::move(*extractor), timing);
+}
+
+WindowStream::WindowStream(WindowExtractor extractor, Timing timing)
+    : extractor_(std::move(extractor)), timing_(timing), waiting_(extractor_.channels().size()) {}
+
+Status WindowStream::add(std::size_t channel, std::span<const double> samples) {
+  if (channel >= waiting_.size())
+    return fail(Errc::invalid_argument, "no such channel", {},
+                "below " + std::to_string(waiting_.size()), std::to_string(channel));
+  Waiting& own = waiting_[channel];
+  if (const std::size_t bad = first_not_finite(samples); bad < samples.size())
+    return fail(Errc::invalid_argument, "sample is not finite",
+                extractor_.channels()[channel].name + ": sample " +
+                    std::to_string(own.dropped + own.kept.size() + bad),
+                "a finite number", std::to_string(samples[bad]));
+  own.kept.insert(own.kept.end(), samples.begin(), samples.end());
+  return {};
+}
+
+Result<std::optional<std::span<const double>>> WindowStream::next() {
+  const double start_s = static_cast<double>(taken_) * timing_.step_s;
+  WindowView window;
+  for (std::size_t c = 0; c < waiting_.size(); ++c) {
+    const double rate = extractor_.channels()[c].rate_hz;
+    const std::size_t first = first_sample(start_s, rate);
+    const std::size_t count = samples_in(timing_.window_s, rate);
+    Waiting& own = waiting_[c];
+    // What no later window needs goes before the window is looked at, never after.
+    const std::size_t past = std::min(std::max(first, own.dropped) - own.dropped, own.kept.size());
+    own.kept.erase(own.kept.begin(), own.kept.begin() + static_cast<std::ptrdiff_t>(past));
+    own.dropped += past;
+    if (own.dropped < first || own.kept.size() < count)
+      return std::optional<std::span<const double>>();
+    window.push_back(std::span<const double>(own.kept).first(count));
+  }
+  const auto row = extractor_.features(window);
+  if (!row) return pass(row.error(), "window " + std::to_string(taken_));
+  ++taken_;
+  return std::optional<std::span<const double>>(*row);
+}
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,36 @@
+#pragma once
+// Mean amplitude of the spectrum of a whole window, whatever its length.
+
+#include <complex>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "classifier/features/spectrum.hpp"
+
+namespace weft::classifier::vibro {
+
+/// Lengths whose prime factors are 2, 3 and 5, which windows of round durations have, go through
+/// Eigen's mixed-radix transform; that is slow for large primes, so others go through Bluestein's
+/// (Spectrum). Keeps its tables for the last lengths.
+class WholeSpectrum {
+ public:
+  WholeSpectrum();
+  ~WholeSpectrum();
+  WholeSpectrum(WholeSpectrum&&) noexcept;
+  WholeSpectrum& operator=(WholeSpectrum&&) noexcept;
+
+  /// Mean over the bins 1 .. n / 2 of 2 / n |DFT| of the samples less `mean`; 0 of one sample.
+  double mean_amplitude(std::span<const double> samples, double mean);
+
+ private:
+  struct MixedRadix;  // keeps Eigen out of this header
+  double by_mixed_radix(std::span<const double> samples, double mean);
+  double by_convolution(std::span<const double> samples, double mean);
+
+  std::unique_ptr<MixedRadix> mixed_radix_;
+  SpectrumCache convolution_;
+  simd::AlignedDoubles rows_, scratch_;
+};
+
+}  // namespace weft::classifier::vibro
