@@ -1,28 +1,13 @@
 #include "classifier/learn/svm.hpp"
 
-#include <libsvm/svm.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
+#include "classifier/learn/libsvm.hpp"
+
 namespace weft::classifier {
 namespace {
-
-void print_nothing(const char* /*text*/) {}
-
-// libsvm reports progress through one process-wide function; set once, before the first training.
-void silence_libsvm() {
-  static const bool done = [] {
-    svm_set_print_string_function(&print_nothing);
-    return true;
-  }();
-  static_cast<void>(done);
-}
-
-struct FreeModel {
-  void operator()(svm_model* model) const { svm_free_and_destroy_model(&model); }
-};
 
 svm_parameter parameters(double c, double tolerance) {
   svm_parameter p{};
@@ -98,7 +83,7 @@ Result<SvmSolution> SvmTrainer::solve(double c, double tolerance) const {
   std::vector<double> label = label_;
   std::vector<svm_node*> row = row_;
   const svm_problem problem{static_cast<int>(label.size()), label.data(), row.data()};
-  const std::unique_ptr<svm_model, FreeModel> model(svm_train(&problem, &parameter));
+  const SvmModel model(svm_train(&problem, &parameter));
   SvmSolution out;
   out.coefficient.assign(label.size(), 0.0);
   out.bias = model->rho[0];  // f = -(sum - rho)

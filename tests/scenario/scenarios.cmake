@@ -19,13 +19,19 @@ add_test(NAME scenario_imprint_oracle
                  $<TARGET_FILE:imprint_oracle> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_imprint_oracle PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Sound and vibration: features.
+# Sound and vibration: features, learners.
 add_executable(vibro_agreement ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_agreement.cc)
 target_link_libraries(vibro_agreement PRIVATE weft_classifier)
 add_test(NAME scenario_vibro_agreement
          COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_agreement.py
                  $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
-set_tests_properties(scenario_vibro_agreement PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+add_executable(vibro_learners ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_learners.cc)
+target_link_libraries(vibro_learners PRIVATE weft_classifier)
+add_test(NAME scenario_vibro_learners
+         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_learners.py
+                 $<TARGET_FILE:vibro_learners> $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
+set_tests_properties(scenario_vibro_agreement scenario_vibro_learners
+                     PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The command line as a person meets it.
 set(cli_tests ${CMAKE_CURRENT_SOURCE_DIR}/scenario)

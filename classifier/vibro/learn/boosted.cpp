@@ -1,0 +1,157 @@
+#include "classifier/vibro/learn/boosted.hpp"
+
+#ifdef WEFT_WITH_XGBOOST
+#include <xgboost/c_api.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <utility>
+#endif
+
+namespace weft::classifier::vibro {
+
+#ifdef WEFT_WITH_XGBOOST
+namespace {
+
+// A call of the library as a Status.
+Status done(int code) {
+  if (code == 0) return {};
+  return fail(Errc::invalid_argument, XGBGetLastError(), "XGBoost");
+}
+
+struct FreeMatrix {
+  void operator()(void* handle) const { XGDMatrixFree(handle); }
+};
+struct FreeBooster {
+  void operator()(void* handle) const { XGBoosterFree(handle); }
+};
+using MatrixHandle = std::unique_ptr<void, FreeMatrix>;
+using BoosterHandleOwner = std::unique_ptr<void, FreeBooster>;
+
+std::vector<float> as_floats(std::span<const double> values) {
+  std::vector<float> out;
+  out.reserve(values.size());
+  for (const double v : values) out.push_back(static_cast<float>(v));
+  return out;
+}
+
+Result<MatrixHandle> matrix_of(const Training& training) {
+  const auto values = as_floats(training.rows->data());
+  DMatrixHandle handle = nullptr;
+  if (auto ok =
+          done(XGDMatrixCreateFromMat(values.data(), training.rows->rows(), training.rows->cols(),
+                                      std::numeric_limits<float>::quiet_NaN(), &handle));
+      !ok)
+    return pass(ok.error());
+  MatrixHandle out(handle);
+  std::vector<float> label;
+  for (const std::size_t c : training.of_row) label.push_back(static_cast<float>(c));
+  if (auto ok = done(XGDMatrixSetFloatInfo(handle, "label", label.data(), label.size())); !ok)
+    return pass(ok.error());
+  return out;
+}
+
+class Boosted final : public Classifier {
+ public:
+  Boosted(BoosterHandleOwner booster, std::size_t classes)
+      : booster_(std::move(booster)), classes_(classes) {}
+
+  // Class 0 where the library refuses, which it does not for the features that fit() has seen.
+  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+    const auto values = as_floats(features);
+    const std::string array = R"({"data":[)" +
+                              std::to_string(reinterpret_cast<std::uintptr_t>(values.data())) +
+                              R"(,true],"shape":[1,)" + std::to_string(values.size()) +
+                              R"(],"typestr":"<f4","version":3})";
+    constexpr const char* config =
+        R"({"type":0,"training":false,"iteration_begin":0,"iteration_end":0,"strict_shape":false,)"
+        R"("missing":NaN,"cache_id":0})";
+    const bst_ulong* shape = nullptr;
+    bst_ulong dimensions = 0;
+    const float* share = nullptr;
+    if (XGBoosterPredictFromDense(booster_.get(), array.c_str(), config, nullptr, &shape,
+                                  &dimensions, &share) != 0)
+      return 0;
+    return static_cast<std::size_t>(std::max_element(share, share + classes_) - share);
+  }
+
+ private:
+  BoosterHandleOwner booster_;
+  std::size_t classes_;
+};
+
+using Parameters = std::vector<std::pair<const char*, std::string>>;
+
+Result<std::unique_ptr<Classifier>> boost(const Training& training, Parameters parameters,
+                                          int rounds, const MethodOptions& options) {
+  auto matrix = matrix_of(training);
+  if (!matrix) return pass(matrix.error());
+  DMatrixHandle handles[] = {matrix->get()};
+  BoosterHandle handle = nullptr;
+  if (auto ok = done(XGBoosterCreate(handles, 1, &handle)); !ok) return pass(ok.error());
+  BoosterHandleOwner booster(handle);
+  parameters.insert(parameters.end(), {{"objective", "multi:softprob"},
+                                       {"num_class", std::to_string(training.classes)},
+                                       {"nthread", "1"},
+                                       {"verbosity", "0"},
+                                       {"seed", std::to_string(options.seed % 2147483647U)}});
+  for (const auto& [name, value] : parameters)
+    if (auto ok = done(XGBoosterSetParam(handle, name, value.c_str())); !ok)
+      return pass(ok.error());
+  for (int i = 0; i < rounds; ++i)
+    if (auto ok = done(XGBoosterUpdateOneIter(handle, i, matrix->get())); !ok)
+      return pass(ok.error());
+  return std::make_unique<Boosted>(std::move(booster), training.classes);
+}
+
+}  // namespace
+
+bool have_xgboost() {
+  return true;
+}
+
+Result<std::unique_ptr<Classifier>> fit_xgb(const Training& training,
+                                            const MethodOptions& options) {
+  return boost(training, {}, 100, options);
+}
+
+Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
+                                              const MethodOptions& options) {
+  return boost(training,
+               {{"num_parallel_tree", "100"},
+                {"learning_rate", "1"},
+                {"subsample", "0.8"},
+                {"colsample_bynode", "0.8"},
+                {"reg_lambda", "1e-5"}},
+               1, options);
+}
+
+#else
+
+namespace {
+
+tl::unexpected<Error> not_built() {
+  return fail(Errc::unsupported, "this build of Weft has no XGBoost", {}, {}, {},
+              "Install libxgboost-dev and build again");
+}
+
+}  // namespace
+
+bool have_xgboost() {
+  return false;
+}
+
+Result<std::unique_ptr<Classifier>> fit_xgb(const Training& /*training*/,
+                                            const MethodOptions& /*options*/) {
+  return not_built();
+}
+
+Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& /*training*/,
+                                              const MethodOptions& /*options*/) {
+  return not_built();
+}
+
+#endif
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,19 @@
+#pragma once
+// XGBoost through its C interface.
+
+#include <memory>
+
+#include "classifier/vibro/learn/method.hpp"
+
+namespace weft::classifier::vibro {
+
+/// False where Weft was built without libxgboost-dev.
+bool have_xgboost();
+
+/// XGBClassifier() of XGBoost 1.7 with n_jobs=1: 100 rounds, depth 6, rate 0.3, softprob.
+Result<std::unique_ptr<Classifier>> fit_xgb(const Training& training, const MethodOptions& options);
+/// XGBRFClassifier() so: one round of 100 trees, rows and features of a node drawn at 0.8.
+Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
+                                              const MethodOptions& options);
+
+}  // namespace weft::classifier::vibro

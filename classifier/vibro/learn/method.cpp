@@ -1,0 +1,119 @@
+#include "classifier/vibro/learn/method.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "classifier/features/feature_stream.hpp"
+#include "classifier/vibro/learn/boosted.hpp"
+#include "classifier/vibro/learn/fabric_method.hpp"
+#include "classifier/vibro/learn/logistic.hpp"
+#include "classifier/vibro/learn/network.hpp"
+#include "classifier/vibro/learn/simple.hpp"
+#include "classifier/vibro/learn/svm_method.hpp"
+#include "classifier/vibro/learn/tree.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+constexpr std::array<std::pair<Method, std::string_view>, 12> names = {{
+    {Method::nb, "NB"},
+    {Method::knn, "kNN"},
+    {Method::tree, "Tree"},
+    {Method::forest, "RForest"},
+    {Method::svm, "SVM"},
+    {Method::logistic, "LG"},
+    {Method::nn, "NN"},
+    {Method::mlp2, "MLP2"},
+    {Method::xgb, "XGB"},
+    {Method::xgbrf, "XGBRF"},
+    {Method::lda, "LDA"},
+    {Method::cores, "Cores"},
+}};
+
+constexpr std::size_t hidden_units = 100;
+
+Status check_training(const Training& training) {
+  const Matrix& rows = *training.rows;
+  if (rows.rows() != training.of_row.size() || rows.cols() == 0)
+    return fail(Errc::invalid_argument, "every row needs a class and a feature", {},
+                std::to_string(rows.rows()) + " classes", std::to_string(training.of_row.size()));
+  std::vector<bool> seen(training.classes, false);
+  for (const std::size_t c : training.of_row) {
+    if (c >= training.classes)
+      return fail(Errc::invalid_argument, "a class that does not exist", {},
+                  "below " + std::to_string(training.classes), std::to_string(c));
+    seen[c] = true;
+  }
+  if (training.classes < 2 || std::find(seen.begin(), seen.end(), false) != seen.end())
+    return fail(Errc::invalid_argument, "two classes are the least, each with a row");
+  const std::span<const double> values(rows.data());
+  if (const std::size_t bad = first_not_finite(values); bad < values.size())
+    return fail(Errc::invalid_argument, "feature is not finite",
+                "row " + std::to_string(bad / rows.cols()) + ", feature " +
+                    std::to_string(bad % rows.cols()),
+                "a finite number", std::to_string(values[bad]));
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(Method method) {
+  for (const auto& [own, name] : names)
+    if (own == method) return name;
+  return "?";
+}
+
+Result<Method> method_from(std::string_view text) {
+  std::string known;
+  for (const auto& [own, name] : names) {
+    if (name == text) return own;
+    known += (known.empty() ? "" : ", ") + std::string(name);
+  }
+  return fail(Errc::invalid_argument, "unknown learner", {}, known, std::string(text));
+}
+
+std::vector<Method> all_methods() {
+  std::vector<Method> out;
+  for (const auto& entry : names) out.push_back(entry.first);
+  return out;
+}
+
+bool available(Method method) {
+  return (method != Method::xgb && method != Method::xgbrf) || have_xgboost();
+}
+
+Result<std::unique_ptr<Classifier>> fit(Method method, const Training& training,
+                                        const MethodOptions& options) {
+  if (auto ok = check_training(training); !ok) return pass(ok.error(), to_string(method));
+  switch (method) {
+    case Method::nb:
+      return fit_naive_bayes(training);
+    case Method::knn:
+      return fit_neighbours(training);
+    case Method::tree:
+      return fit_tree(training, options);
+    case Method::forest:
+      return fit_forest(training, options);
+    case Method::svm:
+      return fit_svm(training);
+    case Method::logistic:
+      return fit_logistic(training);
+    case Method::nn:
+      return fit_network(training, {hidden_units}, options);
+    case Method::mlp2:
+      return fit_network(training, {hidden_units, hidden_units}, options);
+    case Method::xgb:
+      return fit_xgb(training, options);
+    case Method::xgbrf:
+      return fit_xgbrf(training, options);
+    case Method::lda:
+      return fit_fabric(training, Learner::lda, options);
+    case Method::cores:
+      return fit_fabric(training, Learner::all, options);
+  }
+  return fail(Errc::invalid_argument, "unknown learner");
+}
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,57 @@
+#include "classifier/vibro/learn/pipeline.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "classifier/features/feature_stream.hpp"
+
+namespace weft::classifier::vibro {
+
+std::vector<double> Pipeline::prepared(std::span<const double> features) const {
+  std::vector<double> z(features.size());
+  for (std::size_t f = 0; f < z.size(); ++f) z[f] = scaler_.apply(f, features[f]);
+  if (axes_.rows() == 0) return z;
+  std::vector<double> out(axes_.rows(), 0.0);
+  for (std::size_t k = 0; k < out.size(); ++k)
+    for (std::size_t f = 0; f < z.size(); ++f) out[k] += axes_(k, f) * z[f];
+  return out;
+}
+
+Result<Pipeline> Pipeline::train(const Training& training, const PipelineOptions& options) {
+  const std::span<const double> values(training.rows->data());
+  Pipeline out;
+  // Rows that fit() refuses must not be scaled before it has seen them.
+  if (training.rows->rows() == 0 || first_not_finite(values) < values.size()) {
+    auto refused = fit(options.method, training, options.learner);
+    if (!refused) return pass(refused.error());
+  }
+  out.scaler_ = fit_scaler(*training.rows);
+  if (options.components > 0 && options.components < training.rows->cols()) {
+    PcaBasis basis = pca_basis(scaled(out.scaler_, *training.rows), options.components);
+    out.axes_ = std::move(basis.axes);
+    out.explained_ = basis.explained.back();
+  }
+  Matrix rows;
+  rows.assign(training.rows->rows(),
+              out.axes_.rows() == 0 ? training.rows->cols() : out.axes_.rows());
+  for (std::size_t r = 0; r < rows.rows(); ++r) {
+    const auto own = out.prepared(training.rows->row(r));
+    std::copy(own.begin(), own.end(), rows.row(r).begin());
+  }
+  auto made = fit(options.method, {&rows, training.of_row, training.classes}, options.learner);
+  if (!made) return pass(made.error());
+  out.classifier_ = std::move(*made);
+  return out;
+}
+
+Result<std::size_t> Pipeline::classify(std::span<const double> features) const {
+  if (features.size() != scaler_.mean.size())
+    return fail(Errc::invalid_argument, "wrong number of features", "classify",
+                std::to_string(scaler_.mean.size()), std::to_string(features.size()));
+  if (const std::size_t bad = first_not_finite(features); bad < features.size())
+    return fail(Errc::invalid_argument, "feature is not finite", "feature " + std::to_string(bad),
+                "a finite number", std::to_string(features[bad]));
+  return classifier_->classify(prepared(features));
+}
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,45 @@
+#pragma once
+// Scaling, principal components and a learner, all learnt from the training rows alone.
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "classifier/learn/scaler.hpp"
+#include "classifier/selection/pca.hpp"
+#include "classifier/vibro/learn/method.hpp"
+
+namespace weft::classifier::vibro {
+
+struct PipelineOptions {
+  Method method = Method::nb;
+  std::size_t components = 0;  ///< principal components; the paper's 3. 0, or no fewer than the
+                               ///< features: none, the scaled features themselves
+  MethodOptions learner;
+};
+
+/// Immutable; may be asked by several threads.
+class Pipeline {
+ public:
+  /// Refuses what fit() refuses.
+  static Result<Pipeline> train(const Training& training, const PipelineOptions& options);
+
+  /// Class of a row. Refuses another number of features than the training had, and values that are
+  /// not finite.
+  [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
+  /// Share of the variance of the scaled features that the components have; 1 without any.
+  [[nodiscard]] double explained() const { return explained_; }
+
+ private:
+  Pipeline() = default;
+  [[nodiscard]] std::vector<double> prepared(std::span<const double> features) const;
+
+  Scaler scaler_;
+  Matrix axes_;  // [components x features]; empty: none
+  double explained_ = 1.0;
+  std::unique_ptr<const Classifier> classifier_;
+};
+
+}  // namespace weft::classifier::vibro

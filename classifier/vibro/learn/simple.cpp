@@ -1,0 +1,122 @@
+#include "classifier/vibro/learn/simple.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace weft::classifier::vibro {
+namespace {
+
+std::size_t largest(std::span<const double> values) {
+  return static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
+}
+
+class NaiveBayes final : public Classifier {
+ public:
+  explicit NaiveBayes(const Training& training)
+      : mean_(training.classes, training.rows->cols()),
+        precision_(training.classes, training.rows->cols()),
+        constant_(training.classes, 0.0) {
+    const Matrix& rows = *training.rows;
+    std::vector<double> count(training.classes, 0.0);
+    for (std::size_t r = 0; r < rows.rows(); ++r) {
+      const std::size_t c = training.of_row[r];
+      count[c] += 1.0;
+      for (std::size_t f = 0; f < rows.cols(); ++f) mean_(c, f) += rows(r, f);
+    }
+    for (std::size_t c = 0; c < training.classes; ++c)
+      for (double& m : mean_.row(c)) m /= count[c];
+    Matrix variance(training.classes, rows.cols());
+    for (std::size_t r = 0; r < rows.rows(); ++r) {
+      const std::size_t c = training.of_row[r];
+      for (std::size_t f = 0; f < rows.cols(); ++f) {
+        const double away = rows(r, f) - mean_(c, f);
+        variance(c, f) += away * away / count[c];
+      }
+    }
+    const double widened = widening(rows);
+    for (std::size_t c = 0; c < training.classes; ++c) {
+      constant_[c] = std::log(count[c] / static_cast<double>(rows.rows()));
+      for (std::size_t f = 0; f < rows.cols(); ++f) {
+        const double v = variance(c, f) + widened;
+        precision_(c, f) = 1.0 / v;
+        constant_[c] -= 0.5 * std::log(2.0 * std::numbers::pi * v);
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+    std::vector<double> score = constant_;
+    for (std::size_t c = 0; c < score.size(); ++c) {
+      for (std::size_t f = 0; f < features.size(); ++f) {
+        const double away = features[f] - mean_(c, f);
+        score[c] -= 0.5 * away * away * precision_(c, f);
+      }
+    }
+    return largest(score);
+  }
+
+ private:
+  // Never 0, so that features without any spread say nothing instead of dividing by it.
+  static double widening(const Matrix& rows) {
+    const auto n = static_cast<double>(rows.rows());
+    double most = 0.0;
+    for (std::size_t f = 0; f < rows.cols(); ++f) {
+      double mean = 0.0, variance = 0.0;
+      for (std::size_t r = 0; r < rows.rows(); ++r) mean += rows(r, f) / n;
+      for (std::size_t r = 0; r < rows.rows(); ++r)
+        variance += (rows(r, f) - mean) * (rows(r, f) - mean) / n;
+      most = std::max(most, variance);
+    }
+    return std::max(1e-9 * most, 1e-150);
+  }
+
+  Matrix mean_, precision_;  // [classes x features]
+  std::vector<double> constant_;
+};
+
+class Neighbours final : public Classifier {
+ public:
+  explicit Neighbours(const Training& training)
+      : rows_(*training.rows),
+        of_row_(training.of_row.begin(), training.of_row.end()),
+        classes_(training.classes) {}
+
+  [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+    constexpr std::size_t neighbours = 5;
+    std::pair<double, std::size_t> near[neighbours];  // sorted
+    std::size_t found = 0;
+    for (std::size_t r = 0; r < rows_.rows(); ++r) {
+      const std::span<const double> own = rows_.row(r);
+      double distance = 0.0;
+      for (std::size_t f = 0; f < own.size(); ++f)
+        distance += (own[f] - features[f]) * (own[f] - features[f]);
+      if (found == neighbours && !(distance < near[found - 1].first)) continue;
+      std::size_t at = found < neighbours ? found++ : found - 1;
+      for (; at > 0 && distance < near[at - 1].first; --at) near[at] = near[at - 1];
+      near[at] = {distance, of_row_[r]};
+    }
+    std::vector<double> votes(classes_, 0.0);
+    for (std::size_t i = 0; i < found; ++i) votes[near[i].second] += 1.0;
+    return largest(votes);
+  }
+
+ private:
+  Matrix rows_;
+  std::vector<std::size_t> of_row_;
+  std::size_t classes_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Classifier>> fit_naive_bayes(const Training& training) {
+  return std::make_unique<NaiveBayes>(training);
+}
+
+Result<std::unique_ptr<Classifier>> fit_neighbours(const Training& training) {
+  return std::make_unique<Neighbours>(training);
+}
+
+}  // namespace weft::classifier::vibro

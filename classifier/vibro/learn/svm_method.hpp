@@ -1,0 +1,14 @@
+#pragma once
+// libsvm with scikit-learn's default parameters.
+
+#include <memory>
+
+#include "classifier/vibro/learn/method.hpp"
+
+namespace weft::classifier::vibro {
+
+/// C-SVC, one against one, RBF with C = 1 and gamma = 1 / (features x variance of all values): the
+/// same as scikit-learn's SVC().
+Result<std::unique_ptr<Classifier>> fit_svm(const Training& training);
+
+}  // namespace weft::classifier::vibro
