@@ -138,7 +138,8 @@ void ChannelExtractor::moments(std::span<const double> samples, ChannelFigures& 
   at(out, Figure::zcr) = mean_crossing_rate(size, samples, hop_crossings_);
 }
 
-void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, ChannelFigures& out) {
+void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, ChannelFigures& out,
+                                BandFigures* bands) {
   constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
   Tools& tools = tools_for(FrameSize::of(samples.size()));
   const std::size_t frames = tools.frames.size().count(samples.size());
@@ -147,10 +148,12 @@ void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, Ch
   tools.frames.start(samples);
   double loudest = 0.0;
   std::size_t heard = 0;
+  BandSums in_bands(tools.frames.bins());
   for (std::size_t first = 0; first < frames; first += lanes) {
     const double* const bins = tools.frames.magnitudes(first);
     std::copy_n(bins, block, spectra_.begin() + static_cast<std::ptrdiff_t>(first / lanes * block));
     const FrameFigures f = frame_figures(bins, tools.bins, chroma);
+    if (bands != nullptr) in_bands.add(bins, frames - first);
     for (std::size_t i = 0; i < std::min(lanes, frames - first); ++i) {
       heard += f.silent[i] ? 0 : 1;
       loudest = std::max(loudest, f.loudest[i]);
@@ -160,6 +163,7 @@ void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, Ch
       at(out, Figure::chroma) += f.chroma[i];
     }
   }
+  if (bands != nullptr) *bands = in_bands.figures();
   double decibels = 0.0;
   const double floor = std::max(least_power, loudest * deepest_share);
   for (std::size_t first = 0; first < frames; first += lanes) {
@@ -177,13 +181,16 @@ void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, Ch
       tools.bins.mean_a_weighting_db + decibels / (count * static_cast<double>(tools.bins.bins));
 }
 
-Result<ChannelFigures> ChannelExtractor::figures(std::span<const double> samples, bool chroma) {
+Result<ChannelFigures> ChannelExtractor::figures(std::span<const double> samples, bool chroma,
+                                                 BandFigures* bands) {
   if (auto ok = check_samples(samples); !ok) return pass(ok.error());
   ChannelFigures out{};
   moments(samples, out);
-  spectral(samples, chroma, out);
+  spectral(samples, chroma, out, bands);
   for (std::size_t k = 0; k < out.size(); ++k)
     if (!std::isfinite(out[k])) return overflowed(names[k], samples);
+  if (bands != nullptr && first_not_finite(*bands) < bands->size())
+    return overflowed("BAND", samples);
   return out;
 }
 

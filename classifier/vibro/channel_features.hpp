@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "classifier/vibro/bands.hpp"
 #include "classifier/vibro/frame_figures.hpp"
 #include "classifier/vibro/median.hpp"
 #include "classifier/vibro/short_time.hpp"
@@ -47,9 +48,11 @@ class ChannelExtractor {
 
   [[nodiscard]] double rate_hz() const { return rate_hz_; }
   /// librosa's definitions (0.10, zeros beyond the ends) of the samples of one window. CHROMA costs
-  /// a third of all and is left 0 without `chroma`. Refuses no samples, too many, one that is not
-  /// finite (named), and samples so large that a figure is not finite.
-  Result<ChannelFigures> figures(std::span<const double> samples, bool chroma = true);
+  /// a third of all and is left 0 without `chroma`; `bands`, where given, is filled from the same
+  /// spectrum. Refuses no samples, too many, one that is not finite (named), and samples so large
+  /// that a figure is not finite.
+  Result<ChannelFigures> figures(std::span<const double> samples, bool chroma = true,
+                                 BandFigures* bands = nullptr);
   /// Mean one-sided amplitude of the window's transform, mean removed, without DC (S6); 0 of one
   /// sample. Refuses the same.
   Result<double> mean_amplitude(std::span<const double> samples);
@@ -63,7 +66,8 @@ class ChannelExtractor {
 
   Tools& tools_for(FrameSize size);
   void moments(std::span<const double> samples, ChannelFigures& out);
-  void spectral(std::span<const double> samples, bool chroma, ChannelFigures& out);
+  void spectral(std::span<const double> samples, bool chroma, ChannelFigures& out,
+                BandFigures* bands);
 
   double rate_hz_;
   std::map<std::size_t, Tools> tools_;  // by frame length

@@ -67,20 +67,29 @@ WindowExtractor::WindowExtractor(std::vector<Channel> channels, FeatureChoice ch
   for (const Channel& c : channels_) extractors_.emplace_back(c.rate_hz);
 }
 
-Status WindowExtractor::append(std::size_t channel, std::span<const double> samples) {
-  if (figures_.empty()) return {};
-  const bool chroma = std::find(figures_.begin(), figures_.end(), Figure::chroma) != figures_.end();
-  const auto all = extractors_[channel].figures(samples, chroma);
-  if (!all) return pass(all.error(), channels_[channel].name);
-  const bool mean = choice_.combine == Combine::mean;
-  for (std::size_t i = 0; i < figures_.size(); ++i) {
-    const double value = (*all)[static_cast<std::size_t>(figures_[i])];
-    if (!mean || channel == 0) {
-      features_.push_back(mean ? value / static_cast<double>(channels_.size()) : value);
-    } else {
-      features_[i] += value / static_cast<double>(channels_.size());
-    }
+// Side by side, or their mean over the channels.
+void WindowExtractor::append(std::size_t channel, std::span<const double> values,
+                             std::vector<double>& to) const {
+  if (choice_.combine == Combine::concat) {
+    to.insert(to.end(), values.begin(), values.end());
+    return;
   }
+  if (channel == 0) to.assign(values.size(), 0.0);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    to[i] += values[i] / static_cast<double>(channels_.size());
+}
+
+Status WindowExtractor::append(std::size_t channel, std::span<const double> samples) {
+  const bool bands = has_bands(choice_.family);
+  if (figures_.empty() && !bands) return {};
+  const bool chroma = std::find(figures_.begin(), figures_.end(), Figure::chroma) != figures_.end();
+  BandFigures in_bands{};
+  const auto all = extractors_[channel].figures(samples, chroma, bands ? &in_bands : nullptr);
+  if (!all) return pass(all.error(), channels_[channel].name);
+  std::vector<double> own;
+  for (const Figure f : figures_) own.push_back((*all)[static_cast<std::size_t>(f)]);
+  append(channel, own, features_);
+  if (bands) append(channel, in_bands, bands_);
   return {};
 }
 
@@ -89,6 +98,7 @@ Result<std::span<const double>> WindowExtractor::features(const WindowView& wind
     return fail(Errc::invalid_argument, "the window has another number of channels", {},
                 std::to_string(channels_.size()), std::to_string(window.size()));
   features_.clear();
+  bands_.clear();
   for (std::size_t c = 0; c < window.size(); ++c)
     if (auto ok = append(c, window[c]); !ok) return pass(ok.error());
   if (has_fft(choice_.family)) {
@@ -98,6 +108,7 @@ Result<std::span<const double>> WindowExtractor::features(const WindowView& wind
       features_.push_back(*amplitude);
     }
   }
+  features_.insert(features_.end(), bands_.begin(), bands_.end());
   return std::span<const double>(features_);
 }
 

@@ -28,13 +28,14 @@ class WindowExtractor {
  private:
   WindowExtractor(std::vector<Channel> channels, FeatureChoice choice);
   Status append(std::size_t channel, std::span<const double> samples);
+  void append(std::size_t channel, std::span<const double> values, std::vector<double>& to) const;
 
   std::vector<Channel> channels_;
   FeatureChoice choice_;
   std::vector<Figure> figures_;
   std::vector<Column> columns_;
   std::vector<ChannelExtractor> extractors_;
-  std::vector<double> features_;
+  std::vector<double> features_, bands_;
 };
 
 /// Places of the windows of one recording.

@@ -7,12 +7,14 @@
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr std::array<std::pair<Family, std::string_view>, 5> families = {{
+constexpr std::array<std::pair<Family, std::string_view>, 7> families = {{
     {Family::smmrp, "SMMRP"},
     {Family::smmrp10, "SMMRP10"},
     {Family::fft, "FFT"},
     {Family::smmrpfft, "SMMRPFFT"},
     {Family::all, "ALL"},
+    {Family::bands, "BANDS"},
+    {Family::wide, "WIDE"},
 }};
 constexpr std::array<std::pair<Combine, std::string_view>, 2> combinations = {
     {{Combine::mean, "mean"}, {Combine::concat, "concat"}}};
@@ -88,17 +90,24 @@ std::vector<Figure> figures_of(Family family) {
       return {Figure::mean, Figure::std, Figure::mad, Figure::rmse, Figure::perceptual};
     case Family::smmrp10:
     case Family::all:
+    case Family::wide:
       return {Figure::mean,       Figure::std,      Figure::mad,       Figure::rmse,
               Figure::chroma,     Figure::centroid, Figure::bandwidth, Figure::rolloff,
               Figure::perceptual, Figure::zcr};
     case Family::fft:
+    case Family::bands:
       break;
   }
   return {};
 }
 
 bool has_fft(Family family) {
-  return family == Family::fft || family == Family::smmrpfft || family == Family::all;
+  return family == Family::fft || family == Family::smmrpfft || family == Family::all ||
+         family == Family::wide;
+}
+
+bool has_bands(Family family) {
+  return family == Family::bands || family == Family::wide;
 }
 
 std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice) {
@@ -114,6 +123,13 @@ std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoi
   }
   if (has_fft(choice.family))
     for (const Channel& c : channels) out.push_back({"FFT." + c.name, c.unit});
+  if (!has_bands(choice.family)) return out;
+  for (std::size_t c = 0; c < (choice.combine == Combine::mean ? 1 : channels.size()); ++c)
+    for (const char* what : {"BAND", "BANDSTD"})
+      for (std::size_t b = 1; b <= band_count; ++b)
+        out.push_back({what + std::to_string(b) +
+                           (choice.combine == Combine::mean ? "" : "." + channels[c].name),
+                       "dB"});
   return out;
 }
 

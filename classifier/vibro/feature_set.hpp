@@ -25,6 +25,8 @@ enum class Family {
   fft,       ///< one number per channel: the mean amplitude of its spectrum (S6)
   smmrpfft,  ///< smmrp, then fft
   all,       ///< smmrp10, then fft
+  bands,     ///< ours: power in sixteen bands, its mean and deviation over the frames
+  wide,      ///< ours: all, then bands
 };
 std::string_view to_string(Family family);
 Result<Family> family_from(std::string_view text);
@@ -53,7 +55,8 @@ struct Column {
 /// The figures of a family, in their order; none of `fft`.
 std::vector<Figure> figures_of(Family family);
 bool has_fft(Family family);
-/// Figures (channel by channel with concat), then FFT channel by channel.
+bool has_bands(Family family);
+/// Figures (channel by channel with concat), then FFT channel by channel, then bands as figures.
 std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice);
 
 }  // namespace weft::classifier::vibro

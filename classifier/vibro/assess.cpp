@@ -1,0 +1,217 @@
+#include "classifier/vibro/assess.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "classifier/vibro/median.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+std::vector<std::string> sorted_labels(const FeatureMatrix& matrix) {
+  const std::set<std::string> all(matrix.labels.begin(), matrix.labels.end());
+  return {all.begin(), all.end()};
+}
+
+// Class of every row, by the sorted labels.
+std::vector<std::size_t> classes_of(const FeatureMatrix& matrix,
+                                    const std::vector<std::string>& labels) {
+  std::vector<std::size_t> out;
+  for (const std::string& label : matrix.labels)
+    out.push_back(static_cast<std::size_t>(std::lower_bound(labels.begin(), labels.end(), label) -
+                                           labels.begin()));
+  return out;
+}
+
+struct Rows {
+  Matrix values;
+  std::vector<std::size_t> of_row;
+};
+
+Rows taken(const WindowSet& windows, const std::vector<std::size_t>& classes,
+           std::span<const std::size_t> rows) {
+  Rows out{windows.matrix.values.take(rows), {}};
+  for (const std::size_t r : rows) out.of_row.push_back(classes[r]);
+  return out;
+}
+
+// Gathers over the splits what an Assessment tells.
+class Assessor {
+ public:
+  Assessor(const WindowSet& windows, const SecondsNow& seconds_now)
+      : windows_(windows),
+        now_(seconds_now),
+        labels_(sorted_labels(windows.matrix)),
+        classes_(classes_of(windows.matrix, labels_)),
+        out_{Confusion(labels_)} {}
+
+  [[nodiscard]] double seconds() const { return now_ ? now_() : 0.0; }
+  [[nodiscard]] Result<Pipeline> train(std::span<const std::size_t> rows,
+                                       const PipelineOptions& options) const {
+    const Rows own = taken(windows_, classes_, rows);
+    return Pipeline::train({&own.values, own.of_row, labels_.size()}, options);
+  }
+
+  // Share of right answers alone.
+  [[nodiscard]] Result<double> tried(const Split& split, const PipelineOptions& options) const {
+    const auto trained = train(split.train, options);
+    if (!trained) return pass(trained.error());
+    std::size_t right = 0;
+    for (const std::size_t r : split.test) {
+      const auto said = trained->classify(windows_.matrix.values.row(r));
+      if (!said) return pass(said.error(), windows_.matrix.files[r]);
+      right += *said == classes_[r] ? 1 : 0;
+    }
+    return static_cast<double>(right) / static_cast<double>(split.test.size());
+  }
+
+  Status add(const Split& split, const PipelineOptions& options) {
+    const double begun = seconds();
+    const auto trained = train(split.train, options);
+    if (!trained) return pass(trained.error());
+    out_.train_s += seconds() - begun;
+    out_.explained += trained->explained();
+    Confusion own(labels_);
+    std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> votes;
+    for (const std::size_t r : split.test) {
+      const double asked = seconds();
+      const auto said = trained->classify(windows_.matrix.values.row(r));
+      answers_s_.push_back(seconds() - asked);
+      if (!said) return pass(said.error(), windows_.matrix.files[r]);
+      ++own.at(classes_[r], *said);
+      auto& vote = votes[{windows_.recording[r], windows_.places[r].block}];
+      vote.resize(labels_.size());
+      ++vote[*said];
+    }
+    for (const auto& [where, vote] : votes) {
+      const auto winner = std::max_element(vote.begin(), vote.end()) - vote.begin();
+      ++out_.voted;
+      voted_right_ += labels_[static_cast<std::size_t>(winner)] == label_of(where.first) ? 1 : 0;
+    }
+    for (std::size_t i = 0; i < own.count.size(); ++i) out_.confusion.count[i] += own.count[i];
+    out_.split_accuracy.push_back(own.accuracy());
+    out_.f_score += vibro::f_score(own);
+    return {};
+  }
+
+  Assessment finished() {
+    const auto n = static_cast<double>(out_.split_accuracy.size());
+    out_.accuracy = mean_of(out_.split_accuracy);
+    out_.f_score /= n;
+    out_.train_s /= n;
+    out_.explained = (out_.explained - 1.0) / n;  // it began with 1
+    out_.voted_accuracy = static_cast<double>(voted_right_) / static_cast<double>(out_.voted);
+    out_.answer_s = MedianFinder().median(answers_s_);
+    return std::move(out_);
+  }
+
+  void note_choice(Method method) { out_.chosen.push_back(method); }
+
+ private:
+  [[nodiscard]] const std::string& label_of(std::size_t recording) const {
+    const auto at = std::find(windows_.recording.begin(), windows_.recording.end(), recording);
+    return windows_.matrix.labels[static_cast<std::size_t>(at - windows_.recording.begin())];
+  }
+
+  const WindowSet& windows_;
+  const SecondsNow& now_;
+  std::vector<std::string> labels_;
+  std::vector<std::size_t> classes_;
+  std::vector<double> answers_s_;
+  std::size_t voted_right_ = 0;
+  Assessment out_;
+};
+
+// The training rows' own splits: each block or group of theirs left out in turn; with random
+// windows, every fifth row.
+std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Protocol protocol) {
+  constexpr std::size_t fifths = 5;
+  std::map<std::string, std::vector<std::size_t>> parts;
+  for (std::size_t i = 0; i < outer.train.size(); ++i) {
+    const std::size_t r = outer.train[i];
+    const std::string part = protocol == Protocol::groups ? windows.matrix.groups[r]
+                             : protocol == Protocol::blocks
+                                 ? std::to_string(windows.places[r].block)
+                                 : std::to_string(i % fifths);
+    parts[part].push_back(r);
+  }
+  std::vector<Split> out;
+  for (const auto& [part, tests] : parts) {
+    Split split;
+    split.test = tests;
+    std::set_difference(outer.train.begin(), outer.train.end(), tests.begin(), tests.end(),
+                        std::back_inserter(split.train));
+    if (!split.train.empty()) out.push_back(std::move(split));
+  }
+  return out;
+}
+
+Result<Method> choose(const Assessor& assessor, const WindowSet& windows, const Split& outer,
+                      Protocol protocol, std::span<const Method> candidates,
+                      PipelineOptions options) {
+  const std::vector<Split> inner = inner_splits(windows, outer, protocol);
+  std::optional<Method> best;
+  double most = -1.0;
+  for (const Method method : candidates) {
+    if (!available(method)) continue;
+    options.method = method;
+    double sum = 0.0;
+    for (const Split& split : inner) {
+      const auto share = assessor.tried(split, options);
+      if (!share) return pass(share.error());
+      sum += *share;
+    }
+    if (sum > most) {
+      most = sum;
+      best = method;
+    }
+  }
+  if (!best) return fail(Errc::invalid_argument, "no learner to choose from");
+  return *best;
+}
+
+}  // namespace
+
+double f_score(const Confusion& confusion) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < confusion.classes(); ++c) {
+    std::size_t named = 0, own = 0;
+    for (std::size_t k = 0; k < confusion.classes(); ++k) {
+      named += confusion.at(k, c);
+      own += confusion.at(c, k);
+    }
+    if (named + own > 0)
+      sum += 2.0 * static_cast<double>(confusion.at(c, c)) / static_cast<double>(named + own);
+  }
+  return sum / static_cast<double>(confusion.classes());
+}
+
+Result<Assessment> assess(const WindowSet& windows, std::span<const Split> splits,
+                          const PipelineOptions& options, const SecondsNow& seconds_now) {
+  if (splits.empty()) return fail(Errc::invalid_argument, "no split to assess on");
+  Assessor assessor(windows, seconds_now);
+  for (const Split& split : splits)
+    if (auto ok = assessor.add(split, options); !ok) return pass(ok.error());
+  return assessor.finished();
+}
+
+Result<Assessment> assess_chosen(const WindowSet& windows, std::span<const Split> splits,
+                                 Protocol protocol, std::span<const Method> candidates,
+                                 const PipelineOptions& options, const SecondsNow& seconds_now) {
+  if (splits.empty()) return fail(Errc::invalid_argument, "no split to assess on");
+  Assessor assessor(windows, seconds_now);
+  for (const Split& split : splits) {
+    const auto method = choose(assessor, windows, split, protocol, candidates, options);
+    if (!method) return pass(method.error());
+    PipelineOptions own = options;
+    own.method = *method;
+    assessor.note_choice(*method);
+    if (auto ok = assessor.add(split, own); !ok) return pass(ok.error());
+  }
+  return assessor.finished();
+}
+
+}  // namespace weft::classifier::vibro

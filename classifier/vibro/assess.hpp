@@ -1,0 +1,47 @@
+#pragma once
+// Trains and tests pipelines on splits of windows.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/evaluate/confusion.hpp"
+#include "classifier/evaluate/evaluate.hpp"
+#include "classifier/vibro/learn/pipeline.hpp"
+#include "classifier/vibro/protocol.hpp"
+
+namespace weft::classifier::vibro {
+
+/// What came out over all splits.
+struct Assessment {
+  Confusion confusion;    ///< of windows, summed over the splits
+  double accuracy = 0.0;  ///< of windows, mean over the splits
+  double f_score = 0.0;   ///< macro, mean over the splits
+  std::vector<double> split_accuracy{};
+  /// Of test recordings (parts of one, with blocks) by the most frequent answer of their windows,
+  /// the lowest of several.
+  double voted_accuracy = 0.0;
+  std::size_t voted = 0;         ///< how many of them
+  double explained = 1.0;        ///< by the components, mean over the splits
+  double train_s = 0.0;          ///< mean over the splits
+  double answer_s = 0.0;         ///< one row at a time, scaling and components included: the median
+  std::vector<Method> chosen{};  ///< per split, where the learner was chosen
+};
+
+/// Macro F-score: the mean over the labels of 2 TP / (2 TP + FP + FN), 0 for a label without any.
+double f_score(const Confusion& confusion);
+
+/// Refuses what Pipeline refuses, and no splits. Times are 0 without a clock.
+Result<Assessment> assess(const WindowSet& windows, std::span<const Split> splits,
+                          const PipelineOptions& options, const SecondsNow& seconds_now = {});
+
+/// The same, but on every split the learner among `candidates` that answers best on parts of the
+/// training windows left out in turn: blocks or groups of them, as `protocol` says. Nothing is
+/// chosen by test windows. The first of equals. Candidates that are not available() are left out.
+Result<Assessment> assess_chosen(const WindowSet& windows, std::span<const Split> splits,
+                                 Protocol protocol, std::span<const Method> candidates,
+                                 const PipelineOptions& options,
+                                 const SecondsNow& seconds_now = {});
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,141 @@
+#include "classifier/vibro/protocol.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "classifier/learn/random.hpp"
+#include "classifier/vibro/median.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+constexpr std::array<std::pair<Protocol, std::string_view>, 3> names = {
+    {{Protocol::random, "random"}, {Protocol::blocks, "blocks"}, {Protocol::groups, "groups"}}};
+
+using RowsOf = std::map<std::size_t, std::vector<std::size_t>>;
+
+RowsOf by_recording(const WindowSet& windows) {
+  RowsOf out;
+  for (std::size_t r = 0; r < windows.recording.size(); ++r) out[windows.recording[r]].push_back(r);
+  return out;
+}
+
+Split random_split(const WindowSet& windows, double test_share, RandomEngine& engine) {
+  Split out;
+  for (auto [recording, rows] : by_recording(windows)) {
+    shuffle(rows, engine);
+    const auto tests =
+        static_cast<std::size_t>(test_share * static_cast<double>(rows.size()) + 0.5);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      (i < tests ? out.test : out.train).push_back(rows[i]);
+  }
+  std::sort(out.train.begin(), out.train.end());
+  std::sort(out.test.begin(), out.test.end());
+  return out;
+}
+
+template <class Tests>
+Split split_by(const WindowSet& windows, const Tests& tests) {
+  Split out;
+  for (std::size_t r = 0; r < windows.places.size(); ++r)
+    (tests(r) ? out.test : out.train).push_back(r);
+  return out;
+}
+
+std::set<std::string> labels_in(const WindowSet& windows, const std::vector<std::size_t>& rows) {
+  std::set<std::string> out;
+  for (const std::size_t r : rows) out.insert(windows.matrix.labels[r]);
+  return out;
+}
+
+Status check_split(const WindowSet& windows, const Split& split) {
+  const std::set<std::string> all(windows.matrix.labels.begin(), windows.matrix.labels.end());
+  for (const auto& [rows, what] : {std::pair(&split.train, "training"), {&split.test, "test"}}) {
+    const auto own = labels_in(windows, *rows);
+    for (const std::string& label : all)
+      if (!own.contains(label))
+        return fail(Errc::invalid_argument, std::string("no ") + what + " window", label, {}, {},
+                    "Take shorter windows, fewer blocks or more recordings");
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(Protocol protocol) {
+  for (const auto& [own, name] : names)
+    if (own == protocol) return name;
+  return "?";
+}
+
+Result<Protocol> protocol_from(std::string_view text) {
+  for (const auto& [own, name] : names)
+    if (name == text) return own;
+  return fail(Errc::invalid_argument, "unknown protocol", {}, "random, blocks or groups",
+              std::string(text));
+}
+
+PlacesOf places_of(const ProtocolOptions& options) {
+  return [options](const Recording& recording) {
+    const double whole = recording.duration_s();
+    if (options.protocol != Protocol::random)
+      return block_places(whole, options.window_s,
+                          options.protocol == Protocol::blocks ? options.blocks : 1,
+                          options.step_s);
+    // Another draw for every recording of one seed.
+    const std::size_t own = std::hash<std::string>()(recording.file);
+    return random_places(whole, options.window_s, options.per_recording, options.seed ^ own);
+  };
+}
+
+Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options) {
+  if (windows.places.empty())
+    return fail(Errc::invalid_argument, "no window fits into the recordings", {}, {}, {},
+                "Take shorter windows or fewer blocks");
+  std::vector<Split> out;
+  if (options.protocol == Protocol::random) {
+    RandomEngine engine(options.seed);
+    for (std::size_t i = 0; i < options.repeats; ++i)
+      out.push_back(random_split(windows, options.test_share, engine));
+  } else if (options.protocol == Protocol::blocks) {
+    if (options.blocks < 2)
+      return fail(Errc::invalid_argument, "one block alone cannot train and test", "--blocks",
+                  "at least 2", std::to_string(options.blocks));
+    for (std::size_t b = 0; b < options.blocks; ++b)
+      out.push_back(split_by(windows, [&](std::size_t r) { return windows.places[r].block == b; }));
+  } else {
+    const auto& groups = windows.matrix.groups;
+    for (const std::string& group : options.test_groups)
+      if (std::find(groups.begin(), groups.end(), group) == groups.end())
+        return fail(Errc::not_found, "no recording has this group", "--test-groups", {}, group);
+    out.push_back(split_by(windows, [&](std::size_t r) {
+      return std::find(options.test_groups.begin(), options.test_groups.end(), groups[r]) !=
+             options.test_groups.end();
+    }));
+  }
+  for (const Split& split : out)
+    if (auto ok = check_split(windows, split); !ok) return pass(ok.error());
+  return out;
+}
+
+double leak_of(const WindowSet& windows, const std::vector<Split>& splits) {
+  std::vector<double> share;
+  for (const Split& split : splits) {
+    std::map<std::size_t, std::vector<double>> starts;  // of training windows, by recording
+    for (const std::size_t r : split.train)
+      starts[windows.recording[r]].push_back(windows.places[r].start_s);
+    for (const std::size_t r : split.test) {
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const double s : starts[windows.recording[r]])
+        nearest = std::min(nearest, std::abs(s - windows.places[r].start_s));
+      share.push_back(std::max(0.0, 1.0 - nearest / windows.window_s));
+    }
+  }
+  return MedianFinder().median(share);
+}
+
+}  // namespace weft::classifier::vibro

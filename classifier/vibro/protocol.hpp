@@ -1,0 +1,47 @@
+#pragma once
+// How windows are taken from recordings and split: the paper's way, and two honest ones.
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/evaluate/splits.hpp"
+#include "classifier/vibro/extract.hpp"
+
+namespace weft::classifier::vibro {
+
+enum class Protocol {
+  random,  ///< the paper's: windows anywhere in a recording, 80 % of them train. A test window
+           ///< shares most of its samples with training windows: its figures are too good
+  blocks,  ///< contiguous parts of every recording, each left out in turn: no sample is shared
+  groups   ///< whole recordings: the named groups test, all others train
+};
+std::string_view to_string(Protocol protocol);
+Result<Protocol> protocol_from(std::string_view text);
+
+struct ProtocolOptions {
+  Protocol protocol = Protocol::blocks;
+  double window_s = 2.0;
+  double step_s = 0.25;                       ///< blocks, groups: from one window to the next
+  std::size_t blocks = 5;                     ///< 2 and more
+  std::size_t per_recording = 100;            ///< random: windows of each recording
+  double test_share = 0.2;                    ///< random: of each recording's windows
+  std::size_t repeats = 1;                    ///< random: splits
+  std::vector<std::string> test_groups = {};  ///< groups
+  std::uint64_t seed = 1;
+};
+
+/// Where the windows of a recording lie under a protocol. Pure; `options` is copied.
+PlacesOf places_of(const ProtocolOptions& options);
+
+/// Splits of the windows that places_of() gave. Refuses fewer than two blocks, a share that leaves
+/// nothing to train or test, a test group that no recording has, a label without training or
+/// without test windows, and no windows at all (each with what to change).
+Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options);
+
+/// Median share of a test window that its nearest training window of the same recording covers.
+double leak_of(const WindowSet& windows, const std::vector<Split>& splits);
+
+}  // namespace weft::classifier::vibro

@@ -1,0 +1,204 @@
+// Protocols, what came out of them, which features mattered; bands.
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "classifier/vibro/assess.hpp"
+#include "classifier/vibro/importance.hpp"
+#include "tests/unit/classifier/features_support.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+using classifier::testing::noise;
+
+const std::vector<Channel> one_channel = {{"X", 200.0, "count"}};
+
+// Noise whose level tells the label; `recordings` of each, groups "1", "2" ...
+std::vector<Recording> levels(std::size_t labels, std::size_t recordings, double seconds = 15.0) {
+  std::vector<Recording> out;
+  for (std::size_t l = 0; l < labels; ++l) {
+    for (std::size_t r = 0; r < recordings; ++r) {
+      Recording own;
+      own.label = std::string(1, static_cast<char>('a' + l));
+      own.group = std::to_string(r + 1);
+      own.file = own.label + own.group;
+      own.channels = one_channel;
+      own.samples = {noise(samples_in(seconds, 200.0), 100 * l + r)};
+      for (double& v : own.samples[0]) v *= 1.0 + static_cast<double>(l);
+      out.push_back(std::move(own));
+    }
+  }
+  return out;
+}
+
+struct Cut {
+  WindowSet windows;
+  std::vector<Split> splits;
+};
+
+Cut cut(const std::vector<Recording>& recordings, const ProtocolOptions& options,
+        FeatureChoice choice = {Family::smmrp, Combine::concat}) {
+  Cut out;
+  out.windows = cut_and_extract(recordings, options.window_s, places_of(options), choice).value();
+  out.splits = split_windows(out.windows, options).value();
+  return out;
+}
+
+ProtocolOptions with(Protocol protocol) {
+  ProtocolOptions out;
+  out.protocol = protocol;
+  return out;
+}
+
+TEST_CASE("Every protocol splits what it says, and only random windows leak") {
+  const auto recordings = levels(3, 2);
+  const Cut random = cut(recordings, with(Protocol::random));
+  REQUIRE(random.splits.size() == 1);
+  CHECK(random.splits[0].test.size() == 3 * 2 * 20);
+  CHECK(random.splits[0].train.size() == 3 * 2 * 80);
+  CHECK(leak_of(random.windows, random.splits) > 0.9);
+
+  const Cut blocks = cut(recordings, with(Protocol::blocks));
+  REQUIRE(blocks.splits.size() == 5);
+  CHECK(blocks.splits[0].test.size() == 3 * 2 * 5);
+  CHECK(leak_of(blocks.windows, blocks.splits) == 0.0);
+
+  ProtocolOptions options = with(Protocol::groups);
+  options.test_groups = {"2"};
+  const Cut groups = cut(recordings, options);
+  REQUIRE(groups.splits.size() == 1);
+  for (const std::size_t r : groups.splits[0].test) CHECK(groups.windows.matrix.groups[r] == "2");
+  CHECK(leak_of(groups.windows, groups.splits) == 0.0);
+
+  for (const Cut* c : {&random, &blocks, &groups})
+    for (const Split& split : c->splits) {
+      std::vector<std::size_t> both;
+      std::set_intersection(split.train.begin(), split.train.end(), split.test.begin(),
+                            split.test.end(), std::back_inserter(both));
+      CHECK(both.empty());
+    }
+}
+
+TEST_CASE("Splits that cannot train or test are refused") {
+  const auto recordings = levels(2, 2);
+  const auto refuses = [&](const ProtocolOptions& options) {
+    const auto windows = cut_and_extract(recordings, options.window_s, places_of(options), {});
+    return windows && !split_windows(*windows, options);
+  };
+  ProtocolOptions options = with(Protocol::blocks);
+  options.blocks = 1;
+  CHECK(refuses(options));
+  options.blocks = 10;  // 1.5 s each, windows of 2 s
+  CHECK(refuses(options));
+  options = with(Protocol::groups);
+  CHECK(refuses(options));  // nothing to test
+  options.test_groups = {"7"};
+  CHECK(refuses(options));
+  options.test_groups = {"1", "2"};
+  CHECK(refuses(options));  // nothing to train
+  options = with(Protocol::random);
+  options.test_share = 0.0;
+  CHECK(refuses(options));
+  CHECK_FALSE(protocol_from("loo"));
+  for (const Protocol p : {Protocol::random, Protocol::blocks, Protocol::groups})
+    CHECK(protocol_from(to_string(p)).value() == p);
+}
+
+TEST_CASE("The macro F-score is the mean over the labels") {
+  Confusion c({"a", "b", "c"});
+  c.at(0, 0) = 3;
+  c.at(0, 1) = 1;
+  c.at(1, 1) = 2;
+  // a: 2*3/(4+3), b: 2*2/(2+3), c: nothing
+  CHECK(f_score(c) == Approx((6.0 / 7.0 + 4.0 / 5.0) / 3.0));
+}
+
+TEST_CASE(
+    "Levels of noise are told apart on blocks and on recordings, not where they mean nothing") {
+  auto recordings = levels(3, 3);
+  PipelineOptions options;
+  options.method = Method::lda;
+  ProtocolOptions groups = with(Protocol::groups);
+  groups.test_groups = {"3"};
+  for (const ProtocolOptions& protocol : {with(Protocol::blocks), groups}) {
+    const Cut c = cut(recordings, protocol);
+    const auto got = assess(c.windows, c.splits, options).value();
+    CHECK(got.accuracy > 0.9);
+    CHECK(got.f_score == Approx(got.accuracy).margin(0.1));
+    CHECK(got.voted_accuracy > 0.9);
+    CHECK(got.voted == (protocol.protocol == Protocol::blocks ? 5 * 9 : 3));
+    CHECK(got.confusion.total() == (protocol.protocol == Protocol::blocks ? 45 * 5 : 3 * 53));
+    CHECK(got.explained == Approx(1.0));
+    CHECK(got.train_s == 0.0);
+  }
+  // A level means another label in every group: what was learnt is wrong in the one that tests.
+  for (std::size_t r = 0; r < recordings.size(); ++r)
+    recordings[r].label = std::string(1, static_cast<char>('a' + (r + r / 3) % 3));
+  const Cut c = cut(recordings, groups);
+  CHECK(assess(c.windows, c.splits, options)->accuracy < 0.3);
+}
+
+TEST_CASE("The learner is chosen by parts of the training windows alone") {
+  const auto recordings = levels(3, 1);
+  const Cut c = cut(recordings, with(Protocol::blocks));
+  PipelineOptions options;
+  options.learner.trees = 20;
+  const std::vector<Method> candidates = {Method::knn, Method::lda};
+  const auto got = assess_chosen(c.windows, c.splits, Protocol::blocks, candidates, options);
+  REQUIRE(got);
+  REQUIRE(got->chosen.size() == 5);
+  for (const Method m : got->chosen) CHECK((m == Method::knn || m == Method::lda));
+  CHECK(got->accuracy > 0.9);
+  CHECK_FALSE(assess_chosen(c.windows, c.splits, Protocol::blocks, {}, options));
+  CHECK_FALSE(assess(c.windows, {}, options));
+}
+
+TEST_CASE("Dealing out the values of the feature that matters costs accuracy, of others nothing") {
+  const auto recordings = levels(2, 1, 60.0);
+  const Cut c = cut(recordings, with(Protocol::blocks), {Family::smmrp10, Combine::concat});
+  Matrix train = c.windows.matrix.values.take(c.splits[0].train),
+         test = c.windows.matrix.values.take(c.splits[0].test);
+  const auto classes = [&](const std::vector<std::size_t>& rows) {
+    std::vector<std::size_t> out;
+    for (const std::size_t r : rows) out.push_back(c.windows.matrix.labels[r] == "a" ? 0 : 1);
+    return out;
+  };
+  const auto own = classes(c.splits[0].train), other = classes(c.splits[0].test);
+  const auto tree = Pipeline::train({&train, own, 2}, {Method::tree, 0, {}}).value();
+  const auto importance = permutation_importance(tree, test, other, 5, 1).value();
+  const auto best = most_important(importance, 5);
+  REQUIRE(best.size() == 5);
+  CHECK(importance[best[0]].mean > 0.3);
+  // A single tree that parts two levels of noise with one cut looks at one of the levels.
+  CHECK((best[0] == 1 || best[0] == 2 || best[0] == 3 || best[0] == 8));
+  CHECK(importance[9].mean == 0.0);  // ZCR does not know the level
+  CHECK_FALSE(permutation_importance(tree, test, other, 0, 1));
+  CHECK_FALSE(permutation_importance(tree, Matrix(), {}, 5, 1));
+}
+
+TEST_CASE("Bands part the spectrum, and a line stands in its own") {
+  for (const std::size_t bins : {2U, 3U, 9U, 17U, 33U, 65U, 1025U}) {
+    const auto edges = band_edges(bins);
+    for (std::size_t b = 0; b < band_count; ++b) CHECK(edges[b] <= edges[b + 1]);
+    CHECK(edges.back() == bins);
+  }
+  std::vector<double> line(8000);
+  for (std::size_t i = 0; i < line.size(); ++i)
+    line[i] = std::sin(2.0 * std::numbers::pi * 1000.0 * static_cast<double>(i) / 8000.0);
+  BandFigures bands{};
+  REQUIRE(ChannelExtractor(8000.0).figures(line, false, &bands));
+  const auto loudest = static_cast<std::size_t>(
+      std::max_element(bands.begin(), bands.begin() + band_count) - bands.begin());
+  const auto edges = band_edges(1025);
+  CHECK((edges[loudest] <= 256 && 256 < edges[loudest + 1]));  // 1000 Hz is bin 256
+  REQUIRE(ChannelExtractor(8000.0).figures(std::vector<double>(8000, 0.0), false, &bands));
+  CHECK(bands[0] == -100.0);
+  CHECK(bands[band_count] == 0.0);
+}
+
+}  // namespace
+}  // namespace weft::classifier::vibro
