@@ -8,13 +8,13 @@ import json
 import os
 import pathlib
 import re
+import select
 import shutil
 import socket
 import ssl
 import subprocess
 import sys
 import tempfile
-import time
 
 from weftd_support import PATIENCE_S, command, token_of
 
@@ -134,24 +134,36 @@ def with_weft(daemon, folder, cert, other_cert, token):
     assert weft("--token-file", file, token="").returncode == 0
     for bad, word in ((weft(token=""), "token"), (weft(ca=other_cert), "handshake")):
         assert bad.returncode != 0 and word in bad.stderr + bad.stdout, bad
-    elsewhere = subprocess.run([WEFT, "status", "--daemon", "tls://127.0.0.1:1", "--tls-ca", cert], capture_output=True, text=True)
-    assert elsewhere.returncode != 0 and "no daemon answers" in elsewhere.stderr, elsewhere
+
+
+def of_another_name(folder, token):
+    """A certificate that is believed, and is somebody else's: it is the one named, and the client does not speak to it."""
+    key, cert = certificate(folder, "elsewhere", "DNS:bench.example,IP:192.0.2.1")
+    daemon = TlsDaemon(folder, "--listen", ANYWHERE, "--tls-cert", cert, "--tls-key", key)
+    try:
+        said = subprocess.run([WEFT, "status", "--daemon", f"tls://127.0.0.1:{daemon.port}", "--tls-ca", cert], capture_output=True,
+                              text=True, env={**os.environ, "WEFT_TOKEN": token}, timeout=PATIENCE_S)
+        assert said.returncode != 0 and "handshake" in said.stderr, said
+        anyone = trusting(cert, check_hostname=False)  # the daemon is there, and its certificate is good but for the name
+        with wrapped(daemon.port, anyone) as wire:
+            assert ask(wire, wire.makefile("r"), "system.info")["method"] == "hello"
+    finally:
+        daemon.end()
 
 
 def slow_handshakes(daemon, cert, token):
     silent = [socket.create_connection(("127.0.0.1", port), PATIENCE_S) for port in [daemon.port] * 40 + [daemon.http] * 10]
     for wire in silent[::2]:
         wire.sendall(b"\x16\x03\x01")  # the first bytes of a hello, and no more
-    began = time.monotonic()
     over_tcp(daemon, cert, token)
     over_http(daemon, cert, token)
-    served_s = time.monotonic() - began
-    assert served_s < 4, f"served after {served_s:.1f} s beside slow handshakes"
+    # Served beside them, not after they were closed: those that are still held have heard nothing.
+    waits, _, _ = select.select(silent, [], [], 0)
+    assert len(waits) < len(silent), "every slow handshake was over before anybody was served"
     for wire in silent:  # each is closed in its time
         while wire.recv(4096):
             pass
         wire.close()
-    assert time.monotonic() - began < 60
 
 
 def main():
@@ -175,6 +187,7 @@ def main():
             slow_handshakes(daemon, cert, token)
         finally:
             daemon.end()
+        of_another_name(folder, token)
     print("weftd_tls: all as it should be")
 
 
