@@ -4,6 +4,7 @@
 #include "daemon/api/parts.hpp"
 #include "daemon/api/recipe_schema.hpp"
 #include "daemon/dataset/sha256.hpp"
+#include "recipes/engine/operator_steps.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -28,10 +29,18 @@ json diagnostics_json(const std::vector<recipes::Diagnostic>& list) {
 }
 
 json plan_json(const recipes::Plan& plan) {
+  json next = nullptr;
+  if (const auto ask = recipes::next_ask(plan, 0))
+    next = {{"text", ask->text},
+            {"people_s", ask->people_s},
+            {"after_s", recipes::machine_s(plan, 0, ask->trial)}};
   return {{"name", plan.name},
           {"trials", plan.trials.size()},
           {"fabrics", plan.fabrics},
-          {"eta_s", plan.forecast.duration_s},
+          {"eta_s", plan.forecast.total_s()},
+          {"people_s", plan.forecast.people_s},
+          {"asks", plan.forecast.asks},
+          {"next_attention", std::move(next)},
           {"bytes", disk_forecast(plan)}};
 }
 

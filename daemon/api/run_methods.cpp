@@ -45,6 +45,15 @@ Outcome ordered(const Services& services, const Call& call, Order order) {
   return text_of(run_json(*run));
 }
 
+Outcome confirm(const Services& services, const Call& call) {
+  if (auto free = nobody_else_holds(services, call.caller); !free)
+    return tl::unexpected(free.error());
+  const std::string step = call.params.at("step").get<std::string>();
+  const auto run = services.desk->confirm(run_of(call), step, by(call.caller));
+  if (!run) return refused(run.error());
+  return text_of(run_json(*run));
+}
+
 json preview_json(const ResumePreview& preview) {
   return {{"will", preview.will},
           {"trials_planned", preview.planned},
@@ -134,6 +143,15 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 resume_or_preview(*s, call, respond);
               }));
+  methods.add(
+      {"run.confirm",
+       "a person has done what the run waits for, as its \"attention\" says; it goes on",
+       Role::operator_,
+       Effect::change,
+       {run_param,
+        {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""}},
+       "the run"},
+      [s](const Call& call) { return confirm(*s, call); });
   add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
   add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
   methods.add({"run.withdraw",
@@ -171,6 +189,16 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
               }));
 }
 
+json attention_json(const control::Attention& attention) {
+  json out{{"text", attention.ask.text},
+           {"people_s", attention.ask.people_s},
+           {"trial", attention.ask.trial},
+           {"asked", !attention.step.empty()},
+           {"step", nullptr}};
+  if (!attention.step.empty()) out["step"] = attention.step;
+  return out;
+}
+
 }  // namespace
 
 json run_json(const RunView& run) {
@@ -185,7 +213,13 @@ json run_json(const RunView& run) {
            {"trials_done", run.trials_done},
            {"trials_planned", run.trials_planned},
            {"takes_rejected", run.takes_rejected},
-           {"wall_left_s", run.wall_left_s}};
+           {"wall_left_s", run.wall_left_s},
+           {"next_attention_us", nullptr},
+           {"attention", nullptr}};
+  if (run.attention) {
+    if (run.attention->at_us) out["next_attention_us"] = *run.attention->at_us;
+    out["attention"] = attention_json(*run.attention);
+  }
   if (!run.last_rejection.empty()) out["last_rejection"] = run.last_rejection;
   if (run.moment)
     out["at"] = {
@@ -209,12 +243,18 @@ void add_run_methods(rpc::Methods& methods, const Services& services) {
 
 namespace {
 
+/// Of a rig that a run has.
+std::string_view fact_of(RunState state) {
+  const bool stands = state == RunState::held || state == RunState::awaiting_operator;
+  return stands ? "holding" : "moving";
+}
+
 json rig_json(const control::RunDesk& desk) {
   using Fact = control::RigStanding::Fact;
   const control::RigStanding& standing = desk.standing();
   const auto run = desk.active();
   const bool moves = run && standing.fact != Fact::latched;
-  json out{{"rig", moves ? "moving" : to_string(standing.fact)}};
+  json out{{"rig", moves ? fact_of(desk.get(*run)->machine.state) : to_string(standing.fact)}};
   if (run) out["run"] = *run;
   if (standing.fact == Fact::latched) out["latched_by"] = standing.why;
   if (standing.fact == Fact::unknown) out["left_by"] = standing.why;

@@ -45,6 +45,7 @@ struct Commands {
   WatchArgs watch;
   PauseArgs pause;
   ResumeArgs resume;
+  ConfirmArgs confirm;
   StopArgs stop;
   AbortArgs abort;
   HaltArgs halt;
@@ -98,6 +99,8 @@ void add_daemon_commands(CLI::App& root, Commands& all) {
   add(root, all, "watch", "a line for each change of a run", all.watch, run_watch);
   add(root, all, "pause", "holds a run before its next repetition", all.pause, run_pause);
   add(root, all, "resume", "goes on with a run that is held", all.resume, run_resume);
+  add(root, all, "confirm", "what a run waits for a person to do is done", all.confirm,
+      run_confirm);
   add(root, all, "stop", "ends a run after its repetition", all.stop, run_stop);
   add(root, all, "abort", "ends a run now, the probe up", all.abort, run_abort);
   add(root, all, "halt", "stops all motion and latches the rig", all.halt, run_halt);

@@ -8,6 +8,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/simulation_words.hpp"
 #include "protocols/base/units.hpp"
+#include "recipes/engine/operator_steps.hpp"
 #include "recipes/engine/plan.hpp"
 
 namespace weft::daemon::cli {
@@ -33,10 +34,52 @@ json to_json(const recipes::Forecast& forecast) {
                                                    {"margin" + unit, forecast.margin[k]}};
   }
   return {{"duration_s", forecast.duration_s},
+          {"people_s", forecast.people_s},
+          {"asks", forecast.asks},
+          {"total_s", forecast.total_s()},
           {"bytes", forecast.bytes},
           {"envelope", axes},
           {"force_min_n", forecast.force_n.min},
           {"force_max_n", forecast.force_n.max}};
+}
+
+constexpr std::size_t most_asks_told = 100;
+
+/// The first that people are asked for, each with the machine's time until then.
+template <class Told>
+void for_first_asks(const Plan& plan, std::size_t most, const Told& told) {
+  for (std::size_t trial = 0; most > 0; ++trial) {
+    const auto next = recipes::next_ask(plan, trial);
+    if (!next) return;
+    trial = next->trial;
+    for (auto step = recipes::due_step(plan, trial, 0, false); step && most > 0;
+         step = recipes::due_step(plan, trial, *step + 1, false), --most)
+      told(recipes::ask_of(plan, trial, *step), recipes::machine_s(plan, 0, trial));
+  }
+}
+
+json asks_json(const Plan& plan) {
+  json out = json::array();
+  for_first_asks(plan, most_asks_told, [&](const recipes::OperatorAsk& ask, double after_s) {
+    out.push_back({{"trial", ask.trial},
+                   {"text", ask.text},
+                   {"people_s", ask.people_s},
+                   {"after_s", after_s}});
+  });
+  return out;
+}
+
+std::string asks_text(const Plan& plan) {
+  constexpr std::size_t enough = 5;
+  if (plan.forecast.asks == 0) return {};
+  std::string out = "People are asked:\n";
+  for_first_asks(plan, enough, [&](const recipes::OperatorAsk& ask, double after_s) {
+    out += "  after " + duration(after_s) + " of the machine's time: " + ask.text + " (" +
+           duration(ask.people_s) + ")\n";
+  });
+  if (plan.forecast.asks > enough)
+    out += "  and " + std::to_string(plan.forecast.asks - enough) + " times more\n";
+  return out;
 }
 
 json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& simulation,
@@ -54,6 +97,7 @@ json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& si
           {"explorations", explorations},
           {"simulation", json::parse(to_json(simulation))},
           {"forecast", to_json(plan.forecast)},
+          {"operator_steps", asks_json(plan)},
           {"warnings", to_json(warnings)}};
 }
 
@@ -81,11 +125,16 @@ std::string plan_text(const Plan& plan, const SimulationNote& simulation,
   facts.row({"rig", plan.limits.name + " (" + plan.limits.bench + ")"});
   facts.row({"trials", thousands(plan.trials.size()) + ": " + std::to_string(plan.fabrics.size()) +
                            " fabrics, explorations " + joined(names)});
-  facts.row({"duration", duration(f.duration_s)});
+  facts.row({"duration",
+             duration(f.total_s()) +
+                 (f.asks == 0
+                      ? ""
+                      : ": " + duration(f.duration_s) + " of the machine, " + duration(f.people_s) +
+                            " of people, who are asked " + std::to_string(f.asks) + " times")});
   facts.row({"samples", fixed(static_cast<double>(f.bytes) / 1e6, 1) + " MB before compression"});
   facts.row({"force", fixed(f.force_n.min, 2) + " to " + fixed(f.force_n.max, 2) + " N"});
   std::string out = "The rig can run this recipe.\n" + facts.text() + simulation_text(simulation) +
-                    "Stage positions used:\n" + envelope_text(f);
+                    asks_text(plan) + "Stage positions used:\n" + envelope_text(f);
   for (const Diagnostic& warning : warnings)
     out += "warning: " + recipes::to_string(warning) + "\n";
   return out;

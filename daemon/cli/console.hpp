@@ -22,7 +22,8 @@ struct Console {
   bool json = false;      ///< --json
   bool terminal = false;  ///< err is a terminal: a bar instead of lines
   std::istream* in =
-      nullptr;  ///< standard input, for commands that take "-"; nullptr: there is none
+      nullptr;        ///< standard input, for commands that take "-"; nullptr: there is none
+  int keyboard = -1;  ///< descriptor of standard input where it is a terminal
 };
 
 /// The outcome of a command in the form that was asked for. Text ends with a newline.

@@ -1,6 +1,6 @@
 #pragma once
-// `weft status | start | watch | pause | resume | stop | abort | halt | log | call | token`: what a
-// person asks of a running weftd.
+// `weft status | start | watch | pause | resume | confirm | stop | abort | halt | log | call |
+// token`: what a person asks of a running weftd.
 
 #include <cstdint>
 #include <filesystem>
@@ -39,6 +39,7 @@ struct PauseArgs : RunOrderArgs {};
 struct ResumeArgs : RunOrderArgs {
   bool preview = false;
 };
+struct ConfirmArgs : RunOrderArgs {};
 struct StopArgs : RunOrderArgs {};
 struct AbortArgs : RunOrderArgs {};
 struct HaltArgs : SocketArgs {};
@@ -61,6 +62,7 @@ void add_options(CLI::App& command, StatusArgs& args);
 void add_options(CLI::App& command, StartArgs& args);
 void add_options(CLI::App& command, PauseArgs& args);
 void add_options(CLI::App& command, ResumeArgs& args);
+void add_options(CLI::App& command, ConfirmArgs& args);
 void add_options(CLI::App& command, StopArgs& args);
 void add_options(CLI::App& command, AbortArgs& args);
 void add_options(CLI::App& command, HaltArgs& args);
@@ -76,6 +78,8 @@ Result<int> run_start(const StartArgs& args, Console& console);
 Result<int> run_pause(const PauseArgs& args, Console& console);
 /// A run that is held, or one that the daemon's death interrupted: what is left is told first.
 Result<int> run_resume(const ResumeArgs& args, Console& console);
+/// A person has done what the run waits for, which is told first.
+Result<int> run_confirm(const ConfirmArgs& args, Console& console);
 Result<int> run_stop(const StopArgs& args, Console& console);
 Result<int> run_abort(const AbortArgs& args, Console& console);
 Result<int> run_halt(const HaltArgs& args, Console& console);

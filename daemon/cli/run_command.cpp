@@ -7,6 +7,7 @@
 
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/operator_prompt.hpp"
 #include "daemon/cli/preflight.hpp"
 #include "daemon/cli/progress.hpp"
 #include "daemon/cli/stop_signals.hpp"
@@ -102,7 +103,8 @@ json preview_json(const ResumePreview& preview) {
           {"trials_left", preview.left}};
 }
 
-Ran run_until_stopped(const RunArgs& args, Console& console) {
+/// `asks`: the recipe has operator steps.
+Ran run_until_stopped(const RunArgs& args, bool asks, Console& console) {
   ProgressPrinter progress(console.err, console.terminal);
   const StopSignals signals;
   CampaignHooks hooks;
@@ -114,6 +116,16 @@ Ran run_until_stopped(const RunArgs& args, Console& console) {
                 << std::endl;
   };
   hooks.stop = &signals.asked();
+  RunOrders orders;
+  std::optional<OperatorPrompt> people;
+  if (asks) {
+    people.emplace(args.yes ? -1 : console.keyboard, console.err, orders);
+    hooks.orders = &orders;
+    hooks.moment = [&](const RunMoment& moment) {
+      if (moment.asked) progress.finish();
+      people->moment(moment);
+    };
+  }
   Result<CampaignSummary> summary = run_campaign(request_of(args, console), hooks);
   progress.finish();
   return {std::move(summary), signals.number()};
@@ -177,6 +189,8 @@ void add_options(CLI::App& command, RunArgs& args) {
                   "a level that was found longer ago is refused; 0: any age")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  command.add_flag("--yes", args.yes,
+                   "operator steps count as done without asking: for a bench that needs nobody");
   command.add_flag("--resume", args.resume,
                    "go on with the campaign in the folder, with the repetition that was cut short");
   command.add_flag("--preview", args.preview, "with --resume: what is left, step by step; no move");
@@ -204,7 +218,14 @@ Result<int> run_run(const RunArgs& args, Console& console) {
     }
     console.err << preview_text(*preview);
   }
-  const auto [summary, signal] = run_until_stopped(args, console);
+  const bool asks = found->plan->forecast.asks > 0;
+  if (asks && !args.yes && console.keyboard < 0)
+    return fail(
+        Errc::unsupported, "the recipe asks for people, and standard input is no terminal",
+        "operator_steps", "a terminal, or --yes",
+        std::to_string(found->plan->forecast.asks) + " requests",
+        "With weftd people confirm by weft confirm; --yes is for a bench that needs nobody");
+  const auto [summary, signal] = run_until_stopped(args, asks, console);
   if (!summary && signal == 0) return pass(summary.error());
   if (!summary) {
     report(console, summary.error());

@@ -24,6 +24,7 @@ struct RunArgs {
   PluginArgs plugins;
   bool error_check = true;
   bool evaluate = true;
+  bool yes = false;             ///< operator steps count as done without asking
   bool resume = false;          ///< go on with the campaign in `out`
   std::filesystem::path level;  ///< what weft align --json said; empty: none
   double level_max_age_h = 24;  ///< 0: any age

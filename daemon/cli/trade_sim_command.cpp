@@ -140,8 +140,8 @@ Result<DownstreamResult> downstream(const TradeSimArgs& args, const sim::FabricL
 }
 
 Status write(const TradeSimArgs& args, const SimTradeReport& report) {
-  const auto text = [](const nlohmann::ordered_json& json, int indent) {
-    return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  const auto text = [](const nlohmann::ordered_json& object, int indent) {
+    return object.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   };
   if (Status ok = write_text_file(args.out, sim_trade_html(report)); !ok) return ok;
   if (!args.data.empty())

@@ -35,6 +35,7 @@ struct RunDesk::Run {
   Deadlines limits{};
   std::optional<RunOrders> orders;  ///< of this turn; nothing before the first
   std::jthread thread;
+  recipes::Ticket asked = 0;           ///< of what a person is asked for
   bool at_work = false;                ///< the thread has not told its end
   std::atomic<bool> took_rig = false;  ///< set by the thread
   std::vector<PreviewTold> curious;    ///< wait for what `looker` finds
@@ -48,6 +49,10 @@ struct RunDesk::Run {
   [[nodiscard]] RunState state() const { return view.machine.state; }
   [[nodiscard]] bool is_over() const {
     return state() == RunState::ended || state() == RunState::interrupted;
+  }
+  /// Nobody is needed for a run that ends, and what was asked is not asked any more.
+  [[nodiscard]] bool may_need_people() const {
+    return !is_over() && (state() < RunState::pausing || state() == RunState::awaiting_operator);
   }
 };
 

@@ -39,6 +39,9 @@ RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(aroun
   const auto standing = store_.standing();
   if (!known || !standing) return;  // opening has just read them
   standing_ = *standing;
+  // Each ask has a line of the journal, so these names are new.
+  if (const auto newest = store_.tail("", 1); newest && !newest->empty())
+    asks_ = newest->front().sequence;
   for (const StoredRun& stored : *known) {
     auto run = std::make_unique<Run>();
     run->view.stored = stored;
@@ -102,6 +105,9 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
 void RunDesk::plan_known(Run& run, const recipes::Plan& plan) {
   run.view.trials_planned = plan.trials.size();
   run.limits = deadlines_of(plan);
+  run.view.attention.reset();
+  if (const auto first = recipes::next_ask(plan, 0); first && !run.view.stored.resume)
+    run.view.attention = Attention{*first, {}, std::nullopt};
 }
 
 CampaignRequest RunDesk::request_of(const StoredRun& run) {
@@ -192,11 +198,7 @@ void RunDesk::begin_next() {
     hooks.orders = &*run.orders;
     hooks.rig_taken = [&run] { run.took_rig = true; };
     hooks.moment = [this, &run](const RunMoment& moment) {
-      around_.post([this, &run, moment] {
-        run.view.moment = moment;
-        run.view.trials_planned = moment.planned;
-        apply(run, on_step(run.view.machine, run.limits, moment.step, around_.now()), "auto:run");
-      });
+      around_.post([this, &run, moment] { moved(run, moment); });
     };
     hooks.vote = [this, &run](const VoteMoment& vote) {
       around_.post([this, &run, vote] {
@@ -224,7 +226,8 @@ void RunDesk::begin_next() {
 void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
   const bool changes = step.next.state != run.state();
   run.view.machine = step.next;
-  if (step.order && run.orders) run.orders->give({*step.order, std::string(by)});
+  if (step.order && run.orders) run.orders->give({*step.order, std::string(by), run.asked});
+  if (changes && !run.may_need_people()) run.view.attention.reset();
   if (changes) {
     run.view.stored.state = step.next.state;
     const json payload{{"state", to_string(step.next.state)}};

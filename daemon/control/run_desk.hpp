@@ -28,17 +28,25 @@ struct RunWish {
   std::string by;
 };
 
+/// What a person is asked for, or will be.
+struct Attention {
+  recipes::OperatorAsk ask;
+  std::string step;  ///< names what is asked now, "Q-12"; empty where it is not asked yet
+  std::optional<std::int64_t> at_us;  ///< UTC: since when, or when it will be as far as is known
+};
+
 /// A run and where it is.
 struct RunView {
   StoredRun stored;
   RunMachine machine;
   std::optional<RunMoment> moment;
-  std::optional<VoteMoment> vote;  ///< the newest of its recipe's live votes
+  std::optional<VoteMoment> vote;      ///< the newest of its recipe's live votes
+  std::optional<Attention> attention;  ///< the next human action
   std::size_t trials_done = 0;
   std::size_t trials_planned = 0;
   std::size_t takes_rejected = 0;  ///< bad ones that were taken again
   std::string last_rejection;      ///< why the newest of them was
-  double wall_left_s = 0;          ///< if every trial left takes as long as the mean of those done
+  double wall_left_s = 0;          ///< by the mean of the trials done, and people's time
 };
 
 /// Used by one thread, which `post` calls back to.
@@ -69,6 +77,9 @@ class RunDesk {
   Status withdraw(std::string_view id, std::string_view by);
   /// Errors: not_found; wrong_state, with what the state takes.
   Result<RunView> order(std::string_view id, Order order, std::string_view by);
+  /// A person has done what the run waits for. `step`: its name, as Attention has it.
+  /// Errors: not_found; wrong_state, when nothing is asked, or something else.
+  Result<RunView> confirm(std::string_view id, std::string_view step, std::string_view by);
   using PreviewTold = std::function<void(const Result<ResumePreview>&)>;
   /// What going on with an interrupted run would do; nothing moves. The campaign is verified, which
   /// takes a second for each 150 MB, on another thread; `told` is called once, on the desk's.
@@ -99,6 +110,8 @@ class RunDesk {
  private:
   struct Run;
   void begin_next();
+  void moved(Run& run, const RunMoment& moment);
+  void ask(Run& run, const recipes::AskOperator& asked);
   [[nodiscard]] bool may_begin(const Run& run) const;
   void stand(const RigStanding& standing, std::string_view by);
   void keep_standing();
@@ -117,6 +130,7 @@ class RunDesk {
   std::vector<std::unique_ptr<Run>> runs_;  // oldest first
   RigStanding standing_;
   bool standing_kept_ = true;
+  std::int64_t asks_ = 0;  ///< so many names of asks are taken, in other lives too
   std::string
       trusted_;  ///< the run that somebody goes on with, knowing that it left the rig unknown
 };

@@ -8,9 +8,10 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = RunMachine::Clock;
 
-constexpr std::array<std::string_view, 11> names{"queued",  "arming",   "running",    "pausing",
-                                                 "held",    "resuming", "finishing",  "aborting",
-                                                 "halting", "ended",    "interrupted"};
+constexpr std::array<std::string_view, 12> names{
+    "queued",   "arming",    "running",  "pausing", "held",  "awaiting_operator",
+    "resuming", "finishing", "aborting", "halting", "ended", "interrupted"};
+static_assert(names.size() == all_run_states.size());
 
 Clock lasting(const Deadlines& limits, RunState state) {
   switch (state) {
@@ -23,6 +24,7 @@ Clock lasting(const Deadlines& limits, RunState state) {
     case RunState::finishing:
       return limits.trial;
     case RunState::held:
+    case RunState::awaiting_operator:
       return limits.held;
     case RunState::aborting:
       return limits.aborting;
@@ -45,14 +47,20 @@ RunStep enter(RunState state, const Deadlines& limits, Clock now,
 /// Whether a state takes an order, and where that leads.
 std::optional<RunState> after(RunState state, Order order) {
   const bool goes_on = state == RunState::running || state == RunState::pausing ||
-                       state == RunState::held || state == RunState::resuming;
+                       state == RunState::held || state == RunState::awaiting_operator ||
+                       state == RunState::resuming;
   switch (order) {
     case Order::pause:
     case Order::pause_now:
-      if (state == RunState::running || state == RunState::pausing) return RunState::pausing;
+      if (state == RunState::running || state == RunState::pausing ||
+          state == RunState::awaiting_operator)
+        return RunState::pausing;
       return std::nullopt;
     case Order::resume:
       if (state == RunState::held || state == RunState::pausing) return RunState::resuming;
+      return std::nullopt;
+    case Order::confirm:
+      if (state == RunState::awaiting_operator) return RunState::resuming;
       return std::nullopt;
     case Order::stop:
       if (goes_on || state == RunState::arming) return RunState::finishing;
@@ -72,7 +80,8 @@ std::optional<RunState> after(RunState state, Order order) {
 
 std::string takes(RunState state) {
   std::string words;
-  for (const Order order : {Order::pause, Order::resume, Order::stop, Order::abort, Order::halt})
+  for (const Order order :
+       {Order::pause, Order::resume, Order::confirm, Order::stop, Order::abort, Order::halt})
     if (after(state, order)) words += (words.empty() ? "" : ", ") + std::string(to_string(order));
   return words.empty() ? "none" : words;
 }
@@ -110,15 +119,20 @@ RunStep on_begun(const RunMachine& run, const Deadlines& limits, Clock now) {
 
 RunStep on_step(const RunMachine& run, const Deadlines& limits, recipes::Step step, Clock now) {
   const bool is_held = step == recipes::Step::held;
+  const bool asks = step == recipes::Step::awaiting_operator;
   switch (run.state) {
     case RunState::arming:
-      return enter(RunState::running, limits, now);
+      return enter(asks ? RunState::awaiting_operator : RunState::running, limits, now);
     case RunState::running:
-    case RunState::pausing:
+      if (asks) return enter(RunState::awaiting_operator, limits, now);
+      [[fallthrough]];
+    case RunState::pausing:  // what is asked meanwhile is asked again when it goes on
       if (is_held) return enter(RunState::held, limits, now);
       break;
     case RunState::held:
+    case RunState::awaiting_operator:
     case RunState::resuming:
+      if (asks) return enter(RunState::awaiting_operator, limits, now);
       if (!is_held) return enter(RunState::running, limits, now);
       break;
     default:
@@ -136,6 +150,7 @@ RunStep on_time(const RunMachine& run, const Deadlines& limits, Clock now) {
   switch (run.state) {
     case RunState::running:
     case RunState::held:
+    case RunState::awaiting_operator:
       return enter(RunState::finishing, limits, now, Order::stop);
     case RunState::arming:
     case RunState::pausing:

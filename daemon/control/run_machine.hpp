@@ -3,6 +3,7 @@
 // Every state but the last has a deadline; one that passes climbs the ladder pause, stop, abort,
 // halt. Source: design/API.md, 3.
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -14,18 +15,24 @@
 namespace weft::daemon::control {
 
 enum class RunState : std::uint8_t {
-  queued,       ///< waits for the rig
-  arming,       ///< devices open, stages home
-  running,      ///< trials
-  pausing,      ///< on the way to held
-  held,         ///< between trials, the probe up
-  resuming,     ///< on the way back to running
-  finishing,    ///< stop was asked: the repetition under way is finished
-  aborting,     ///< motion stops, the probe retracts
-  halting,      ///< motion stops where it is
-  ended,        ///< outcome, cleanup and rig say how
+  queued,             ///< waits for the rig
+  arming,             ///< devices open, stages home
+  running,            ///< trials
+  pausing,            ///< on the way to held
+  held,               ///< between trials, the probe up
+  awaiting_operator,  ///< likewise, until a person confirms what the recipe asks for
+  resuming,           ///< on the way back to running
+  finishing,          ///< stop was asked: the repetition under way is finished
+  aborting,           ///< motion stops, the probe retracts
+  halting,            ///< motion stops where it is
+  ended,              ///< outcome, cleanup and rig say how
   interrupted,  ///< cut short by the daemon's death, or on its way on; waits for somebody's choice
 };
+inline constexpr std::array all_run_states{
+    RunState::queued,   RunState::arming,    RunState::running,
+    RunState::pausing,  RunState::held,      RunState::awaiting_operator,
+    RunState::resuming, RunState::finishing, RunState::aborting,
+    RunState::halting,  RunState::ended,     RunState::interrupted};
 std::string_view to_string(RunState state);
 
 /// How long a state may last. From the plan, in wall time of the bench's kind.

@@ -28,15 +28,10 @@ constexpr const char* opening_sql =
     "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
     "BEGIN IMMEDIATE; COMMIT;";
 
-constexpr std::array all_states{RunState::queued,    RunState::arming,     RunState::running,
-                                RunState::pausing,   RunState::held,       RunState::resuming,
-                                RunState::finishing, RunState::aborting,   RunState::halting,
-                                RunState::ended,     RunState::interrupted};
-
 Result<RunState> state_from(const std::string& name) {
-  const auto* found = std::find_if(all_states.begin(), all_states.end(),
+  const auto* found = std::find_if(all_run_states.begin(), all_run_states.end(),
                                    [&](RunState s) { return to_string(s) == name; });
-  if (found == all_states.end())
+  if (found == all_run_states.end())
     return fail(Errc::corrupt, "a run in no state that there is", "run", {}, name);
   return *found;
 }

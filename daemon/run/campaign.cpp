@@ -10,6 +10,7 @@
 #include "daemon/run/error_check.hpp"
 #include "daemon/run/level_file.hpp"
 #include "daemon/run/resume.hpp"
+#include "daemon/run/run_pace.hpp"
 #include "daemon/run/supervisor.hpp"
 
 namespace weft::daemon {
@@ -58,9 +59,24 @@ class Run {
   struct Past {
     recipes::Start from;
     std::size_t complete = 0, rejected = 0, ended_early = 0;
+    std::size_t played_again = 0;  ///< trials that a simulated bench does once more, unrecorded
   };
+  static Past past_of(const std::optional<Resumption>& before) {
+    Past out;
+    if (!before) return out;
+    if (before->plays_again) {
+      out.played_again = before->first_trial;
+      return out;
+    }
+    out.from = {before->first_trial, before->rejected};
+    out.complete = before->past.complete();
+    out.rejected = before->past.rejected();
+    out.ended_early = before->past.ended_early();
+    return out;
+  }
+
   CampaignSummary execute(Recorder& recorder, const Past& past) {
-    first_ = past.from.first_trial;
+    pace_.emplace(*plan_, past.from.first_trial, session_->real_time(), steady_wall_now());
     complete_ = past.complete;
     rejected_ = past.rejected;
     ended_early_ = past.ended_early;
@@ -83,6 +99,7 @@ class Run {
     supervisor.start(past.from);
     session_->run_until([&] {
       if (signalled(*hooks_) && !std::exchange(stopping_, true)) abort(supervisor, recording);
+      pass_over(supervisor, past.played_again);
       tell_step(supervisor);
       obey(supervisor, recording);
       return supervisor.result().has_value();
@@ -101,26 +118,68 @@ class Run {
   }
 
  private:
+  // What people were asked before trials that are on record, they have done.
+  void pass_over(Supervisor& supervisor, std::size_t played_again) {
+    while (supervisor.asked() != nullptr && supervisor.state().trial < played_again) {
+      pace_->passed_over(supervisor.asked()->ask);
+      supervisor.request(recipes::OperatorConfirmed{supervisor.asked()->ticket});
+    }
+  }
+
   // A clock that jumps to the next timer would jump over a pause: there the orders are waited for.
   void obey(Supervisor& supervisor, TrialRecording& recording) {
     if (hooks_->orders == nullptr) return;
-    const bool clock_stands = session_->plant() != nullptr;
-    if (clock_stands && supervisor.state().step == recipes::Step::held) hooks_->orders->wait();
+    constexpr std::chrono::milliseconds between_looks{100};
+    const recipes::Step step = supervisor.state().step;
+    const bool stands = step == recipes::Step::held || step == recipes::Step::awaiting_operator;
+    if (stands && session_->plant() != nullptr)
+      while (!signalled(*hooks_) && !hooks_->orders->wait(between_looks)) continue;
     while (const auto given = hooks_->orders->take()) {
-      recording.journal(session_->loop().now(), "order",
-                        json{{"order", to_string(given->order)}, {"by", given->by}}.dump());
-      supervisor.request(event_of(given->order));
+      note(*given, supervisor, recording);
+      supervisor.request(event_of(*given));
     }
+  }
+
+  void note(const GivenOrder& given, const Supervisor& supervisor, TrialRecording& recording) {
+    json line{{"order", to_string(given.order)}, {"by", given.by}};
+    const recipes::AskOperator* const asked = supervisor.asked();
+    if (given.order == Order::confirm && asked != nullptr && asked->ticket == given.confirms) {
+      line["trial"] = asked->ask.trial;
+      line["text"] = asked->ask.text;
+      pace_->confirmed(asked->ask);
+    }
+    recording.journal(session_->loop().now(), "order", line.dump());
   }
 
   void tell_step(const Supervisor& supervisor) {
     const recipes::State& state = supervisor.state();
-    if (!hooks_->moment || state.step == last_step_) return;
+    const recipes::AskOperator* const asked = supervisor.asked();
+    if (state.step == last_step_ && (asked == nullptr || state.ticket == last_asked_)) return;
     last_step_ = state.step;
+    last_asked_ = state.ticket;
+    pace_->step(state, steady_wall_now());
+    if (!hooks_->moment) return;
     const recipes::TrialSpec& spec = plan_->trials[std::min(state.trial, plan_->trials.size() - 1)];
-    hooks_->moment({state.trial, plan_->trials.size(), state.step, plan_->fabrics[spec.fabric],
-                    plan_->explorations[spec.exploration].name, spec.repetition,
-                    to_seconds(session_->loop().now())});
+    RunMoment moment{state.trial,
+                     plan_->trials.size(),
+                     state.step,
+                     plan_->fabrics[spec.fabric],
+                     plan_->explorations[spec.exploration].name,
+                     spec.repetition,
+                     to_seconds(session_->loop().now())};
+    if (asked != nullptr)
+      moment.asked = *asked;
+    else
+      look_ahead(state, moment);
+    hooks_->moment(moment);
+  }
+
+  void look_ahead(const recipes::State& state, RunMoment& moment) {
+    const bool held = state.step == recipes::Step::held;
+    moment.next_ask = pace_->next_ask(held ? state.trial : state.trial + 1);
+    if (!moment.next_ask) return;
+    moment.next_ask_in_s =
+        pace_->machine_until_s(state.trial, moment.next_ask->trial, steady_wall_now());
   }
 
   // A vote that cannot be had is no fault of the trial: it goes on to its whole length.
@@ -152,6 +211,7 @@ class Run {
     complete_ += done.outcome == recipes::Outcome::complete ? 1 : 0;
     rejected_ += again ? 1 : 0;
     ended_early_ += done.ended_early ? 1 : 0;
+    if (!again) pace_->trial_ended(done.trial + 1);
     if (done.error)
       recording.journal(session_->loop().now(), again ? "take_rejected" : "trial_error",
                         json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
@@ -168,8 +228,7 @@ class Run {
     line.force_rms_error_n = force.rms_n();
     line.virtual_s = to_seconds(session_->loop().now());
     line.wall_s = seconds_since(began_);
-    line.wall_left_s = line.wall_s * static_cast<double>(line.planned - line.done) /
-                       static_cast<double>(std::max<std::size_t>(line.done - first_, 1));
+    line.wall_left_s = pace_->left_s(steady_wall_now());
     hooks_->progress(line);
   }
 
@@ -208,7 +267,8 @@ class Run {
   LiveWatch live_;
   bool stopping_ = false;
   recipes::Step last_step_ = recipes::Step::ready;
-  std::size_t first_ = 0;  ///< trial of this run
+  recipes::Ticket last_asked_ = 0;
+  std::optional<RunPace> pace_;  ///< once it has begun
   std::size_t complete_ = 0;
   std::size_t rejected_ = 0;  ///< takes
   std::size_t ended_early_ = 0;
@@ -308,6 +368,9 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (!settled) return pass(settled.error());
   const CheckedRequest& checked = settled->checked;
   RigFile& rig = settled->rig;
+  if (checked.plan.forecast.asks > 0 && hooks.orders == nullptr)
+    return fail(Errc::unsupported, "the recipe asks for people, and nobody can confirm here",
+                request.recipe.string());
   const auto began = steady_wall_now();
   const auto session =
       open_session({rig, request.rig, checked.plan.limits, checked.plan.seed, hooks.person_mounts});
@@ -327,14 +390,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   Result<Recorder> recorder = *past ? reopened(campaign_file, **past, **session)
                                     : created(campaign_file, checked, **session, rig);
   if (!recorder) return pass(recorder.error());
-  const bool from_now = *past && !(*past)->plays_again;
-  const Resumption* const before = from_now ? &**past : nullptr;
-  CampaignSummary summary =
-      run.execute(*recorder, before == nullptr ? Run::Past{}
-                                               : Run::Past{{before->first_trial, before->rejected},
-                                                           before->past.complete(),
-                                                           before->past.rejected(),
-                                                           before->past.ended_early()});
+  CampaignSummary summary = run.execute(*recorder, Run::past_of(*past));
   if (Status ok = recorder->go_on((*session)->loop().now()); !ok) return pass(ok.error());
   summary.simulation = std::move(settled->simulation);
   if (Status ok = run.look_at_errors(*recorder, summary); !ok) return pass(ok.error());

@@ -58,7 +58,7 @@ struct TrialProgress {
   double force_rms_error_n = 0;    ///< phase M
   double virtual_s = 0;            ///< of the campaign so far
   double wall_s = 0;
-  double wall_left_s = 0;  ///< if every trial left takes as long as the mean of those done
+  double wall_left_s = 0;  ///< by the mean of the trials done, and people's time
 };
 
 struct CampaignSummary {
@@ -100,6 +100,11 @@ struct RunMoment {
   std::string exploration;
   std::uint32_t repetition = 0;
   double virtual_s = 0;  ///< on the bench's clock
+  /// What a person is asked for now; its ticket goes back with Order::confirm.
+  std::optional<recipes::AskOperator> asked = {};
+  /// The next that a person will be asked for, where nothing is asked now.
+  std::optional<recipes::OperatorAsk> next_ask = {};
+  std::optional<double> next_ask_in_s = {};  ///< of wall time, where that can be told
 };
 
 /// What a caller wants to hear of a run, and how it ends one. Each may be left empty.
@@ -110,7 +115,8 @@ struct CampaignHooks {
   /// Looked at between events, and may be set by a signal handler. True: the trial under way is
   /// aborted, the probe retracted and the campaign ended, with everything recorded so far kept.
   const std::atomic<bool>* stop = nullptr;
-  /// Looked at between events too; see RunOrders.
+  /// Looked at between events too; see RunOrders. A recipe with operator steps needs it: nobody
+  /// could confirm them.
   RunOrders* orders = nullptr;
   /// Before anything is said to a device, on the run's thread. A run that ends without it has left
   /// the rig as it was.

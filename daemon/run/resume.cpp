@@ -10,6 +10,7 @@
 #include "daemon/recorder/log_check.hpp"
 #include "daemon/run/campaign_folder.hpp"
 #include "recipes/engine/motion.hpp"
+#include "recipes/engine/operator_steps.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -89,6 +90,14 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
                  std::to_string(exploration.step(Phase::motion).path_m.size()) +
                  " legs of slide, rest");
   return {};
+}
+
+/// People first: `begins` where nobody knows what lies on the plate.
+void add_asks(const recipes::Plan& plan, std::size_t trial, bool begins,
+              std::vector<std::string>& will) {
+  for (auto step = recipes::due_step(plan, trial, 0, begins); step;
+       step = recipes::due_step(plan, trial, *step + 1, begins))
+    will.push_back("wait until a person confirms: " + recipes::ask_of(plan, trial, *step).text);
 }
 
 bool carries_on(const recipes::Plan& plan) {
@@ -203,6 +212,7 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
     return out;
   }
   out.will.push_back("go on with " + trial_words(plan, first));
+  add_asks(plan, first, !*found || !(*found)->plays_again, out.will);
   if (Status ok = add_moves(plan, first, out.will); !ok) return pass(ok.error());
   if (out.left > 1)
     out.will.push_back("then the " + std::to_string(out.left - 1) + " trials after it");

@@ -10,6 +10,8 @@ std::string_view to_string(Order order) {
       return "pause now";
     case Order::resume:
       return "resume";
+    case Order::confirm:
+      return "confirm";
     case Order::stop:
       return "stop";
     case Order::abort:
@@ -20,14 +22,16 @@ std::string_view to_string(Order order) {
   return "unknown";
 }
 
-recipes::Event event_of(Order order) {
-  switch (order) {
+recipes::Event event_of(const GivenOrder& given) {
+  switch (given.order) {
     case Order::pause:
       return recipes::PauseRequested{false};
     case Order::pause_now:
       return recipes::PauseRequested{true};
     case Order::resume:
       return recipes::ResumeRequested{};
+    case Order::confirm:
+      return recipes::OperatorConfirmed{given.confirms};
     case Order::stop:
       return recipes::StopRequested{};
     case Order::abort:
@@ -58,9 +62,9 @@ std::optional<GivenOrder> RunOrders::take() {
   return first;
 }
 
-void RunOrders::wait() {
+bool RunOrders::wait(std::chrono::milliseconds most) {
   std::unique_lock lock(mutex_);
-  arrived_.wait(lock, [this] { return !waiting_.empty(); });
+  return arrived_.wait_for(lock, most, [this] { return !waiting_.empty(); });
 }
 
 }  // namespace weft::daemon

@@ -2,6 +2,7 @@
 // What people and programs ask of a run that is under way on another thread.
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -13,16 +14,17 @@
 
 namespace weft::daemon {
 
-enum class Order : std::uint8_t { pause, pause_now, resume, stop, abort, halt };
+enum class Order : std::uint8_t { pause, pause_now, resume, confirm, stop, abort, halt };
 std::string_view to_string(Order order);
 
 struct GivenOrder {
   Order order = Order::pause;
-  std::string by;  ///< session, user or rule
+  std::string by;                ///< session, user or rule
+  recipes::Ticket confirms = 0;  ///< of what was asked, where it is a confirmation
 };
 
 /// The engine's event for it.
-recipes::Event event_of(Order order);
+recipes::Event event_of(const GivenOrder& given);
 
 /// Given from any thread, taken by the run's own.
 class RunOrders {
@@ -30,8 +32,9 @@ class RunOrders {
   void give(GivenOrder order);
   /// The next one. Costs one load of an atomic when there is none.
   std::optional<GivenOrder> take();
-  /// Returns when there is one. For a run whose clock does not pass by itself.
-  void wait();
+  /// True when there is one, false when none came in time. For a run whose clock does not pass by
+  /// itself.
+  bool wait(std::chrono::milliseconds most);
   /// Whether one that ends the run has been given, taken or not.
   [[nodiscard]] bool ends_run() const { return ends_.load(std::memory_order_relaxed); }
 

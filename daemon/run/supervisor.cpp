@@ -54,6 +54,14 @@ void Supervisor::dispatch(recipes::Event event) {
   dispatching_ = false;
 }
 
+const recipes::AskOperator* Supervisor::asked() const {
+  return state_.step == recipes::Step::awaiting_operator ? &asked_ : nullptr;
+}
+
+void Supervisor::carry_out(const recipes::AskOperator& effect) {
+  asked_ = effect;
+}
+
 void Supervisor::carry_out(const recipes::TrialBegin& effect) {
   recording_->begin(effect.trial, loop_->now());
   if (hooks_.trial_begun) hooks_.trial_begun(effect.trial);

@@ -45,10 +45,13 @@ class Supervisor {
 
   [[nodiscard]] const std::optional<recipes::CampaignDone>& result() const { return result_; }
   [[nodiscard]] const recipes::State& state() const { return state_; }
+  /// What a person is asked for now; null when nothing is.
+  [[nodiscard]] const recipes::AskOperator* asked() const;
 
  private:
   // supervisor.cpp: events and effects
   void dispatch(recipes::Event event);
+  void carry_out(const recipes::AskOperator& effect);
   void carry_out(const recipes::TrialBegin& effect);
   void carry_out(const recipes::MountFabric& effect);
   void carry_out(const recipes::MoveTo& effect);
@@ -84,6 +87,7 @@ class Supervisor {
   recipes::State state_;
   std::deque<recipes::Event> events_;
   bool dispatching_ = false;
+  recipes::AskOperator asked_;
   std::optional<recipes::CampaignDone> result_;
 
   BenchActions actions_;

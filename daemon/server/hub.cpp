@@ -46,7 +46,7 @@ void Subscription::offer(const std::shared_ptr<const Event>& event) {
   if (wish_.mode == Mode::latest) {
     auto& merged = merged_[event->topic];
     if (merged) {
-      merged->delta.merge_patch(event->delta);
+      merged->delta.update(event->delta, true);  // a null is told: something is gone
       merged->seq = event->seq;
       merged->t_us = event->t_us;
     } else {

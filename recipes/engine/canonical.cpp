@@ -49,6 +49,14 @@ json normal(const RepeatBad& bad) {
           {"force_in_band_fraction", bad.force_in_band_fraction}};
 }
 
+json normal(const OperatorStep& step, const std::vector<std::string>& names) {
+  const bool once = step.before == OperatorStep::Before::campaign;
+  json out{
+      {"before", once ? "campaign" : "fabric"}, {"text", step.text}, {"people_s", step.people_s}};
+  for (const std::size_t fabric : step.fabrics) out["fabrics"].push_back(names[fabric]);
+  return out;
+}
+
 json normal_order(const StatedRecipe& stated) {
   if (stated.order == Order::blocked) return {{"kind", "blocked"}};
   return {{"kind", "randomised"}, {"seed", stated.order_seed}};
@@ -78,6 +86,8 @@ std::string canonical_json(const StatedRecipe& stated) {
       {"on_trial_failure", stops ? "stop" : "continue"},
       {"mount_timeout_s", stated.mount_timeout_s}};
   if (stated.repeat_bad) document["repeat_bad"] = normal(*stated.repeat_bad);
+  for (const OperatorStep& step : stated.operator_steps)
+    document["operator_steps"].push_back(normal(step, stated.fabrics));
   return document.dump();
 }
 

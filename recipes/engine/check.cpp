@@ -34,6 +34,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits) {
   plan.settle = stated.settle;
   plan.on_trial_failure = stated.on_trial_failure;
   plan.repeat_bad = stated.repeat_bad;
+  plan.operator_steps = std::move(stated.operator_steps);
   plan.mount_timeout_s = stated.mount_timeout_s;
   plan.limits = limits;
   for (Exploration& exploration : plan.explorations)
@@ -53,6 +54,12 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
   if (plan.limits.fabrics.empty())
     warnings.push_back(
         {"/fabrics", "the rig names no fabrics, so these names were not checked", "", "", ""});
+  const std::size_t once = plan.fabrics.size() * plan.operator_steps.size();
+  if (plan.forecast.asks > once)
+    warnings.push_back({"/operator_steps", "fabrics are changed more often than once",
+                        std::to_string(once) + " times",
+                        std::to_string(plan.forecast.asks) + " times",
+                        "a blocked order asks once for each fabric"});
   return warnings;
 }
 

@@ -36,10 +36,15 @@ class Machine {
     if (state_.step != Step::ready) return;
     if (start.first_trial >= plan_.trials.size())
       return finish(Outcome::complete, Cleanup::skipped);
-    state_.trial = start.first_trial;
+    state_.trial = state_.first_trial = start.first_trial;
     state_.rejected = start.rejected;
-    emit(TrialBegin{state_.trial});
-    clear();
+    begin_trial(true);
+  }
+
+  void on(const OperatorConfirmed& event) {
+    if (!answers(event.ticket, Step::awaiting_operator)) return;
+    ++state_.operator_step;
+    begin_trial(true);
   }
 
   void on(const Mounted& event) {
@@ -97,6 +102,7 @@ class Machine {
       case Step::retracting:
         return give_up_retreat();
       case Step::held:
+      case Step::awaiting_operator:
         return finish(Outcome::stopped, Cleanup::done);
       default:
         return fail_trial(step_timed_out(place()));
@@ -132,12 +138,15 @@ class Machine {
     if (event.trip.action == GuardAction::end_campaign) {
       note(event.trip.error);
       state_.campaign_outcome = Outcome::failed;
+    } else if (between_trials()) {
+      return;  // whoever is at work on the plate touches it
     }
     cut_short(Outcome::failed, event.trip.error);
   }
 
   void on(const PauseRequested& event) {
     if (state_.step == Step::ready || state_.step == Step::held) return;
+    if (state_.step == Step::awaiting_operator) return hold();
     state_.pause_requested = true;
     if (!event.at_once && state_.step > Step::mounting) return;
     if (state_.step == Step::retracting) return;
@@ -147,14 +156,12 @@ class Machine {
 
   void on(const ResumeRequested&) {
     state_.pause_requested = false;
-    if (state_.step != Step::held) return;
-    emit(TrialBegin{state_.trial});
-    clear();
+    if (state_.step == Step::held) begin_trial(true);
   }
 
   void on(const StopRequested&) {
     state_.stop_requested = true;
-    if (state_.step == Step::held) return finish(Outcome::stopped, Cleanup::done);
+    if (between_trials()) return finish(Outcome::stopped, Cleanup::done);
     // Nothing has been touched yet: there is no repetition to finish.
     if (state_.step <= Step::mounting) {
       state_.campaign_outcome = Outcome::stopped;
@@ -168,7 +175,7 @@ class Machine {
   }
 
   void on(const HaltRequested&) {
-    const bool in_trial = state_.step != Step::ready && state_.step != Step::held;
+    const bool in_trial = state_.step != Step::ready && !between_trials();
     close_phase();
     emit(StopMotion{});
     if (in_trial)
@@ -177,6 +184,21 @@ class Machine {
   }
 
   // ---- steps of a trial, in order ----
+
+  /// What a person is asked for comes first; `up_first` where the stages may have been touched.
+  void begin_trial(bool up_first) {
+    const bool begins = state_.trial == state_.first_trial;
+    if (const auto due = due_step(plan_, state_.trial, state_.operator_step, begins))
+      return ask(*due);
+    emit(TrialBegin{state_.trial});
+    up_first ? clear() : mount();
+  }
+
+  void ask(std::size_t operator_step) {
+    state_.operator_step = operator_step;
+    enter(Step::awaiting_operator, to_seconds(longest_hold));
+    emit(AskOperator{state_.ticket, ask_of(plan_, state_.trial, operator_step)});
+  }
 
   void clear() {
     enter(Step::clearing, move_timeout_s(travel_s(Axis::z)));
@@ -286,8 +308,7 @@ class Machine {
   void cut_short(Outcome outcome, std::optional<Error> error) {
     if (state_.step == Step::ready)
       return finish(state_.campaign_outcome.value_or(outcome), Cleanup::skipped, RigFact::holding);
-    if (state_.step == Step::held)
-      return finish(state_.campaign_outcome.value_or(outcome), Cleanup::done);
+    if (between_trials()) return finish(state_.campaign_outcome.value_or(outcome), Cleanup::done);
     if (state_.step == Step::retracting) return;
     state_.trial_outcome = outcome;
     if (error) note(*error);
@@ -316,15 +337,16 @@ class Machine {
     if (const auto end = again ? end_before_repeat(state_) : campaign_end(plan_, state_, outcome))
       return finish(*end, cleanup);
     if (!again) next_trial();
-    if (std::exchange(state_.pause_requested, false))
-      return enter(Step::held, to_seconds(longest_hold));
-    emit(TrialBegin{state_.trial});
-    mount();
+    if (std::exchange(state_.pause_requested, false)) return hold();
+    begin_trial(false);
   }
+
+  void hold() { enter(Step::held, to_seconds(longest_hold)); }
 
   void next_trial() {
     ++state_.trial;
     state_.rejected = 0;
+    state_.operator_step = 0;
   }
 
   void finish(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe) {
@@ -347,6 +369,11 @@ class Machine {
 
   void close_phase() {
     if (is_recording(state_.step)) emit(SetPhase{Phase::none});
+  }
+
+  /// The probe is up, the stages are at rest, and no trial is open.
+  [[nodiscard]] bool between_trials() const {
+    return state_.step == Step::held || state_.step == Step::awaiting_operator;
   }
 
   [[nodiscard]] bool answers(Ticket ticket, Step step) const {

@@ -8,9 +8,11 @@
 //
 // Order of a trial: clear (first trial only), mount, position, bias, approach, seat, lower to rest,
 // S, press, P, M (one leg at a time), release, E, retract.
-// P is recorded once the force has settled in its band, so that P is at the set point (the paper's
-// "controlled pressure"); E once z is back at the rest position, where the probe's weight alone
-// acts.
+// Between two trials, and before the first, a person may be asked for something
+// (operator_steps.hpp): the stages are at rest then and the probe is up, and it goes up again
+// before anything else moves. P is recorded once the force has settled in its band, so that P is at
+// the set point (the paper's "controlled pressure"); E once z is back at the rest position, where
+// the probe's weight alone acts.
 
 #include <cstdint>
 #include <optional>
@@ -23,6 +25,7 @@
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
 #include "recipes/control/guards.hpp"
+#include "recipes/engine/operator_steps.hpp"
 #include "recipes/engine/plan.hpp"
 
 namespace weft::recipes {
@@ -31,6 +34,11 @@ using Ticket = std::uint32_t;
 
 // ---- effects: what the daemon is asked to do ----
 
+/// Ask a person for this; answer OperatorConfirmed when it is done.
+struct AskOperator {
+  Ticket ticket = 0;
+  OperatorAsk ask;
+};
 /// A trial begins. Everything up to TrialDone belongs to it.
 struct TrialBegin {
   std::size_t trial = 0;  ///< into Plan::trials
@@ -116,8 +124,9 @@ struct CampaignDone {
   std::optional<Error> error;  ///< the first one
 };
 
-using Effect = std::variant<TrialBegin, MountFabric, MoveTo, BiasSensors, Descend, HoldForce,
-                            ReleaseForce, SetPhase, ArmTimer, StopMotion, TrialDone, CampaignDone>;
+using Effect =
+    std::variant<AskOperator, TrialBegin, MountFabric, MoveTo, BiasSensors, Descend, HoldForce,
+                 ReleaseForce, SetPhase, ArmTimer, StopMotion, TrialDone, CampaignDone>;
 
 // ---- events: what the daemon reports ----
 
@@ -126,6 +135,10 @@ using Effect = std::variant<TrialBegin, MountFabric, MoveTo, BiasSensors, Descen
 struct Start {
   std::size_t first_trial = 0;
   std::uint32_t rejected = 0;  ///< takes of that trial so far
+};
+/// The person has done what AskOperator asked for.
+struct OperatorConfirmed {
+  Ticket ticket = 0;
 };
 struct Mounted {
   Ticket ticket = 0;
@@ -177,15 +190,16 @@ struct AbortRequested {};
 struct HaltRequested {};
 
 using Event =
-    std::variant<Start, Mounted, Biased, MotionDone, ContactFound, ForceSettled, TimerExpired,
-                 TakeRejected, EndSlide, Fault, GuardTripped, PauseRequested, ResumeRequested,
-                 StopRequested, AbortRequested, HaltRequested>;
+    std::variant<Start, OperatorConfirmed, Mounted, Biased, MotionDone, ContactFound, ForceSettled,
+                 TimerExpired, TakeRejected, EndSlide, Fault, GuardTripped, PauseRequested,
+                 ResumeRequested, StopRequested, AbortRequested, HaltRequested>;
 
 // ---- state ----
 
 enum class Step : std::uint8_t {
-  ready,     ///< waits for Start; the only state before the end without a timer
-  clearing,  ///< z goes up to the clear height before anything else moves
+  ready,              ///< waits for Start; the only state before the end without a timer
+  clearing,           ///< z goes up to the clear height before anything else moves
+  awaiting_operator,  ///< between trials, as `held`, until a person has confirmed
   mounting,
   positioning,
   biasing,
@@ -204,16 +218,19 @@ enum class Step : std::uint8_t {
 };
 std::string_view to_string(Step step);
 
-/// A pause that nobody ends by then ends the campaign as stopped.
+/// A pause that nobody ends by then, or an operator step that nobody confirms, ends the campaign as
+/// stopped.
 inline constexpr Duration longest_hold = std::chrono::hours(24);
 
 /// The whole memory of the machine.
 struct State {
   Step step = Step::ready;
-  Ticket ticket = 0;      ///< of the state's answers; its timer carries it too
-  std::size_t trial = 0;  ///< into Plan::trials
-  std::size_t leg = 0;    ///< into the path of M, while sliding
-  double rest_z_m = 0;    ///< where the weight alone acts, found by this trial's touch
+  Ticket ticket = 0;              ///< of the state's answers; its timer carries it too
+  std::size_t trial = 0;          ///< into Plan::trials
+  std::size_t leg = 0;            ///< into the path of M, while sliding
+  std::size_t first_trial = 0;    ///< that Start named
+  std::size_t operator_step = 0;  ///< of the plan's, to be looked at next for the trial
+  double rest_z_m = 0;            ///< where the weight alone acts, found by this trial's touch
   bool stop_requested = false;
   bool pause_requested = false;
   bool ended_early = false;              ///< the slide was, by EndSlide

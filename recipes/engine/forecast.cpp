@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "recipes/engine/motion.hpp"
+#include "recipes/engine/operator_steps.hpp"
 
 namespace weft::recipes {
 namespace {
@@ -137,6 +138,9 @@ Forecast forecast(const Plan& plan) {
     total_recorded_s += recording_s(plan, exploration);
     at = end_of(exploration);
   }
+  const PeopleForecast people = people_forecast(plan);
+  out.people_s = people.people_s;
+  out.asks = people.asks;
   out.bytes = static_cast<std::uint64_t>(total_recorded_s * bytes_per_second(plan.limits));
   out.envelope = envelope_of(plan);
   for (const Axis axis : all_axes) {

@@ -56,6 +56,8 @@ std::string_view to_string(Step step) {
       return "ready";
     case Step::clearing:
       return "clearing";
+    case Step::awaiting_operator:
+      return "awaiting_operator";
     case Step::mounting:
       return "mounting";
     case Step::positioning:

@@ -82,9 +82,28 @@ struct RepeatBad {
   double force_in_band_fraction = 0.8;  ///< of phase M: less is bad
 };
 
+/// What stands for the fabric in the text of an operator step: its name, its place in the recipe
+/// from 1.
+inline constexpr std::string_view fabric_mark = "{fabric}", number_mark = "{number}";
+
+/// What a person does between trials, while the stages are at rest and the probe is up.
+struct OperatorStep {
+  enum class Before : std::uint8_t {
+    campaign,  ///< once, and again when an interrupted campaign is gone on with
+    fabric     ///< each time the fabric changes, and likewise
+  };
+  Before before = Before::campaign;
+  std::vector<std::size_t> fabrics;  ///< into Plan::fabrics, those it is for; empty: every one
+  std::string text;                  ///< what is asked, with the marks in it
+  double people_s = 0;               ///< how long people usually take [s]
+};
+
 /// What the campaign will take, worked out before anything moves.
 struct Forecast {
-  double duration_s = 0;
+  double duration_s = 0;  ///< of the machine; people's time is beside it
+  double people_s = 0;    ///< for all operator steps
+  std::size_t asks = 0;   ///< how often people are asked
+  [[nodiscard]] double total_s() const { return duration_s + people_s; }
   std::uint64_t bytes = 0;                   ///< recorded samples, before compression
   std::array<Range, axis_count> envelope{};  ///< stage positions used [m, rad]
   std::array<double, axis_count> margin{};   ///< least distance to the end of travel [m, rad]
@@ -101,7 +120,8 @@ struct Plan {
   Settle settle;
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
   std::optional<RepeatBad> repeat_bad;  ///< none: no repetition is judged
-  double mount_timeout_s = 600;         ///< a person may have to change the cloth
+  std::vector<OperatorStep> operator_steps;
+  double mount_timeout_s = 600;  ///< a person may have to change the cloth
   RigLimits limits;
   Forecast forecast;
   /// The recipe in normal form (sorted keys, SI units, defaults filled in): hash this for

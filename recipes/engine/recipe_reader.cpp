@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "recipes/engine/exploration_reader.hpp"
+#include "recipes/engine/operator_reader.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/quantities.hpp"
 
@@ -172,6 +173,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_approach(recipe, limits, stated, problems);
   read_settle(recipe, stated, problems);
   read_repeat_bad(recipe, stated, problems);
+  read_operator_steps(recipe, stated, problems);
   read_explorations(recipe, limits, stated, problems);
   recipe.finish();
   return stated;

@@ -35,6 +35,7 @@ struct StatedRecipe {
   Settle settle;
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
   std::optional<RepeatBad> repeat_bad;
+  std::vector<OperatorStep> operator_steps;
   double mount_timeout_s = 600;
 };
 

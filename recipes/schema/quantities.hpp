@@ -73,6 +73,9 @@ inline Quantity sure_probability() {
 inline Quantity least_slide() {
   return {"least_slide", {{"least_slide_s", 1}}};
 }
+inline Quantity people() {
+  return {"people", {{"people_s", 1}}};
+}
 inline Quantity mount_timeout() {
   return {"mount_timeout", {{"mount_timeout_s", 1}}};
 }

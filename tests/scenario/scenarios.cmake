@@ -138,6 +138,10 @@ add_test(NAME scenario_weftd_runs
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_http
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_http.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+# What people are asked between trials, and what they answer.
+add_test(NAME scenario_weftd_people
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_people.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_people PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Votes while a slide goes on, and slides that end with them.
 add_test(NAME scenario_weftd_live
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_live.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

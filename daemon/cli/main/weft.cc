@@ -7,7 +7,8 @@
 #include "daemon/cli/app.hpp"
 
 int main(int argc, char** argv) {
-  weft::daemon::cli::Console console{std::cout, std::cerr, false, isatty(STDERR_FILENO) == 1,
-                                     &std::cin};
+  weft::daemon::cli::Console console{std::cout, std::cerr,
+                                     false,     isatty(STDERR_FILENO) == 1,
+                                     &std::cin, isatty(STDIN_FILENO) == 1 ? STDIN_FILENO : -1};
   return weft::daemon::cli::run(argc, argv, console);
 }

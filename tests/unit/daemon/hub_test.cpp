@@ -50,6 +50,21 @@ TEST_CASE("Mode every gives each event once, in order, with its number and time"
   }
 }
 
+TEST_CASE("Merged events tell what is gone, also where something was in between") {
+  Hub hub;
+  const Opened opened = hub.open(wish(Mode::latest));
+  hub.publish("run:1", {{"attention", {{"text", "Mount denim."}, {"step", "Q-1"}}}}, 10);
+  hub.publish("run:1", {{"attention", {{"text", "Mount silk."}, {"step", nullptr}}}}, 20);
+  auto events = take_all(*opened.subscription, 0ns);
+  REQUIRE(events.size() == 1);
+  CHECK(events[0]["delta"]["attention"] == json{{"text", "Mount silk."}, {"step", nullptr}});
+  hub.publish("run:1", {{"attention", {{"text", "Mount wool."}}}}, 30);
+  hub.publish("run:1", {{"attention", nullptr}}, 40);
+  events = take_all(*opened.subscription, 1s);
+  REQUIRE(events.size() == 1);
+  CHECK(events[0]["delta"].at("attention").is_null());
+}
+
 TEST_CASE("A listener that does not read loses its oldest events, counted, and nobody else's") {
   Hub hub;
   const Opened slow = hub.open(wish(Mode::every)), quick = hub.open(wish(Mode::every));

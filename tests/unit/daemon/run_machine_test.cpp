@@ -21,11 +21,8 @@ RunMachine in(RunState state) {
                                                                        : RunMachine::Clock(1h)};
 }
 
-constexpr std::array states{RunState::queued,    RunState::arming,     RunState::running,
-                            RunState::pausing,   RunState::held,       RunState::resuming,
-                            RunState::finishing, RunState::aborting,   RunState::halting,
-                            RunState::ended,     RunState::interrupted};
-constexpr std::array orders{Order::pause, Order::pause_now, Order::resume,
+constexpr auto& states = all_run_states;
+constexpr std::array orders{Order::pause, Order::pause_now, Order::resume, Order::confirm,
                             Order::stop,  Order::abort,     Order::halt};
 
 /// One letter for each state that an order leads to; "-": refused.
@@ -42,14 +39,14 @@ std::string row(RunState state) {
 }  // namespace
 
 TEST_CASE("Every order in every state leads where the table says, or is refused") {
-  // pause, pause now, resume, stop, abort, halt
+  // pause, pause now, resume, confirm, stop, abort, halt
   const std::map<RunState, std::string> table{
-      {RunState::queued, "------"},     {RunState::arming, "---fah"},
-      {RunState::running, "pp-fah"},    {RunState::pausing, "pprfah"},
-      {RunState::held, "--rfah"},       {RunState::resuming, "---fah"},
-      {RunState::finishing, "----ah"},  {RunState::aborting, "-----h"},
-      {RunState::halting, "------"},    {RunState::ended, "------"},
-      {RunState::interrupted, "------"}};
+      {RunState::queued, "-------"},   {RunState::arming, "----fah"},
+      {RunState::running, "pp--fah"},  {RunState::pausing, "ppr-fah"},
+      {RunState::held, "--r-fah"},     {RunState::awaiting_operator, "pp-rfah"},
+      {RunState::resuming, "----fah"}, {RunState::finishing, "-----ah"},
+      {RunState::aborting, "------h"}, {RunState::halting, "-------"},
+      {RunState::ended, "-------"},    {RunState::interrupted, "-------"}};
   for (const RunState state : states) {
     INFO(to_string(state));
     CHECK(row(state) == table.at(state));
@@ -102,7 +99,34 @@ TEST_CASE("A pause is held until somebody resumes it, and then runs again") {
   CHECK(run.state == RunState::running);
 }
 
+TEST_CASE("What a person is asked for is awaited, confirmed, and then runs again") {
+  RunMachine run = on_begun({}, limits, 0s).next;
+  run = on_step(run, limits, Step::awaiting_operator, 1s).next;
+  CHECK(run.state == RunState::awaiting_operator);
+  CHECK(run.deadline == 1s + 24h);
+  run = on_order(run, limits, Order::confirm, 2s)->next;
+  CHECK(run.state == RunState::resuming);
+  run = on_step(run, limits, Step::awaiting_operator, 3s).next;  // there is a second step
+  CHECK(run.state == RunState::awaiting_operator);
+  CHECK(run.deadline == 3s + 24h);
+  run = on_order(run, limits, Order::confirm, 4s)->next;
+  run = on_step(run, limits, Step::clearing, 5s).next;
+  CHECK(run.state == RunState::running);
+  run = on_step(run, limits, Step::awaiting_operator, 6s).next;
+  run = on_order(run, limits, Order::pause, 7s)->next;
+  run = on_step(run, limits, Step::held, 8s).next;
+  CHECK(run.state == RunState::held);
+  run = on_order(run, limits, Order::resume, 9s)->next;
+  run = on_step(run, limits, Step::awaiting_operator, 10s).next;
+  CHECK(run.state == RunState::awaiting_operator);
+  const auto nobody = on_time(run, limits, run.deadline);
+  CHECK(nobody.next.state == RunState::finishing);
+  CHECK(nobody.order == Order::stop);
+}
+
 TEST_CASE("Any sequence of orders, reports and time ends once the run's thread ends or is silent") {
+  constexpr std::array steps{Step::held, Step::awaiting_operator, Step::clearing, Step::sliding,
+                             Step::retracting};
   std::mt19937 random(20261122);
   for (int round = 0; round < 20000; ++round) {
     RunMachine run;
@@ -115,7 +139,7 @@ TEST_CASE("Any sequence of orders, reports and time ends once the run's thread e
             run = step->next;
           break;
         case 1:
-          run = on_step(run, limits, random() % 5 == 0 ? Step::held : Step::sliding, now).next;
+          run = on_step(run, limits, steps[random() % steps.size()], now).next;
           break;
         case 2:
           run = on_begun(run, limits, now).next;

@@ -42,6 +42,8 @@ class Bench {
     switch (state.step) {
       case Step::ready:
         return Start{};
+      case Step::awaiting_operator:
+        return OperatorConfirmed{t};
       case Step::mounting:
         return Mounted{t};
       case Step::biasing:

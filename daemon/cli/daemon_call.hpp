@@ -1,0 +1,31 @@
+#pragma once
+// How commands speak to a running weftd. For .cpp files of daemon/cli.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+#include "daemon/cli/console.hpp"
+#include "daemon/cli/daemon_commands.hpp"
+#include "daemon/client/client.hpp"
+
+namespace weft::daemon::cli {
+
+void add_socket(CLI::App& command, SocketArgs& args);
+/// The socket's options, and RUN.
+void add_run(CLI::App& command, RunOrderArgs& args);
+
+Result<client::Client> opened(const SocketArgs& args);
+Result<nlohmann::json> call(client::Client& daemon, std::string_view method);
+Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
+                            const nlohmann::json& params);
+
+/// A run for people, with what a person is asked for.
+std::string run_line(const nlohmann::json& run);
+/// The run that was named, or the one under way. Errors: not_found, when none is.
+Result<std::string> run_of(client::Client& daemon, const std::string& named);
+/// Asks for a change of that run, and prints it.
+Result<int> ordered(const RunOrderArgs& args, std::string_view method, nlohmann::json params,
+                    Console& console);
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,52 @@
+#pragma once
+// How fast a run gets on, machine and people apart: the time that is left, and when somebody is
+// needed next.
+
+#include <chrono>
+#include <optional>
+
+#include "recipes/engine/engine.hpp"
+
+namespace weft::daemon {
+
+/// Wall times are from one monotonic clock, any origin. The plan outlives it.
+class RunPace {
+ public:
+  using Clock = std::chrono::nanoseconds;
+  /// `keeps_time`: the bench takes as long as the forecast says, which a simulated one does not.
+  RunPace(const recipes::Plan& plan, std::size_t first_trial, bool keeps_time, Clock begun);
+
+  /// The engine is in this step; call at each change.
+  void step(const recipes::State& state, Clock now);
+  /// A person has confirmed.
+  void confirmed(const recipes::OperatorAsk& ask);
+  /// It was confirmed in another life of the campaign.
+  void passed_over(const recipes::OperatorAsk& ask);
+  void trial_ended(std::size_t done) { done_ = done; }
+
+  /// Of the trials that are not done yet, and of the people that they need [s].
+  [[nodiscard]] double left_s(Clock now) const;
+  /// The next ask before a trial from `from` on, which never falls; nothing where none is left.
+  [[nodiscard]] const std::optional<recipes::OperatorAsk>& next_ask(std::size_t from);
+  /// How long the machine takes until that [s]; nothing as long as it cannot be told.
+  [[nodiscard]] std::optional<double> machine_until_s(std::size_t from, std::size_t to,
+                                                      Clock now) const;
+
+ private:
+  [[nodiscard]] std::optional<double> trial_s(Clock now) const;
+
+  const recipes::Plan* plan_;
+  std::size_t first_, done_;
+  bool keeps_time_;
+  Clock begun_;
+  Clock idle_{};                ///< held or with people so far
+  std::optional<Clock> since_;  ///< it stands, or somebody works
+  bool for_people_ = false;     ///< so it does for people
+  double people_left_s_ = 0;    ///< by the recipe
+  double worked_s_ = 0;         ///< people, so far
+  double estimated_s_ = 0;      ///< what the recipe says of that
+  bool looked_ = false;
+  std::optional<recipes::OperatorAsk> next_;
+};
+
+}  // namespace weft::daemon

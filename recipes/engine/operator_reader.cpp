@@ -1,0 +1,100 @@
+#include "recipes/engine/operator_reader.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "recipes/schema/quantities.hpp"
+
+namespace weft::recipes {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most_operator_steps = 16;
+constexpr std::size_t longest_request_bytes = 500;
+constexpr double longest_work_s = 86'400;
+
+/// The schema's pattern in code: no control characters, braces only around the two marks.
+bool is_request(std::string_view text) {
+  while (!text.empty()) {
+    const std::string_view mark = text.starts_with(fabric_mark)   ? fabric_mark
+                                  : text.starts_with(number_mark) ? number_mark
+                                                                  : text.substr(0, 1);
+    const char first = text.front();
+    const bool plain = static_cast<unsigned char>(first) >= ' ' && first != '{' && first != '}';
+    if (mark.size() == 1 && !plain) return false;
+    text.remove_prefix(mark.size());
+  }
+  return true;
+}
+
+std::string read_text(ObjectReader& reader, Problems& problems) {
+  const std::string text = reader.text("text").value_or("-");
+  if (text.empty() || text.size() > longest_request_bytes || !is_request(text))
+    problems.add({reader.at("text"), "not what a person can be asked",
+                  "1 to " + std::to_string(longest_request_bytes) +
+                      " bytes in one line, braces only in \"{fabric}\" and \"{number}\"",
+                  clipped(text), ""});
+  return text;
+}
+
+std::optional<std::size_t> place_of(const json& value, const std::string& place,
+                                    const std::vector<std::string>& known, Problems& problems) {
+  const std::string name = value.is_string() ? value.get<std::string>() : "";
+  const auto found = std::find(known.begin(), known.end(), name);
+  if (!name.empty() && found != known.end()) return static_cast<std::size_t>(found - known.begin());
+  const std::vector<std::string_view> names(known.begin(), known.end());
+  const std::string_view meant = closest(name, names);
+  problems.add({place, "no fabric of this recipe", "", brief(value),
+                meant.empty() ? "" : "did you mean " + std::string(meant)});
+  return std::nullopt;
+}
+
+void read_only_fabrics(ObjectReader& reader, const std::vector<std::string>& known,
+                       OperatorStep& step, Problems& problems) {
+  const json* list = reader.array("fabrics", Need::optional);
+  if (list == nullptr) return;
+  const std::string place = reader.at("fabrics");
+  if (list->empty())
+    return problems.add({place, "there is no fabric", "at least one, or no \"fabrics\"", "0", ""});
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const auto fabric = place_of((*list)[i], child(place, i), known, problems);
+    if (!fabric) continue;
+    if (std::find(step.fabrics.begin(), step.fabrics.end(), *fabric) != step.fabrics.end())
+      problems.add({child(place, i), "the fabric is listed twice", "", known[*fabric], ""});
+    step.fabrics.push_back(*fabric);
+  }
+}
+
+OperatorStep read_step(const json& value, const std::string& place,
+                       const std::vector<std::string>& fabrics, Problems& problems) {
+  ObjectReader reader(value, place, problems);
+  OperatorStep step;
+  const auto before = reader.choice("before", {"campaign", "fabric"});
+  step.before = before == 1 ? OperatorStep::Before::fabric : OperatorStep::Before::campaign;
+  if (before == 0)
+    reader.explain("fabrics", "a step before the campaign belongs to no fabric");
+  else
+    read_only_fabrics(reader, fabrics, step, problems);
+  step.text = read_text(reader, problems);
+  step.people_s = reader.quantity(quantities::people(), {0, longest_work_s, {}}).value_or(0);
+  reader.finish();
+  return step;
+}
+
+}  // namespace
+
+void read_operator_steps(ObjectReader& recipe, StatedRecipe& stated, Problems& problems) {
+  const json* list = recipe.array("operator_steps", Need::optional);
+  if (list == nullptr) return;
+  const std::string place = recipe.at("operator_steps");
+  if (list->empty() || list->size() > most_operator_steps)
+    return problems.add({place, "the number of steps cannot be used",
+                         "1 to " + std::to_string(most_operator_steps),
+                         std::to_string(list->size()), ""});
+  for (std::size_t i = 0; i < list->size(); ++i)
+    stated.operator_steps.push_back(
+        read_step((*list)[i], child(place, i), stated.fabrics, problems));
+}
+
+}  // namespace weft::recipes

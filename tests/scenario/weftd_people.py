@@ -1,0 +1,219 @@
+#!/usr/bin/env python3
+"""Operator steps on the simulated bench: what people are asked between trials, over weftd's socket and at a terminal.
+
+    weftd_people.py WEFTD WEFT SOURCE_ROOT
+
+People's time in the plan, the next human action in status and events, confirmations that are right, stale, by the wrong role or against
+a lease, pause and kill -9 while a person is awaited, weft confirm; weft run at a terminal, without one, and with --yes. All simulated.
+"""
+import json
+import os
+import pathlib
+import pty
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from weftd_support import PATIENCE_S, Client, Daemon, token_of
+
+WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+RIG = ROOT / "sim/rigs/bench17.json"
+STEPS = [{"before": "campaign", "text": "Clean the probe.", "people_s": 30},
+         {"before": "fabric", "text": "Mount {fabric}, number {number}.", "people_s": 90}]
+ASKED = ["Clean the probe.", "Mount denim, number 1.", "Mount satin, number 2."]
+
+
+def write_recipe(folder):
+    recipe = json.loads((ROOT / "recipes/library/m1.json").read_text())
+    recipe.pop("$schema")
+    recipe.update(fabrics=["denim", "satin"], repetitions=2, operator_steps=STEPS)
+    (folder / "recipes").mkdir()
+    (folder / "recipes" / "people.json").write_text(json.dumps(recipe))
+    return folder / "recipes" / "people.json"
+
+
+def plans(client, recipe):
+    plan = client.call("recipe.check", recipe="people")["plan"]
+    assert (plan["people_s"], plan["asks"]) == (210, 3), plan
+    assert plan["next_attention"] == {"text": ASKED[0], "people_s": 30, "after_s": 0}, plan
+    told = json.loads(subprocess.run([WEFT, "--json", "check", recipe, "--rig", RIG], check=True, capture_output=True, text=True).stdout)
+    assert abs(plan["eta_s"] - told["forecast"]["duration_s"] - 210) < 1e-6, (plan, told["forecast"])
+    assert [step["text"] for step in told["operator_steps"]] == ASKED, told["operator_steps"]
+    assert told["operator_steps"][2]["after_s"] > 30, "two trials of satin's come after two of denim"
+    words = subprocess.run([WEFT, "check", recipe, "--rig", RIG], check=True, capture_output=True, text=True).stdout
+    assert "of people, who are asked 3 times" in words and ASKED[2] in words, words
+
+
+def asked(client, run):
+    """What is asked, once it is."""
+    while True:
+        event = client.event()
+        if event["topic"] == f"run:{run}" and event["delta"].get("state") == "awaiting_operator":
+            attention = event["delta"]["attention"]
+            assert attention["asked"] and event["delta"]["next_attention_us"] <= event["t_us"], event
+            return attention
+
+
+def a_run(client, daemon, token):
+    lease = client.call("lease.acquire", note="people")["lease"]
+    client.call("sub.open", topics=["run:*"], mode="every")
+    run = client.call("run.start", recipe="people", lease=lease)["run"]
+    first = asked(client, run)
+    assert first["text"] == ASKED[0], first
+    assert client.call("rig.state") == {"rig": "holding", "run": run}
+    got = client.call("run.get", run=run)
+    assert got["attention"] == first and got["at"]["step"] == "awaiting_operator", got
+    time.sleep(0.3)
+    assert client.call("run.get", run=run)["state"] == "awaiting_operator", "it does not wait"
+    wrong = client.refused("run.confirm", run=run, step="Q-0")
+    assert wrong["data"]["kind"] == "state.conflict" and wrong["data"]["expected"] == first["step"], wrong
+    assert client.refused("run.confirm", run=run)["data"]["kind"] == "param.missing"
+    viewer = Client(("127.0.0.1", daemon.port), introduce=False)
+    viewer.call("session.open", client="x", token=token["observer"])
+    assert viewer.refused("run.confirm", run=run, step=first["step"])["data"]["kind"] == "access.role"
+    other = Client(("127.0.0.1", daemon.port), introduce=False)
+    other.call("session.open", client="x", token=token["operator"])
+    assert other.refused("run.confirm", run=run, step=first["step"])["data"]["kind"] == "lease.held"
+    client.call("lease.release", lease=lease)
+    assert other.call("run.confirm", run=run, step=first["step"], idem="c-1")["state"] == "resuming"
+    second = asked(client, run)
+    assert second["text"] == ASKED[1] and second["step"] != first["step"], second
+    assert other.call("run.confirm", run=run, step=first["step"], idem="c-1")["state"] == "resuming", "another answer for the same key"
+    assert client.refused("run.confirm", run=run, step=first["step"])["data"]["kind"] == "state.conflict"
+    client.call("run.pause", run=run)
+    client.until(run, "held")
+    assert client.refused("run.confirm", run=run, step=second["step"])["data"]["kind"] == "state.conflict"
+    client.call("run.resume", run=run)
+    again = asked(client, run)
+    assert again["text"] == second["text"] and again["step"] != second["step"], (again, second)
+    client.call("run.confirm", run=run, step=again["step"])
+    seen = False
+    while True:  # between the two, the next action is told before it is asked
+        event = client.event()
+        delta = event["delta"]
+        if delta.get("state") == "awaiting_operator":
+            break
+        if delta.get("attention") and not delta["attention"]["asked"]:
+            seen = True
+            assert delta["attention"]["text"] == ASKED[2] and delta["attention"]["trial"] == 2, delta
+    assert seen, "the next human action is not told ahead"
+    status = weft(daemon, "status")
+    assert f"waits for a person: {ASKED[2]}  Then: weft confirm {run}" in status, status
+    assert run in weft(daemon, "confirm")
+    ended = client.call("run.wait", run=run)
+    assert (ended["outcome"], ended["rig"], ended["trials_done"], ended["attention"]) == ("complete", "safe", 4, None), ended
+    lines = client.call("log.tail", run=run)["lines"]
+    assert [line["data"]["text"] for line in lines if line["kind"] == "asked"] == [ASKED[0], ASKED[1], ASKED[1], ASKED[2]], lines
+    assert sum(line["kind"] == "confirmed" for line in lines) == 3, lines
+    assert "waits for nobody" in weft(daemon, "confirm", run, status=1)
+    return ended
+
+
+def weft(daemon, *words, status=0):
+    done = subprocess.run([WEFT, *words, "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.returncode == status, (words, done)
+    return done.stdout if status == 0 else done.stderr
+
+
+def dies_waiting(folder, client, daemon, undisturbed):
+    """kill -9 while satin is to be mounted: asked again, and the data are those of a run that nobody touched."""
+    lease = client.call("lease.acquire")["lease"]
+    run = client.call("run.start", recipe="people", lease=lease)["run"]
+    for _ in range(2):
+        client.call("run.confirm", run=run, step=asked(client, run)["step"])
+    before = asked(client, run)
+    daemon.end(signal.SIGKILL)
+    daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
+    client = Client(daemon.socket)
+    assert client.call("run.get", run=run)["state"] == "interrupted"
+    left = client.call("run.resume", run=run, preview=True)
+    assert f"wait until a person confirms: {ASKED[2]}" in left["will"], left
+    client.call("sub.open", topics=["run:*"], mode="every")
+    client.call("run.resume", run=run, lease=client.call("lease.acquire")["lease"])
+    after = asked(client, run)
+    assert after["text"] == before["text"] and after["step"] != before["step"], (before, after)
+    client.call("run.confirm", run=run, step=after["step"])
+    ended = client.call("run.wait", run=run)
+    assert (ended["outcome"], ended["trials_done"]) == ("complete", 4), ended
+    assert ended["dataset_sha256"] == undisturbed, (ended, undisturbed)
+    return daemon, ended
+
+
+def run_command(recipe, out, *more):
+    return [WEFT, "run", recipe, "--rig", RIG, "--out", out, "--no-evaluate", "--no-error-check", *more]
+
+
+def at_a_terminal(recipe, folder):
+    """Enter confirms, and what was typed before anything was asked does not."""
+    master, slave = pty.openpty()
+    process = subprocess.Popen(run_command(recipe, folder / "terminal"), stdin=slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    os.close(slave)
+    asked_for = []
+    for line in process.stderr:
+        if line.startswith(">> "):
+            asked_for.append(line[3:].split("  Then")[0])
+            os.write(master, b"\n")
+    assert process.wait(PATIENCE_S) == 0 and asked_for == ASKED, asked_for
+    os.close(master)
+
+
+def hangs_up(recipe, folder):
+    """A terminal that goes away while something is asked ends the run tidily."""
+    master, slave = pty.openpty()
+    process = subprocess.Popen(run_command(recipe, folder / "gone"), stdin=slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    os.close(slave)
+    while not process.stderr.readline().startswith(">> "):
+        pass
+    os.close(master)
+    assert process.wait(PATIENCE_S) == 1, process.stderr.read()
+    assert "0 of 4 complete" in process.stdout.read()
+
+
+def interrupted(recipe, folder):
+    master, slave = pty.openpty()
+    process = subprocess.Popen(run_command(recipe, folder / "signal"), stdin=slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    os.close(slave)
+    while not process.stderr.readline().startswith(">> "):
+        pass
+    process.send_signal(signal.SIGINT)
+    assert process.wait(PATIENCE_S) == 130, process.stderr.read()
+    os.close(master)
+
+
+def without_a_terminal(recipe, folder):
+    refused = subprocess.run(run_command(recipe, folder / "refused"), stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    assert refused.returncode == 1 and "no terminal" in refused.stderr and "--yes" in refused.stderr, refused
+    assert not (folder / "refused").exists()
+    done = subprocess.run(run_command(recipe, folder / "yes", "--yes"), stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                          timeout=PATIENCE_S)
+    assert done.returncode == 0, done
+    verified = subprocess.run([WEFT, "verify", folder / "yes"], capture_output=True, text=True)
+    assert verified.returncode == 0, verified
+    return next(word for word in done.stdout.split() if len(word) == 64)
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="weft-people-") as name:
+        folder = pathlib.Path(name)
+        recipe = write_recipe(folder)
+        undisturbed = without_a_terminal(recipe, folder)
+        at_a_terminal(recipe, folder)
+        hangs_up(recipe, folder)
+        interrupted(recipe, folder)
+        (folder / "data").mkdir()
+        token = {role: token_of(WEFT, folder / "data" / "tokens.json", role, role) for role in ("observer", "operator")}
+        daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
+        try:
+            client = Client(daemon.socket)
+            plans(client, recipe)
+            a_run(client, daemon, token)
+            daemon, _ = dies_waiting(folder, client, daemon, undisturbed)
+            assert daemon.end() == 0
+        finally:
+            daemon.process.kill()
+    print("people are asked, confirm, and are counted (simulated)")
+
+
+main()

@@ -1,0 +1,89 @@
+#pragma once
+// A desk of weftd whose thread is the test's.
+
+#include <catch2/catch.hpp>
+#include <condition_variable>
+#include <mutex>
+#include <stdexcept>
+
+#include "daemon/control/run_desk.hpp"
+#include "tests/unit/daemon/kill_points.hpp"
+#include "tests/unit/daemon/trial_bench.hpp"
+
+namespace weft::daemon::test {
+
+/// Work for the desk's thread, which is the test's.
+class Posted {
+ public:
+  void post(std::function<void()> work) {
+    const std::lock_guard passing(held_);
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(throws_, false)) throw std::runtime_error("nobody takes this");
+    waiting_.push_back(std::move(work));
+    arrived_.notify_all();
+  }
+  void throw_once() { throws_ = true; }
+  /// Whoever posts waits until `let_go`.
+  void hold() { held_.lock(); }
+  void let_go() { held_.unlock(); }
+  /// Does what is posted until `enough`; false when nothing comes any more.
+  bool run_until(const std::function<bool()>& enough) {
+    constexpr std::chrono::seconds patience(120);
+    while (!enough()) {
+      std::unique_lock lock(mutex_);
+      if (!arrived_.wait_for(lock, patience, [this] { return !waiting_.empty(); })) return false;
+      const auto work = std::move(waiting_.front());
+      waiting_.pop_front();
+      lock.unlock();
+      work();
+    }
+    return true;
+  }
+
+ private:
+  std::mutex mutex_, held_;
+  std::condition_variable arrived_;
+  std::deque<std::function<void()>> waiting_;
+  bool throws_ = false;
+};
+
+/// A daemon's desk over a folder.
+struct DeskBench {
+  const TemporaryFolder& folder;
+  CampaignRequest request;
+  Posted posted;
+  control::RunStore store;
+  std::unique_ptr<control::RunDesk> desk;
+
+  explicit DeskBench(const TemporaryFolder& where, const std::string& recipe = tiny_recipe(2))
+      : folder(where),
+        request(request_in(where, recipe)),
+        store(std::move(control::RunStore::open(where / "weftd.sqlite").value())) {
+    desk = std::make_unique<control::RunDesk>(
+        control::RunDesk::Surroundings{
+            .rig = request.rig,
+            .data = where.path(),
+            .post = [this](std::function<void()> work) { posted.post(std::move(work)); },
+            .now = [] { return control::RunMachine::Clock{}; },
+            .utc_us = [] { return std::int64_t{0}; },
+            .changed = {},
+            .stands = {}},
+        store);
+  }
+
+  control::RunView submit() {
+    const auto run = desk->submit({request.recipe, {}, {}, "test"});
+    if (!run) FAIL(to_string(run.error()));
+    return *run;
+  }
+  control::RunView ended(const std::string& id) {
+    const auto over = [&] {
+      const control::RunState state = desk->get(id).value().machine.state;
+      return state == control::RunState::ended || state == control::RunState::interrupted;
+    };
+    REQUIRE(posted.run_until(over));
+    return desk->get(id).value();
+  }
+};
+
+}  // namespace weft::daemon::test
