@@ -9,6 +9,7 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_lease_methods(methods, services);
   add_recipe_methods(methods, services);
   add_run_methods(methods, services);
+  add_queue_methods(methods, services);
   add_rig_methods(methods, services);
   add_classify_methods(methods, services);
   add_subscription_methods(methods, services);

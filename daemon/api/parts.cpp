@@ -49,6 +49,14 @@ Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call) {
   return std::optional(found->get<std::uint64_t>());
 }
 
+Result<control::RunWish> wish_for_run(const Services& services, const rpc::Call& call) {
+  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
+  if (!file) return pass(file.error());
+  const auto seed = seed_of(call);
+  if (!seed) return pass(seed.error());
+  return control::RunWish{*file, *seed, call.params.value("name", ""), by(call.caller)};
+}
+
 Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name) {
   if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.'))
     return fail(Errc::invalid_argument, "not a recipe's name", "/params/recipe",

@@ -24,6 +24,9 @@ tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rp
 /// The "seed" parameter, where there is one. Errors: range, below zero.
 Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call);
 
+/// What run.start and queue.add ask for. Errors: recipe_file()'s, seed_of()'s.
+Result<control::RunWish> wish_for_run(const Services& services, const rpc::Call& call);
+
 /// A recipe of the folder by its name, with or without ".json".
 /// Errors: invalid_argument (not a plain name), not_found, with a did-you-mean.
 Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name);

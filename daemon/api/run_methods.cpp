@@ -23,16 +23,9 @@ std::string run_of(const Call& call) {
 
 Outcome start(const Services& services, const Call& call) {
   if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
-  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
-  if (!file) return refused(file.error());
-  control::RunWish wish;
-  wish.recipe = *file;
-  wish.name = call.params.value("name", "");
-  wish.by = by(call.caller);
-  const auto seed = seed_of(call);
-  if (!seed) return refused(seed.error());
-  wish.seed = *seed;
-  const auto run = services.desk->submit(wish);
+  const auto wish = wish_for_run(services, call);
+  if (!wish) return refused(wish.error());
+  const auto run = services.desk->submit(*wish);
   if (!run) return refused(run.error());
   return text_of(run_json(*run));
 }
@@ -72,11 +65,40 @@ Outcome resume(const Services& services, const Call& call) {
   return text_of(run_json(*gone_on));
 }
 
-void resume_or_preview(const Services& services, const Call& call, const rpc::Responder& respond) {
-  if (!call.params.value("preview", false)) return respond(resume(services, call));
-  services.desk->preview(run_of(call), [respond](const Result<ResumePreview>& left) {
+void preview(const Services& services, const Call& call, control::Recovery choice,
+             const rpc::Responder& respond) {
+  services.desk->preview(run_of(call), choice, [respond](const Result<ResumePreview>& left) {
     respond(left ? Outcome(text_of(preview_json(*left))) : refused(left.error()));
   });
+}
+
+void resume_or_preview(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (!call.params.value("preview", false)) return respond(resume(services, call));
+  preview(services, call, control::Recovery::resume, respond);
+}
+
+/// Told first, then done with a lease: nothing of it happens by itself.
+void recover(const Services& services, const Call& call, const rpc::Responder& respond) {
+  using control::Recovery;
+  const std::string wanted = call.params.at("choice").get<std::string>();
+  std::optional<Recovery> choice;
+  for (const Recovery each : {Recovery::resume, Recovery::discard, Recovery::keep_partial})
+    if (wanted == to_string(each)) choice = each;
+  if (!choice)
+    return respond(refused({Errc::invalid_argument,
+                            "no such choice",
+                            "/params/choice",
+                            "resume, discard or keep-partial",
+                            wanted,
+                            {}}));
+  if (call.params.value("preview", false)) return preview(services, call, *choice, respond);
+  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  const auto told = [respond](const Result<RunView>& run) {
+    respond(run ? Outcome(text_of(run_json(*run))) : refused(run.error()));
+  };
+  if (*choice == Recovery::resume)
+    return told(services.desk->recover(run_of(call), by(call.caller)));
+  services.desk->settle(run_of(call), *choice, by(call.caller), told);
 }
 
 Outcome pause(const Services& services, const Call& call) {
@@ -152,6 +174,19 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
         {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""}},
        "the run"},
       [s](const Call& call) { return confirm(*s, call); });
+  methods.add({"run.recover",
+               "what becomes of an interrupted run: it goes on, it ends and is never made a data "
+               "set of, or it ends with a data set of the trials that are complete",
+               Role::operator_,
+               Effect::change,
+               {run_param,
+                {"choice", ParamType::text, true, "resume, discard or keep-partial"},
+                {"preview", ParamType::flag, false, "answers what it would do, and does nothing"},
+                {"lease", ParamType::text, false, "of the rig; needed without preview"}},
+               "the run, or will, trials_planned, trials_done, trials_left"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                recover(*s, call, respond);
+              }));
   add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
   add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
   methods.add({"run.withdraw",
@@ -231,6 +266,7 @@ json run_json(const RunView& run) {
     out["cleanup"] = stored.cleanup;
     out["rig"] = stored.rig_fact;
   }
+  if (!stored.recovered.empty()) out["recovered"] = stored.recovered;
   if (!stored.error.empty()) out["error"] = stored.error;
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
   return out;

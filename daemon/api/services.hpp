@@ -35,6 +35,7 @@ void add_system_methods(rpc::Methods& methods, const Services& services);
 void add_lease_methods(rpc::Methods& methods, const Services& services);
 void add_recipe_methods(rpc::Methods& methods, const Services& services);
 void add_run_methods(rpc::Methods& methods, const Services& services);
+void add_queue_methods(rpc::Methods& methods, const Services& services);
 void add_rig_methods(rpc::Methods& methods, const Services& services);
 void add_classify_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
@@ -43,6 +44,8 @@ void add_subscription_methods(rpc::Methods& methods, const Services& services);
 std::string readiness_json(const Services& services);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const control::RunView& run);
+/// What "queue" events carry: the runs that wait, the next first.
+nlohmann::json queue_json(const control::RunLine& line);
 /// What "vote:ID" events carry.
 nlohmann::json vote_json(const VoteMoment& vote);
 

@@ -83,6 +83,9 @@ std::string readiness_json(const Services& services) {
     blockers.push_back(blocker("storage.io", services.data.string(),
                                "How the rig stands could not be written down: see that the disk "
                                "has room; it is tried again"));
+  if (const control::RunLine& line = services.desk->line(); line.held())
+    blockers.push_back(blocker("queue.paused", "queue",
+                               "Paused by " + line.held_by + ": queue.start lets the next begin"));
   if (const auto run = services.desk->active())
     blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
   if (const Status space = check_space(services.data, std::uint64_t{1} << 28); !space)

@@ -15,6 +15,7 @@
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/features_command.hpp"
 #include "daemon/cli/manual.hpp"
+#include "daemon/cli/queue_commands.hpp"
 #include "daemon/cli/run_command.hpp"
 #include "daemon/cli/trade_command.hpp"
 #include "daemon/cli/trade_sim_command.hpp"
@@ -45,6 +46,7 @@ struct Commands {
   WatchArgs watch;
   PauseArgs pause;
   ResumeArgs resume;
+  RecoverArgs recover;
   ConfirmArgs confirm;
   StopArgs stop;
   AbortArgs abort;
@@ -52,6 +54,12 @@ struct Commands {
   LogArgs log;
   CallArgs call;
   TokenAddArgs token_add;
+  QueueListArgs queue_list;
+  QueueAddArgs queue_add;
+  QueueRemoveArgs queue_remove;
+  QueueMoveArgs queue_move;
+  QueuePauseArgs queue_pause;
+  QueueStartArgs queue_start;
   std::function<Result<int>(Console&)> chosen;
 };
 
@@ -99,6 +107,8 @@ void add_daemon_commands(CLI::App& root, Commands& all) {
   add(root, all, "watch", "a line for each change of a run", all.watch, run_watch);
   add(root, all, "pause", "holds a run before its next repetition", all.pause, run_pause);
   add(root, all, "resume", "goes on with a run that is held", all.resume, run_resume);
+  add(root, all, "recover", "goes on with an interrupted run, discards it or keeps what there is",
+      all.recover, run_recover);
   add(root, all, "confirm", "what a run waits for a person to do is done", all.confirm,
       run_confirm);
   add(root, all, "stop", "ends a run after its repetition", all.stop, run_stop);
@@ -106,6 +116,15 @@ void add_daemon_commands(CLI::App& root, Commands& all) {
   add(root, all, "halt", "stops all motion and latches the rig", all.halt, run_halt);
   add(root, all, "log", "the daemon's journal", all.log, run_log);
   add(root, all, "call", "any method of the daemon's API", all.call, run_call);
+  CLI::App* queue = root.add_subcommand("queue", "the runs that wait for the daemon's rig");
+  queue->fallthrough()->require_subcommand(1);
+  add(*queue, all, "list", "who waits, the next first", all.queue_list, run_queue_list);
+  add(*queue, all, "add", "puts a recipe in line", all.queue_add, run_queue_add);
+  add(*queue, all, "remove", "takes a run out of the line", all.queue_remove, run_queue_remove);
+  add(*queue, all, "move", "another place in line", all.queue_move, run_queue_move);
+  add(*queue, all, "pause", "nothing more begins", all.queue_pause, run_queue_pause);
+  add(*queue, all, "start", "the next begins when the rig is free", all.queue_start,
+      run_queue_start);
   CLI::App* token = root.add_subcommand("token", "tokens of the daemon's TCP clients");
   token->fallthrough()->require_subcommand(1);
   add(*token, all, "add", "makes one and prints it, once", all.token_add, run_token_add);

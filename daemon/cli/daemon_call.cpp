@@ -94,6 +94,23 @@ Result<std::string> run_of(Client& daemon, const std::string& named) {
   return fail(Errc::not_found, "no run is under way", "weftd", {}, {}, "weft status lists all");
 }
 
+Result<json> run_told(Client& daemon, const std::string& named) {
+  const auto id = run_of(daemon, named);
+  if (!id) return pass(id.error());
+  return call(daemon, "run.get", {{"run", *id}});
+}
+
+Result<json> under_lease(Client& daemon, const std::string& note, std::string_view method,
+                         json params) {
+  const auto lease = call(daemon, "lease.acquire", {{"note", note}});
+  if (!lease) return pass(lease.error());
+  params["lease"] = lease->at("lease");
+  auto done = call(daemon, method, params);
+  const auto released = call(daemon, "lease.release", {{"lease", lease->at("lease")}});
+  if (done && !released) return pass(released.error());
+  return done;
+}
+
 Result<int> ordered(const RunOrderArgs& args, std::string_view method, json params,
                     Console& console) {
   auto daemon = opened(args);

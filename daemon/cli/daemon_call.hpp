@@ -24,6 +24,11 @@ Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
 std::string run_line(const nlohmann::json& run);
 /// The run that was named, or the one under way. Errors: not_found, when none is.
 Result<std::string> run_of(client::Client& daemon, const std::string& named);
+/// The same run as the daemon tells it.
+Result<nlohmann::json> run_told(client::Client& daemon, const std::string& named);
+/// A change after which the rig may move, under a lease that is given back. `note`: what for.
+Result<nlohmann::json> under_lease(client::Client& daemon, const std::string& note,
+                                   std::string_view method, nlohmann::json params);
 /// Asks for a change of that run, and prints it.
 Result<int> ordered(const RunOrderArgs& args, std::string_view method, nlohmann::json params,
                     Console& console);

@@ -23,13 +23,24 @@ std::string ready_text(const json& ready) {
   return text;
 }
 
-Result<int> recovered(Client& daemon, const std::string& id, Console& console) {
-  const auto lease = call(daemon, "lease.acquire", {{"note", "weft resume " + id}});
-  if (!lease) return pass(lease.error());
-  const auto run = call(daemon, "run.resume", {{"run", id}, {"lease", lease->at("lease")}});
-  const auto released = call(daemon, "lease.release", {{"lease", lease->at("lease")}});
+struct Recovered {
+  std::string run, choice;
+};
+Result<int> recovered_or_told(Client& daemon, const Recovered& what, bool preview,
+                              Console& console) {
+  const auto left =
+      call(daemon, "run.recover", {{"run", what.run}, {"choice", what.choice}, {"preview", true}});
+  if (!left) return pass(left.error());
+  std::string text;
+  for (const json& step : left->at("will")) text += "  " + step.get<std::string>() + "\n";
+  if (preview) {
+    print(console, text, *left);
+    return exit_ok;
+  }
+  console.err << text;
+  const auto run = under_lease(daemon, "weft recover " + what.run + " " + what.choice,
+                               "run.recover", {{"run", what.run}, {"choice", what.choice}});
   if (!run) return pass(run.error());
-  if (!released) return pass(released.error());
   print(console, run_line(*run), *run);
   return exit_ok;
 }
@@ -61,6 +72,14 @@ void add_options(CLI::App& command, ResumeArgs& args) {
   add_run(command, args);
   command.add_flag("--preview", args.preview,
                    "an interrupted run: what it would do, nothing moves");
+}
+void add_options(CLI::App& command, RecoverArgs& args) {
+  add_socket(command, args);
+  command.add_option("RUN", args.run, "its name, R-000318")->required();
+  command.add_option("CHOICE", args.choice, "resume, discard or keep-partial")
+      ->required()
+      ->check(CLI::IsMember({"resume", "discard", "keep-partial"}));
+  command.add_flag("--preview", args.preview, "what it would do; nothing happens");
 }
 void add_options(CLI::App& command, ConfirmArgs& args) {
   add_run(command, args);
@@ -113,14 +132,11 @@ Result<int> run_status(const StatusArgs& args, Console& console) {
 Result<int> run_start(const StartArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
-  const auto lease = call(*daemon, "lease.acquire", {{"note", "weft start " + args.recipe}});
-  if (!lease) return pass(lease.error());
-  json params{{"recipe", args.recipe}, {"lease", lease->at("lease")}, {"name", args.name}};
+  json params{{"recipe", args.recipe}, {"name", args.name}};
   if (args.seed) params["seed"] = *args.seed;
-  const auto run = call(*daemon, "run.start", params);
-  const auto released = call(*daemon, "lease.release", {{"lease", lease->at("lease")}});
+  const auto run =
+      under_lease(*daemon, "weft start " + args.recipe, "run.start", std::move(params));
   if (!run) return pass(run.error());
-  if (!released) return pass(released.error());
   if (args.wait) return waited(*daemon, *run, console);
   print(console, run_line(*run), *run);
   return exit_ok;
@@ -133,36 +149,31 @@ Result<int> run_pause(const PauseArgs& args, Console& console) {
 Result<int> run_resume(const ResumeArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
-  const auto id = run_of(*daemon, args.run);
-  if (!id) return pass(id.error());
-  const auto run = call(*daemon, "run.get", {{"run", *id}});
+  const auto run = run_told(*daemon, args.run);
   if (!run) return pass(run.error());
+  const std::string id = run->at("run").get<std::string>();
   if (run->value("state", "") != "interrupted" && !args.preview)
     return ordered(args, "run.resume", json::object(), console);
-  const auto left = call(*daemon, "run.resume", {{"run", *id}, {"preview", true}});
-  if (!left) return pass(left.error());
-  std::string text;
-  for (const json& step : left->at("will")) text += "  " + step.get<std::string>() + "\n";
-  if (args.preview) {
-    print(console, text, *left);
-    return exit_ok;
-  }
-  console.err << text;
-  return recovered(*daemon, *id, console);
+  return recovered_or_told(*daemon, {id, "resume"}, args.preview, console);
+}
+
+Result<int> run_recover(const RecoverArgs& args, Console& console) {
+  auto daemon = opened(args);
+  if (!daemon) return pass(daemon.error());
+  return recovered_or_told(*daemon, {args.run, args.choice}, args.preview, console);
 }
 
 Result<int> run_confirm(const ConfirmArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
-  const auto id = run_of(*daemon, args.run);
-  if (!id) return pass(id.error());
-  const auto run = call(*daemon, "run.get", {{"run", *id}});
+  const auto run = run_told(*daemon, args.run);
   if (!run) return pass(run.error());
+  const std::string id = run->at("run").get<std::string>();
   const json attention = run->value("attention", json());
   if (!attention.is_object() || !attention.value("asked", false))
-    return fail(Errc::wrong_state, "the run waits for nobody", *id, {}, run->value("state", ""));
+    return fail(Errc::wrong_state, "the run waits for nobody", id, {}, run->value("state", ""));
   console.err << "weft: done: " << attention.value("text", "") << '\n';
-  const auto gone_on = call(*daemon, "run.confirm", {{"run", *id}, {"step", attention.at("step")}});
+  const auto gone_on = call(*daemon, "run.confirm", {{"run", id}, {"step", attention.at("step")}});
   if (!gone_on) return pass(gone_on.error());
   print(console, run_line(*gone_on), *gone_on);
   return exit_ok;

@@ -1,6 +1,6 @@
 #pragma once
-// `weft status | start | watch | pause | resume | confirm | stop | abort | halt | log | call |
-// token`: what a person asks of a running weftd.
+// `weft status | start | watch | pause | resume | recover | confirm | stop | abort | halt | log |
+// call | token`: what a person asks of a running weftd.
 
 #include <cstdint>
 #include <filesystem>
@@ -40,6 +40,9 @@ struct ResumeArgs : RunOrderArgs {
   bool preview = false;
 };
 struct ConfirmArgs : RunOrderArgs {};
+struct RecoverArgs : ResumeArgs {
+  std::string choice;
+};
 struct StopArgs : RunOrderArgs {};
 struct AbortArgs : RunOrderArgs {};
 struct HaltArgs : SocketArgs {};
@@ -63,6 +66,7 @@ void add_options(CLI::App& command, StartArgs& args);
 void add_options(CLI::App& command, PauseArgs& args);
 void add_options(CLI::App& command, ResumeArgs& args);
 void add_options(CLI::App& command, ConfirmArgs& args);
+void add_options(CLI::App& command, RecoverArgs& args);
 void add_options(CLI::App& command, StopArgs& args);
 void add_options(CLI::App& command, AbortArgs& args);
 void add_options(CLI::App& command, HaltArgs& args);
@@ -78,6 +82,8 @@ Result<int> run_start(const StartArgs& args, Console& console);
 Result<int> run_pause(const PauseArgs& args, Console& console);
 /// A run that is held, or one that the daemon's death interrupted: what is left is told first.
 Result<int> run_resume(const ResumeArgs& args, Console& console);
+/// Told first: what becomes of an interrupted run.
+Result<int> run_recover(const RecoverArgs& args, Console& console);
 /// A person has done what the run waits for, which is told first.
 Result<int> run_confirm(const ConfirmArgs& args, Console& console);
 Result<int> run_stop(const StopArgs& args, Console& console);

@@ -92,7 +92,8 @@ std::string left_out_text(const CampaignContents& campaign) {
   if (campaign.never_begun > 0) parts.push_back(thousands(campaign.never_begun) + " never begun");
   return thousands(campaign.dataset.trials.size()) + " of " + thousands(campaign.progress.planned) +
          " planned trials are complete" + (parts.empty() ? "" : "; left out: " + joined(parts)) +
-         (campaign.progress.finished ? "" : "; the run did not come to its end") + ".\n";
+         (campaign.progress.finished ? "" : "; the run did not come to its end") +
+         (campaign.progress.discarded ? "; somebody discarded it" : "") + ".\n";
 }
 
 void add_campaign(const CampaignContents& campaign, json& object) {
@@ -174,6 +175,9 @@ Result<int> run_export(const ExportArgs& args, Console& console) {
   if (auto ok = refuse_same_file(args.campaign, args.out); !ok) return pass(ok.error());
   const Result<CampaignContents> campaign = open_campaign(args.campaign);
   if (!campaign) return pass(campaign.error());
+  if (campaign->progress.discarded)
+    return fail(Errc::wrong_state, "the campaign was discarded: no data set is made of it",
+                args.campaign.string());
   if (campaign->dataset.trials.empty())
     return fail(Errc::not_found, "no complete trial in the campaign", args.campaign.string());
   const Result<std::string> sha256 = write_hdf5(campaign->dataset, args.out);

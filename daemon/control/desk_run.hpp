@@ -17,6 +17,9 @@ inline Deadlines deadlines_of(const recipes::Plan& plan) {
                        forecast_s / static_cast<double>(plan.trials.size()));
 }
 
+/// Who holds a line that the daemon found when it began.
+inline constexpr const char* after_restart = "auto:restart";
+
 /// What escapes a run's thread ends that work and nothing else.
 template <class Work>
 auto caught(const Work& work) -> decltype(work()) {
@@ -38,8 +41,14 @@ struct RunDesk::Run {
   recipes::Ticket asked = 0;           ///< of what a person is asked for
   bool at_work = false;                ///< the thread has not told its end
   std::atomic<bool> took_rig = false;  ///< set by the thread
-  std::vector<PreviewTold> curious;    ///< wait for what `looker` finds
+  struct Curious {
+    Recovery choice;
+    PreviewTold told;
+  };
+  std::vector<Curious> curious;  ///< wait for what `looker` finds
   std::jthread looker;
+  bool settling = false;  ///< so `settler` is at work
+  std::jthread settler;
   struct Waiting {
     std::function<void(const RunView&)> told;
     std::weak_ptr<const void> listener;

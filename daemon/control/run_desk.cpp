@@ -48,6 +48,7 @@ RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(aroun
     run->view.machine.state = stored.state;
     runs_.push_back(std::move(run));
   }
+  take_up_line();
 }
 
 RunDesk::~RunDesk() {
@@ -85,19 +86,26 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
   stored.name = wish.name;
   stored.by = wish.by;
   stored.created_us = around_.utc_us();
+  RunLine line = line_;
+  ++line.revision;
   const Status kept = store_.together([&] {
     Status done = store_.add(stored);
     if (!done) return done;
     stored.folder =
         free_folder(around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name)));
     done = store_.update(stored);
+    if (!done) return done;
+    line.put(stored.number, wish.place.value_or(line.runs.size()));
+    done = store_.keep(line);
     return done ? store_.journal(stored.created_us, stored.id(), "submitted", wish.by) : done;
   });
   if (!kept) return pass(kept.error());
+  line_ = line;
   plan_known(*run, checked->plan);
   runs_.push_back(std::move(run));
   Run& added = *runs_.back();
   tell(added);
+  if (around_.lined) around_.lined(line_, wish.by);
   begin_next();
   return added.view;
 }
@@ -114,50 +122,6 @@ CampaignRequest RunDesk::request_of(const StoredRun& run) {
   CampaignRequest request{run.recipe, run.rig, run.folder, run.seed};
   request.resume = run.resume;
   return request;
-}
-
-Result<RunDesk::Run*> RunDesk::interrupted(std::string_view id) const {
-  Run* const run = find(id);
-  if (run == nullptr)
-    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
-  if (run->state() != RunState::interrupted)
-    return fail(Errc::wrong_state, "only an interrupted run is gone on with", "/params/run",
-                "interrupted", std::string(to_string(run->state())));
-  return run;
-}
-
-// Who asks while somebody looks hears what that one finds.
-void RunDesk::preview(std::string_view id, PreviewTold told) {
-  const auto found = interrupted(id);
-  if (!found) return told(pass(found.error()));
-  Run& run = **found;
-  run.curious.push_back(std::move(told));
-  if (run.curious.size() > 1) return;
-  CampaignRequest request = request_of(run.view.stored);
-  request.resume = true;
-  run.looker = std::jthread([this, &run, request = std::move(request)](std::stop_token stop) {
-    const auto left =
-        caught([&] { return preview_resume(request, [&stop] { return stop.stop_requested(); }); });
-    around_.post([&run, left] {
-      for (const auto& each : std::exchange(run.curious, {})) each(left);
-    });
-  });
-}
-
-Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
-  const auto found = interrupted(id);
-  if (!found) return pass(found.error());
-  Run& run = **found;
-  StoredRun& stored = run.view.stored;
-  const auto checked = check_request(request_of(stored));
-  if (!checked) return pass(checked.error());
-  stored.resume = true;
-  stored.outcome = stored.cleanup = stored.rig_fact = stored.error = stored.dataset_sha256 = "";
-  plan_known(run, checked->plan);
-  if (standing_ == RigStanding{RigStanding::Fact::unknown, stored.id()}) trusted_ = stored.id();
-  apply(run, {{RunState::queued, RunMachine::Clock::max()}, {}, false}, by);
-  begin_next();
-  return run.view;
 }
 
 bool RunDesk::may_begin(const Run& run) const {
@@ -178,11 +142,13 @@ void RunDesk::keep_standing() {
 }
 
 void RunDesk::begin_next() {
-  if (active()) return;
-  const auto next =
-      std::find_if(runs_.begin(), runs_.end(), [this](const auto& run) { return may_begin(*run); });
-  if (next == runs_.end()) return;
-  Run& run = **next;
+  if (active() || line_.held()) return;
+  const auto next = std::find_if(line_.runs.begin(), line_.runs.end(), [this](std::int64_t number) {
+    const Run* const run = numbered(number);
+    return run != nullptr && may_begin(*run);
+  });
+  if (next == line_.runs.end()) return;
+  Run& run = *numbered(*next);
   if (run.limits.arming.count() == 0) {  // from before a restart
     run.limits = Deadlines::of(0, 600);  // enough to be refused
     if (const auto checked = check_request(request_of(run.view.stored)))
@@ -229,11 +195,16 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
   if (step.order && run.orders) run.orders->give({*step.order, std::string(by), run.asked});
   if (changes && !run.may_need_people()) run.view.attention.reset();
   if (changes) {
+    const bool waited = run.view.stored.state == RunState::queued;
     run.view.stored.state = step.next.state;
     const json payload{{"state", to_string(step.next.state)}};
     static_cast<void>(store_.update(run.view.stored));
     static_cast<void>(
         store_.journal(around_.utc_us(), run.view.stored.id(), "state", by, payload.dump()));
+    RunLine line = line_;
+    if (waited) std::erase(line.runs, run.view.stored.number);
+    if (step.next.state == RunState::queued) line.put(run.view.stored.number, 0);
+    if (line != line_) static_cast<void>(line_becomes(std::move(line), by));
   }
   if (step.lost) {
     run.view.stored.outcome = "failed";
@@ -342,11 +313,12 @@ Status RunDesk::reset(std::string_view reason, std::string_view by) {
                 "Wait for it; one that does not answer ends with the daemon");
   const std::string payload = json{{"reason", reason}}.dump();
   const Status kept = store_.together([&] {
-    Status done = store_.keep({});
+    Status done = store_.keep(RigStanding{});
     return done ? store_.journal(around_.utc_us(), "", "reset", by, payload) : done;
   });
   if (!kept) return kept;
   stand({}, by);
+  if (line_.held_by == after_restart) static_cast<void>(start_line(by));
   begin_next();
   return {};
 }

@@ -26,6 +26,7 @@ struct RunWish {
   std::optional<std::uint64_t> seed;
   std::string name;  ///< of its folder; the run's own number where it is empty
   std::string by;
+  std::optional<std::size_t> place = {};  ///< in line, from 0; the end where it is left out
 };
 
 /// What a person is asked for, or will be.
@@ -49,6 +50,14 @@ struct RunView {
   double wall_left_s = 0;          ///< by the mean of the trials done, and people's time
 };
 
+/// What becomes of an interrupted run.
+enum class Recovery {
+  resume,       ///< it goes on where it was
+  discard,      ///< it has ended, and no data set is made of it
+  keep_partial  ///< it has ended, and its data set is of the trials that are complete
+};
+std::string_view to_string(Recovery choice);
+
 /// Used by one thread, which `post` calls back to.
 class RunDesk {
  public:
@@ -63,6 +72,8 @@ class RunDesk {
     /// The rig stands otherwise than before, by whose word or act.
     std::function<void(const RigStanding&, std::string_view by)> stands;
     std::function<void(const RunView&)> voted = {};  ///< there is a new live vote
+    /// The line is another one, by whose word or act.
+    std::function<void(const RunLine&, std::string_view by)> lined = {};
   };
   /// `store` outlives the desk.
   RunDesk(Surroundings around, RunStore& store);
@@ -81,13 +92,27 @@ class RunDesk {
   /// Errors: not_found; wrong_state, when nothing is asked, or something else.
   Result<RunView> confirm(std::string_view id, std::string_view step, std::string_view by);
   using PreviewTold = std::function<void(const Result<ResumePreview>&)>;
-  /// What going on with an interrupted run would do; nothing moves. The campaign is verified, which
+  /// What a choice would do with an interrupted run; nothing moves. The campaign is verified, which
   /// takes a second for each 150 MB, on another thread; `told` is called once, on the desk's.
-  /// Errors: not_found; wrong_state; preview_resume()'s.
-  void preview(std::string_view id, PreviewTold told);
+  /// Errors: not_found; wrong_state; preview_resume()'s, preview_keep_partial()'s.
+  void preview(std::string_view id, Recovery choice, PreviewTold told);
+  using SettledTold = std::function<void(const Result<RunView>&)>;
+  /// Ends an interrupted run by discarding it or keeping what there is, on another thread likewise.
+  /// How the rig stands remains as it is. Errors: not_found; wrong_state; keep_partial()'s, and the
+  /// run is interrupted as before then.
+  void settle(std::string_view id, Recovery choice, std::string_view by, SettledTold told);
   /// Puts an interrupted run in line again, to go on where it was. What its file says is looked at
   /// when it begins. Errors: not_found; wrong_state; check_request()'s.
   Result<RunView> recover(std::string_view id, std::string_view by);
+  /// The runs that wait, and in which order. Outlives the daemon. One that begins with runs in line
+  /// holds them: somebody starts the line, or resets the rig.
+  [[nodiscard]] const RunLine& line() const { return line_; }
+  /// Another place in line for a run that waits, from 0. Errors: not_found, wrong_state.
+  Status move(std::string_view id, std::size_t place, std::string_view by);
+  /// Nothing more begins; the run under way goes on. Errors: wrong_state, when it is held already.
+  Status hold_line(std::string_view by);
+  /// Errors: wrong_state, when it is not held.
+  Status start_line(std::string_view by);
   /// Stops motion now, whatever runs, and latches the rig until reset().
   void halt(std::string_view by);
   Status reset(std::string_view reason, std::string_view by);
@@ -110,6 +135,9 @@ class RunDesk {
  private:
   struct Run;
   void begin_next();
+  void take_up_line();
+  Status line_becomes(RunLine next, std::string_view by);
+  Run* numbered(std::int64_t number) const;
   void moved(Run& run, const RunMoment& moment);
   void ask(Run& run, const recipes::AskOperator& asked);
   [[nodiscard]] bool may_begin(const Run& run) const;
@@ -120,6 +148,9 @@ class RunDesk {
   [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
+  void look(Run& run);
+  void settled(Run& run, Recovery choice, std::string_view by,
+               const Result<CampaignSummary>& summary, const SettledTold& told);
   void note_rejected(Run& run, const TrialProgress& line);
   void tell(Run& run);
   Run* find(std::string_view id) const;
@@ -128,6 +159,7 @@ class RunDesk {
   Surroundings around_;
   RunStore& store_;
   std::vector<std::unique_ptr<Run>> runs_;  // oldest first
+  RunLine line_;
   RigStanding standing_;
   bool standing_kept_ = true;
   std::int64_t asks_ = 0;  ///< so many names of asks are taken, in other lives too

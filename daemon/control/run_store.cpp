@@ -12,12 +12,17 @@ CREATE TABLE IF NOT EXISTS run (
   recipe TEXT NOT NULL, rig TEXT NOT NULL, folder TEXT NOT NULL, seed TEXT NOT NULL,
   name TEXT NOT NULL, by TEXT NOT NULL, created_us INTEGER NOT NULL,
   state TEXT NOT NULL, outcome TEXT NOT NULL, cleanup TEXT NOT NULL, rig_fact TEXT NOT NULL,
-  error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0
+  error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0,
+  recovered TEXT NOT NULL DEFAULT ''
 ) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
   sequence INTEGER PRIMARY KEY AUTOINCREMENT, utc_us INTEGER NOT NULL,
   run TEXT NOT NULL, kind TEXT NOT NULL, by TEXT NOT NULL, payload_json TEXT NOT NULL
 ) STRICT;
+CREATE TABLE IF NOT EXISTS line (
+  id INTEGER PRIMARY KEY CHECK (id = 1), revision INTEGER NOT NULL, held_by TEXT NOT NULL
+) STRICT;
+CREATE TABLE IF NOT EXISTS waiting (place INTEGER PRIMARY KEY, run INTEGER NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS rig (
   id INTEGER PRIMARY KEY CHECK (id = 1), fact TEXT NOT NULL, why TEXT NOT NULL
 ) STRICT;
@@ -62,18 +67,26 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   run.error = row.text(12);
   run.dataset_sha256 = row.text(13);
   run.resume = row.integer(14) != 0;
+  run.recovered = row.text(15);
   return run;
 }
 
 /// A file from before there was the column gets it.
-Status add_resume(sqlite::Database& database) {
-  auto query =
-      database.prepare("SELECT count(*) FROM pragma_table_info('run') WHERE name='resume'");
+Status add_column(sqlite::Database& database, std::string_view name, const char* alter_sql) {
+  auto query = database.prepare("SELECT count(*) FROM pragma_table_info('run') WHERE name = ?");
   if (!query) return pass(query.error());
+  query->bind(1, name);
   const auto row = query->step();
   if (!row) return pass(row.error());
-  if (query->integer(0) > 0) return {};
-  return database.execute("ALTER TABLE run ADD COLUMN resume INTEGER NOT NULL DEFAULT 0");
+  return query->integer(0) > 0 ? Status{} : database.execute(alter_sql);
+}
+
+Status add_columns(sqlite::Database& database) {
+  const Status done = add_column(database, "resume",
+                                 "ALTER TABLE run ADD COLUMN resume INTEGER NOT NULL DEFAULT 0");
+  if (!done) return done;
+  return add_column(database, "recovered",
+                    "ALTER TABLE run ADD COLUMN recovered TEXT NOT NULL DEFAULT ''");
 }
 
 }  // namespace
@@ -100,7 +113,7 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
                 "Stop it, or give this one a folder of its own");
   }
   Status made = database->execute(schema_sql);
-  if (made) made = add_resume(*database);
+  if (made) made = add_columns(*database);
   if (!made) return pass(made.error(), file.string());
   RunStore store(std::move(*database));
   if (Status ok = store.take_stock(); !ok) return pass(ok.error(), file.string());
@@ -146,10 +159,48 @@ Status RunStore::keep(const RigStanding& standing) {
   return change->run();
 }
 
+Result<RunLine> RunStore::line() {
+  RunLine out;
+  auto query = database_.prepare("SELECT revision, held_by FROM line");
+  if (!query) return pass(query.error());
+  auto row = query->step();
+  if (!row) return pass(row.error());
+  if (!*row) return out;
+  out.revision = query->integer(0);
+  out.held_by = query->text(1);
+  auto waiting = database_.prepare("SELECT run FROM waiting ORDER BY place");
+  if (!waiting) return pass(waiting.error());
+  for (row = waiting->step(); row && *row; row = waiting->step())
+    out.runs.push_back(waiting->integer(0));
+  if (!row) return pass(row.error());
+  return out;
+}
+
+Status RunStore::keep(const RunLine& line) {
+  return database_.in_transaction() ? write(line) : together([&] { return write(line); });
+}
+
+Status RunStore::write(const RunLine& line) {
+  auto head =
+      database_.prepare("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)");
+  if (!head) return pass(head.error());
+  head->bind(1, line.revision).bind(2, line.held_by);
+  Status done = head->run();
+  if (done) done = database_.execute("DELETE FROM waiting");
+  if (!done) return done;
+  auto insert = database_.prepare("INSERT INTO waiting (place, run) VALUES (?, ?)");
+  if (!insert) return pass(insert.error());
+  for (std::size_t place = 0; done && place < line.runs.size(); ++place) {
+    insert->bind(1, static_cast<std::int64_t>(place)).bind(2, line.runs[place]);
+    done = insert->run();
+  }
+  return done;
+}
+
 Result<std::vector<StoredRun>> RunStore::load() {
   auto query = database_.prepare(
       "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
-      "rig_fact, error, dataset_sha256, resume FROM run ORDER BY number");
+      "rig_fact, error, dataset_sha256, resume, recovered FROM run ORDER BY number");
   if (!query) return pass(query.error());
   std::vector<StoredRun> out;
   for (;;) {
@@ -192,12 +243,12 @@ Status RunStore::add(StoredRun& run) {
 Status RunStore::update(const StoredRun& run) {
   auto change = database_.prepare(
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
-      "folder=?, resume=? WHERE number=?");
+      "folder=?, resume=?, recovered=? WHERE number=?");
   if (!change) return pass(change.error());
   const std::string folder = run.folder.string();
   change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
   change->bind(4, run.rig_fact).bind(5, run.error).bind(6, run.dataset_sha256).bind(7, folder);
-  change->bind(8, std::int64_t{run.resume}).bind(9, run.number);
+  change->bind(8, std::int64_t{run.resume}).bind(9, run.recovered).bind(10, run.number);
   return change->run();
 }
 

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/control/run_line.hpp"
 #include "daemon/control/run_machine.hpp"
 #include "daemon/recorder/sqlite.hpp"
 
@@ -27,6 +28,8 @@ struct StoredRun {
   std::string error;                       ///< the first thing that went wrong
   std::string dataset_sha256;
   bool resume = false;  ///< somebody asked to go on with what its folder holds
+  /// What somebody decided about it after it was interrupted: "", "discard" or "keep-partial".
+  std::string recovered;
 
   [[nodiscard]] std::string id() const;  ///< "R-000318"
 };
@@ -63,6 +66,11 @@ class RunStore {
   [[nodiscard]] Result<RigStanding> standing();
   Status keep(const RigStanding& standing);
 
+  /// The line as it was kept; empty in a new file.
+  [[nodiscard]] Result<RunLine> line();
+  /// All of it or nothing.
+  Status keep(const RunLine& line);
+
   struct Line {
     std::int64_t sequence = 0, utc_us = 0;
     std::string run, kind, by, payload_json;
@@ -73,6 +81,7 @@ class RunStore {
  private:
   explicit RunStore(sqlite::Database database) : database_(std::move(database)) {}
   Status take_stock();
+  Status write(const RunLine& line);
   sqlite::Database database_;
 };
 

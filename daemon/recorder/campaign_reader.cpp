@@ -44,6 +44,15 @@ Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
   return database;
 }
 
+Result<bool> is_discarded(sqlite::Database& database) {
+  auto query = database.prepare("SELECT count(*) FROM journal WHERE kind = ?");
+  if (!query) return pass(query.error());
+  query->bind(1, discarded_kind);
+  const auto row = query->step();
+  if (!row) return pass(row.error());
+  return *row && query->integer(0) > 0;
+}
+
 constexpr std::int64_t most_block_readings = 65536;
 
 /// Streams of blocks, where the file has any.
@@ -276,6 +285,11 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
                               const CampaignLoadOptions& options) {
   auto database = open_campaign(path);
   if (!database) return pass(std::move(database).error());
+  const auto discarded = is_discarded(*database);
+  if (!discarded) return pass(discarded.error(), path.string());
+  if (*discarded && !options.all_outcomes)
+    return fail(Errc::wrong_state, "the campaign was discarded: no data set is made of it",
+                path.string());
   Dataset dataset;
   auto taxels = read_header(*database, dataset.info);
   if (!taxels) return pass(std::move(taxels).error(), path.string());
@@ -312,7 +326,9 @@ Result<CampaignProgress> load_progress(const std::filesystem::path& path) {
   if (!planned) return pass(planned.error(), path.string());
   const auto finished = read_integer(*database, "SELECT finished FROM campaign");
   if (!finished) return pass(finished.error(), path.string());
-  return CampaignProgress{static_cast<std::uint32_t>(*planned), *finished != 0};
+  const auto discarded = is_discarded(*database);
+  if (!discarded) return pass(discarded.error(), path.string());
+  return CampaignProgress{static_cast<std::uint32_t>(*planned), *finished != 0, *discarded};
 }
 
 Result<std::vector<JournalEntry>> load_journal(const std::filesystem::path& path) {

@@ -152,6 +152,14 @@ Status CampaignWriter::device(const DeviceInfo& device) {
   return run(insert_device_);
 }
 
+Status CampaignWriter::left_behind(TimePoint now, std::string_view kind,
+                                   std::string_view payload_json) {
+  if (Status open = begin(); !open) return open;
+  Status done =
+      guard(database_.execute("UPDATE trial SET outcome = 'interrupted' WHERE outcome IS NULL"));
+  return done ? journal(now, kind, payload_json) : done;
+}
+
 Status CampaignWriter::resumed(TimePoint now, std::string_view payload_json) {
   if (Status open = begin(); !open) return open;
   Status done =

@@ -47,6 +47,8 @@ class CampaignWriter {
   Status device(const DeviceInfo& device);
   /// The run goes on: what was under way when it ended is marked as interrupted, and kept.
   Status resumed(TimePoint now, std::string_view payload_json);
+  /// Nobody goes on with the run: likewise, and the line says why.
+  Status left_behind(TimePoint now, std::string_view kind, std::string_view payload_json);
   Status begin_trial(const TrialSpec& spec, TimePoint now);  ///< and commits
   /// Before the first chunk of a stream of blocks.
   Status block_stream(const BlockStreamRecord& stream);

@@ -138,7 +138,8 @@ struct CampaignLoadOptions {
 };
 
 /// Opens a campaign file read-only, checks every chunk's CRC and gathers the trials in plan order.
-/// Errors: not_found, parse (not a campaign file), corrupt (names trial, stream and chunk).
+/// Errors: not_found, parse (not a campaign file), corrupt (names trial, stream and chunk);
+/// wrong_state, for a discarded campaign unless all outcomes are wanted.
 Result<Dataset> load_campaign(const std::filesystem::path& path,
                               const CampaignLoadOptions& options = {});
 
@@ -152,7 +153,10 @@ bool is_campaign_file(const std::filesystem::path& path);
 struct CampaignProgress {
   std::uint32_t planned = 0;  ///< trials
   bool finished = false;      ///< the run came to its end, complete or not
+  bool discarded = false;     ///< somebody decided that no data set is made of it
 };
+/// The journal's line that says so.
+inline constexpr const char* discarded_kind = "discarded";
 Result<CampaignProgress> load_progress(const std::filesystem::path& path);
 
 /// A line of the journal.

@@ -32,7 +32,15 @@ CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
   return header;
 }
 
-/// Certificate and data set are of the state that ends here.
+Result<std::string> export_dataset(const std::filesystem::path& campaign,
+                                   const std::filesystem::path& dataset) {
+  const Result<Dataset> loaded = load_campaign(campaign);
+  if (!loaded) return pass(loaded.error());
+  return write_hdf5(*loaded, dataset);
+}
+
+}  // namespace
+
 Status forget_end(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::remove(folder / certificate_file_name, error);
@@ -44,15 +52,6 @@ Status forget_end(const std::filesystem::path& folder) {
                 error.message());
   return {};
 }
-
-Result<std::string> export_dataset(const std::filesystem::path& campaign,
-                                   const std::filesystem::path& dataset) {
-  const Result<Dataset> loaded = load_campaign(campaign);
-  if (!loaded) return pass(loaded.error());
-  return write_hdf5(*loaded, dataset);
-}
-
-}  // namespace
 
 Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,
                          BenchSession& session, const RigFile& rig) {

@@ -18,6 +18,10 @@ Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest
 Result<Recorder> reopened(const std::filesystem::path& file, const Resumption& how,
                           BenchSession& session);
 
+/// Takes away what is of an end that is none any more: the certificate, and the data set, which is
+/// set aside. Errors: io.
+Status forget_end(const std::filesystem::path& folder);
+
 /// Data set and certificate of a campaign file that is finished.
 Status conclude(const std::filesystem::path& folder, CampaignSummary& summary);
 

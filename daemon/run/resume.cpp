@@ -43,15 +43,6 @@ Status same_models(const std::filesystem::path& campaign, const CheckedRequest& 
                    live_models_json(checked.plan, checked.models));
 }
 
-Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked) {
-  const auto report = verify(campaign, stop_asked);
-  if (!report) return pass(report.error());
-  if (report->holds()) return {};
-  const VerifyFinding& first = report->findings.front();
-  return fail(Errc::corrupt, "the campaign is not as it was recorded: " + first.what, first.where,
-              {}, {}, first.hint.empty() ? "weft verify tells all of it" : first.hint);
-}
-
 std::string number(double value, int digits) {
   std::string text = std::to_string(value);
   return text.substr(0, text.find('.') + 1 + static_cast<std::size_t>(digits));
@@ -126,6 +117,15 @@ Result<std::optional<Resumption>> nothing_recorded(const std::filesystem::path& 
 
 }  // namespace
 
+Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked) {
+  const auto report = verify(campaign, stop_asked);
+  if (!report) return pass(report.error());
+  if (report->holds()) return {};
+  const VerifyFinding& first = report->findings.front();
+  return fail(Errc::corrupt, "the campaign is not as it was recorded: " + first.what, first.where,
+              {}, {}, first.hint.empty() ? "weft verify tells all of it" : first.hint);
+}
+
 bool is_anything_left(const CampaignRequest& request) {
   const std::filesystem::path campaign = request.out / "campaign.sqlite";
   const auto checked = check_request(request);
@@ -151,6 +151,8 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   if (Status ok = holds(campaign, stop_asked); !ok) return pass(ok.error());
   auto past = load_past(campaign);
   if (!past) return pass(past.error());
+  if (past->progress.discarded)
+    return fail(Errc::wrong_state, "the campaign was discarded", campaign.string());
   if (Status same = same_request(*past, checked); !same) return pass(same.error());
   if (past->attempts.empty()) return std::optional<Resumption>{};  // no trial has begun
   if (Status same = same_models(campaign, checked); !same) return pass(same.error());

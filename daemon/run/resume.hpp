@@ -36,6 +36,9 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
                                              const CheckedRequest& checked, BenchMode mode,
                                              const StopAsked& stop_asked = {});
 
+/// The campaign's folder is what was recorded. Errors: verify()'s; corrupt, with the first finding.
+Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked);
+
 /// Whether the folder's campaign may be gone on with by what its file says, which is not verified.
 /// True as well where that cannot be read: somebody may put right what keeps it from it.
 bool is_anything_left(const CampaignRequest& request);

@@ -58,6 +58,7 @@ class Daemon {
   /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
   std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
   void changed(const control::RunView& run);
+  void lined(const control::RunLine& line, std::string_view by);
   void tick();
 
   RisingUtc utc_;
@@ -159,7 +160,8 @@ Status Daemon::begin(const DaemonOptions& options) {
           .voted =
               [this](const control::RunView& run) {
                 hub_.publish("vote:" + run.stored.id(), api::vote_json(*run.vote), utc_us());
-              }},
+              },
+          .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); }},
       log_);
   services_.desk = desk_.get();
   if (options.http_port) {
@@ -178,6 +180,12 @@ Status Daemon::begin(const DaemonOptions& options) {
 
 void Daemon::changed(const control::RunView& run) {
   hub_.publish("run:" + run.stored.id(), api::run_json(run), utc_us());
+}
+
+void Daemon::lined(const control::RunLine& line, std::string_view by) {
+  nlohmann::json delta = api::queue_json(line);
+  delta["by"] = by;
+  hub_.publish("queue", delta, utc_us());
 }
 
 void Daemon::tick() {

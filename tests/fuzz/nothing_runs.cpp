@@ -4,6 +4,7 @@
 
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/run/campaign.hpp"
+#include "daemon/run/recovery.hpp"
 #include "daemon/run/resume.hpp"
 
 namespace weft::daemon {
@@ -22,6 +23,19 @@ Result<CampaignSummary> run_campaign(const CampaignRequest&, const CampaignHooks
   return nothing();
 }
 Result<ResumePreview> preview_resume(const CampaignRequest&, const StopAsked&) {
+  return nothing();
+}
+Result<ResumePreview> preview_discard(const std::filesystem::path&) {
+  return nothing();
+}
+Result<ResumePreview> preview_keep_partial(const std::filesystem::path&, const StopAsked&) {
+  return nothing();
+}
+Status discard_campaign(const std::filesystem::path&, std::string_view) {
+  return nothing();
+}
+Result<CampaignSummary> keep_partial(const std::filesystem::path&, std::string_view,
+                                     const StopAsked&) {
   return nothing();
 }
 bool is_only_end_left(const CampaignRequest&) {

@@ -86,4 +86,18 @@ struct DeskBench {
   }
 };
 
+/// A folder in which a daemon died under its only run, some trials of which are on record.
+inline void leave_interrupted(const TemporaryFolder& folder) {
+  CampaignRequest request = request_in(folder, tiny_recipe(2));
+  request.error_check = false;
+  control::StoredRun run;
+  run.recipe = request.recipe;
+  run.rig = request.rig;
+  run.folder = request.out = folder / "R-000001";
+  run.state = control::RunState::running;
+  REQUIRE(killed_at(request, {90, false}) == true);
+  control::RunStore store = std::move(control::RunStore::open(folder / "weftd.sqlite").value());
+  REQUIRE(store.add(run));
+}
+
 }  // namespace weft::daemon::test

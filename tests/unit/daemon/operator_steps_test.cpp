@@ -128,7 +128,8 @@ TEST_CASE("a run that waits for people when its daemon dies asks again when it g
   const std::string id = bench.desk->all().front().stored.id();
   REQUIRE(bench.desk->get(id)->machine.state == RunState::interrupted);
   std::optional<ResumePreview> left;
-  bench.desk->preview(id, [&](const Result<ResumePreview>& told) { left = told.value(); });
+  bench.desk->preview(id, Recovery::resume,
+                      [&](const Result<ResumePreview>& told) { left = told.value(); });
   REQUIRE(bench.posted.run_until([&] { return left.has_value(); }));
   CHECK(left->complete == 2);
   CHECK(std::count(left->will.begin(), left->will.end(),

@@ -6,25 +6,8 @@ using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
 using test::DeskBench;
+using test::leave_interrupted;
 using test::TemporaryFolder;
-
-namespace {
-
-/// A folder in which a daemon died under its only run, some trials of which are on record.
-void leave_interrupted(const TemporaryFolder& folder) {
-  CampaignRequest request = test::request_in(folder, test::tiny_recipe(2));
-  request.error_check = false;
-  StoredRun run;
-  run.recipe = request.recipe;
-  run.rig = request.rig;
-  run.folder = request.out = folder / "R-000001";
-  run.state = RunState::running;
-  REQUIRE(test::killed_at(request, {90, false}) == true);
-  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
-  REQUIRE(store.add(run));
-}
-
-}  // namespace
 
 TEST_CASE("what escapes from a run's thread is a fault of that run; the next waits for a word") {
   const TemporaryFolder folder;
@@ -153,7 +136,7 @@ TEST_CASE("the desk goes on with its work while a campaign is looked at, and tel
   const std::string id = bench.desk->all().front().stored.id();
   std::vector<ResumePreview> told;
   const auto ask = [&] {
-    bench.desk->preview(id, [&](const Result<ResumePreview>& left) {
+    bench.desk->preview(id, Recovery::resume, [&](const Result<ResumePreview>& left) {
       REQUIRE(left);
       told.push_back(*left);
     });
@@ -173,7 +156,7 @@ TEST_CASE("the desk goes on with its work while a campaign is looked at, and tel
   ask();
   REQUIRE(bench.posted.run_until([&] { return told.size() == 3; }));
   std::optional<Error> refused;
-  bench.desk->preview("R-000009", [&](const Result<ResumePreview>& left) {
+  bench.desk->preview("R-000009", Recovery::resume, [&](const Result<ResumePreview>& left) {
     if (!left) refused = left.error();
   });
   REQUIRE(refused);

@@ -1,0 +1,135 @@
+// What becomes of a run that the daemon's death interrupted.
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "daemon/control/desk_run.hpp"
+#include "daemon/run/recovery.hpp"
+
+namespace weft::daemon::control {
+namespace {
+
+Result<ResumePreview> preview_of(Recovery choice, const CampaignRequest& request,
+                                 const StopAsked& stop_asked) {
+  switch (choice) {
+    case Recovery::resume:
+      return preview_resume(request, stop_asked);
+    case Recovery::discard:
+      return preview_discard(request.out);
+    case Recovery::keep_partial:
+      return preview_keep_partial(request.out, stop_asked);
+  }
+  return fail(Errc::invalid_argument, "no such choice");
+}
+
+/// A file that cannot be marked stays as it is: nothing reads it as whole.
+CampaignSummary discarded(const std::filesystem::path& folder, std::string_view by) {
+  CampaignSummary out;
+  out.outcome = recipes::Outcome::aborted;
+  if (Status ok = discard_campaign(folder, by); !ok)
+    out.error = Error(ok.error()).in("not marked as discarded");
+  return out;
+}
+
+}  // namespace
+
+std::string_view to_string(Recovery choice) {
+  constexpr std::array<std::string_view, 3> names{"resume", "discard", "keep-partial"};
+  return names[static_cast<std::size_t>(choice)];
+}
+
+Result<RunDesk::Run*> RunDesk::interrupted(std::string_view id) const {
+  Run* const run = find(id);
+  if (run == nullptr)
+    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+  if (run->state() != RunState::interrupted)
+    return fail(Errc::wrong_state, "only an interrupted run is recovered", "/params/run",
+                "interrupted", std::string(to_string(run->state())));
+  if (run->settling)
+    return fail(Errc::wrong_state, "somebody is about to end this run", "/params/run");
+  return run;
+}
+
+// Who asks while somebody looks hears what that one finds.
+void RunDesk::preview(std::string_view id, Recovery choice, PreviewTold told) {
+  const auto found = interrupted(id);
+  if (!found) return told(pass(found.error()));
+  Run& run = **found;
+  run.curious.push_back({choice, std::move(told)});
+  if (run.curious.size() == 1) look(run);
+}
+
+void RunDesk::look(Run& run) {
+  CampaignRequest request = request_of(run.view.stored);
+  request.resume = true;
+  const Recovery choice = run.curious.front().choice;
+  run.looker =
+      std::jthread([this, &run, choice, request = std::move(request)](std::stop_token stop) {
+        const auto left = caught(
+            [&] { return preview_of(choice, request, [&stop] { return stop.stop_requested(); }); });
+        around_.post([this, &run, choice, left] {
+          for (auto& each : std::exchange(run.curious, {}))
+            if (each.choice == choice)
+              each.told(left);
+            else
+              run.curious.push_back(std::move(each));
+          if (!run.curious.empty()) look(run);
+        });
+      });
+}
+
+Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
+  const auto found = interrupted(id);
+  if (!found) return pass(found.error());
+  Run& run = **found;
+  StoredRun& stored = run.view.stored;
+  const auto checked = check_request(request_of(stored));
+  if (!checked) return pass(checked.error());
+  stored.resume = true;
+  stored.outcome = stored.cleanup = stored.rig_fact = stored.error = stored.dataset_sha256 = "";
+  plan_known(run, checked->plan);
+  if (standing_ == RigStanding{RigStanding::Fact::unknown, stored.id()}) trusted_ = stored.id();
+  apply(run, {{RunState::queued, RunMachine::Clock::max()}, {}, false}, by);
+  begin_next();
+  return run.view;
+}
+
+void RunDesk::settle(std::string_view id, Recovery choice, std::string_view by, SettledTold told) {
+  const auto found = interrupted(id);
+  if (!found) return told(pass(found.error()));
+  Run& run = **found;
+  run.settling = true;
+  run.settler = std::jthread([this, &run, choice, told = std::move(told), by = std::string(by),
+                              folder = run.view.stored.folder](std::stop_token stop) {
+    const auto summary = caught([&]() -> Result<CampaignSummary> {
+      if (choice == Recovery::discard) return discarded(folder, by);
+      return keep_partial(folder, by, [&stop] { return stop.stop_requested(); });
+    });
+    around_.post(
+        [this, &run, choice, by, summary, told] { settled(run, choice, by, summary, told); });
+  });
+}
+
+// The rig is as the run left it: settling it has moved nothing.
+void RunDesk::settled(Run& run, Recovery choice, std::string_view by,
+                      const Result<CampaignSummary>& summary, const SettledTold& told) {
+  run.settling = false;
+  if (!summary) return told(pass(summary.error(), run.view.stored.id()));
+  StoredRun& stored = run.view.stored;
+  stored.outcome = recipes::to_string(summary->outcome);
+  stored.recovered = to_string(choice);
+  stored.dataset_sha256 = summary->dataset_sha256;
+  stored.error = summary->error ? to_string(*summary->error) : "";
+  if (choice == Recovery::keep_partial) {
+    run.view.trials_done = summary->trials_complete;
+    run.view.trials_planned = summary->trials_planned;
+  }
+  const nlohmann::json payload{{"choice", to_string(choice)}};
+  static_cast<void>(store_.journal(around_.utc_us(), stored.id(), "recovered", by, payload.dump()));
+  apply(run, on_ended(), by);
+  tell_end(run);
+  told(run.view);
+}
+
+}  // namespace weft::daemon::control
