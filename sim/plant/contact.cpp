@@ -14,8 +14,7 @@ constexpr double newton_tolerance = 1e-4;  // in s, of a cubic method: its third
 constexpr double cubic = 1e-6;             // so that of the residual no more than this is;
 constexpr double nothing_n = 1e-12;        // more shows that a corner (of the mount) lay between
 constexpr double settled = 1e-13;          // in s: such a guess needs no step
-constexpr double largest_pressure_pa = 1e12;
-constexpr double largest_angle_rad = 1;  // of a plate or a face: no bench leans further
+constexpr double largest_angle_rad = 1;    // of a plate or a face: no bench leans further
 
 /// Of an angle that is mostly exactly zero.
 double slope_of(double angle_rad) {
@@ -34,16 +33,14 @@ Vector2 ContactGeometry::plate_slope(const Pose& pose) const {
   return {slope_of(plate_tilt_y_rad) * std::hypot(1, along_y), along_y};
 }
 
-double ContactGeometry::plate_rise_m(const Pose& pose) const {
-  const Vector2 slope = plate_slope(pose);
+double ContactGeometry::plate_rise_m(const Pose& pose, const Vector2& slope) const {
   double rise_m = slope[0] * (pose.x_m - plate_centre_x_m) + slope[1] * (pose.y_m - tilt_axis_y_m);
   if (tilt_axis_depth_m != 0 && pose.rx_rad != 0)
     rise_m += tilt_axis_depth_m * (std::cos(pose.rx_rad) - 1 + slope[1] * std::sin(pose.rx_rad));
   return rise_m;
 }
 
-Vector2 ContactGeometry::face_slope(const Pose& pose) const {
-  const Vector2 plate = plate_slope(pose);
+Vector2 ContactGeometry::face_slope(const Pose& pose, const Vector2& plate) const {
   return {tilt_x + plate[0] - slope_of(pose.ry_rad), tilt_y + plate[1]};
 }
 
@@ -58,37 +55,49 @@ struct ContactModel::Balance {
   double s_near, growth_near;  // e^s is known there
 
   struct Value {
-    double residual_n, slope_n, bend_n, elastic_n, force_n, branch, growth;
+    double residual_n, elastic_n, force_n, branch, growth;
+  };
+  struct Slopes {
+    double slope_n, bend_n;  ///< of the residual, per unit of s
   };
 
-  [[nodiscard]] Value at(double s) const {
-    const double growth = growth_near * near_exp(std::min(s, largest_exponent) - s_near);
-    Value value{0, 0, 0, model.top_n_ * (growth - 1), 0, branch_from, growth};
-    const double moved = s - s_from, full_n = value.elastic_n;
-    if (model.turn_ > 0) {
-      const double target = moved > 0 ? 1 : -1;
-      value.branch =
-          target + (branch_from - target) * near_exp(-std::abs(moved) * model.per_length_);
-      value.elastic_n *= 1 + model.turn_ * (value.branch - 1);
-    }
+  /// Without memory of the hysteresis but for its branch there.
+  [[nodiscard]] WEFT_SIM_INLINE Value with(double s, double growth, double branch) const {
+    Value value{0, model.top_n_ * (growth - 1), 0, branch, growth};
+    if (model.turn_ > 0) value.elastic_n *= 1 + model.turn_ * (branch - 1);
     value.force_n = std::max(0.0, relaxation.gain * value.elastic_n - offset_n);
-    const double lambda_m = model.material_.law.lambda_m;
-    const double extension = extension_0 - lambda_m * s;
-    value.residual_n = model.mount_.weight_n() + model.mount_.force_n(extension) - value.force_n;
-    value.slope_n = -lambda_m * model.mount_.slope_n_m(extension);
-    if (!(value.force_n > 0)) return value;
-    double slope = model.top_n_ * growth, bend = slope;
+    value.residual_n = model.mount_.weight_n() + model.mount_.force_n(extension(s)) - value.force_n;
+    return value;
+  }
+
+  [[nodiscard]] WEFT_SIM_INLINE Value at(double s) const {
+    const double growth = growth_near * near_exp(std::min(s, largest_exponent) - s_near);
+    if (!(model.turn_ > 0)) return with(s, growth, branch_from);
+    const double moved = s - s_from, target = moved > 0 ? 1 : -1;
+    return with(s, growth,
+                target + (branch_from - target) * near_exp(-std::abs(moved) * model.per_length_));
+  }
+
+  [[nodiscard]] WEFT_SIM_INLINE Slopes slopes(double s, const Value& value) const {
+    Slopes slopes{-model.material_.law.lambda_m * model.mount_.slope_n_m(extension(s)), 0};
+    if (!(value.force_n > 0)) return slopes;
+    double slope = model.top_n_ * value.growth, bend = slope;
     if (model.turn_ > 0) {
       // Where the step began the curve has a corner: there its side towards the root counts.
+      const double moved = s - s_from, full_n = model.top_n_ * (value.growth - 1);
       const double sign = (moved != 0 ? moved > 0 : value.residual_n > 0) ? 1 : -1;
       const double factor = 1 + model.turn_ * (value.branch - 1);
       const double turning = model.turn_ * (1 - sign * value.branch) * model.per_length_;
       bend = bend * (factor + 2 * turning) - full_n * turning * sign * model.per_length_;
       slope = slope * factor + full_n * turning;
     }
-    value.slope_n -= relaxation.gain * slope;
-    value.bend_n = -relaxation.gain * bend;
-    return value;
+    slopes.slope_n -= relaxation.gain * slope;
+    slopes.bend_n = -relaxation.gain * bend;
+    return slopes;
+  }
+
+  [[nodiscard]] double extension(double s) const {
+    return extension_0 - model.material_.law.lambda_m * s;
   }
 
   /// No load that the mount can bring leads beyond this.
@@ -100,15 +109,19 @@ struct ContactModel::Balance {
 
   /// Halley's method from where the step began; Newton's and a bracket, that every value tightens,
   /// where it goes far up the exponential. `s` becomes the root.
-  [[nodiscard]] Value solve(double& s) const {
+  [[nodiscard]] WEFT_SIM_INLINE Value solve(double& s) const {
     double low = 0, high = std::numeric_limits<double>::infinity();
     s = s_near;
-    Value value = at(s);
+    Value value = s == s_from ? with(s, growth_near, branch_from) : at(s);
     for (int i = 0; i < newton_limit; ++i) {
       (value.residual_n > 0 ? low : high) = s;
-      const double newton = value.residual_n / value.slope_n;
-      const double halley = 1 - 0.5 * newton * value.bend_n / value.slope_n;
-      double next = s - (halley > 0.5 && halley < 2 ? newton / halley : newton);
+      const auto [slope_n, bend_n] = slopes(s, value);
+      // Halley's step r/(f' - r f''/(2 f')) with one division, where it differs little from
+      // Newton's.
+      const double square = slope_n * slope_n;
+      const double halley = square - 0.5 * value.residual_n * bend_n;
+      const bool near = halley > 0.5 * square && halley < 2 * square;
+      double next = s - (near ? value.residual_n * slope_n / halley : value.residual_n / slope_n);
       if (std::abs(next - s) <= settled) break;
       if (!(next >= low && next <= std::min(high, s + 1))) {
         high = std::min(high, std::max(low, highest()));
@@ -123,27 +136,32 @@ struct ContactModel::Balance {
   }
 };
 
-double ContactModel::surface_z_m(const Pose& pose) const {
-  return geometry_.plate_z_m - material_.thickness_m - geometry_.plate_rise_m(pose);
+double ContactModel::surface_z_m(const Pose& pose, const Vector2& plate_slope) const {
+  return geometry_.plate_z_m - material_.thickness_m - geometry_.plate_rise_m(pose, plate_slope);
 }
 
-/// ln of the average of e^{(waviness + slope r)/lambda} over the face.
-double ContactModel::log_average(const ContactState& state) const {
+/// How face and plate lean against each other, worked out where the rotations moved.
+void ContactModel::lean(ContactState& state, const Pose& pose) const {
+  if (state.pose.rx_rad == pose.rx_rad && state.pose.ry_rad == pose.ry_rad &&
+      !std::isnan(state.log_tilt))
+    return;
+  state.plate_slope = geometry_.plate_slope(pose);
+  const Vector2 slope = geometry_.face_slope(pose, state.plate_slope);
+  state.slope_x = slope[0];
+  state.slope_y = slope[1];
   const double half = geometry_.face_half_width_m * per_lambda_;
-  return material_.waviness.height_m(state.pose.x_m, state.pose.y_m) * per_lambda_ +
-         log_sinhc(state.slope_x * half) + log_sinhc(state.slope_y * half);
+  state.log_tilt = log_sinhc(slope[0] * half) + log_sinhc(slope[1] * half);
 }
 
-void ContactModel::press(ContactState& state, const RelaxationStep& relaxation,
-                         double log_average) const {
+void ContactModel::press(ContactState& state, const RelaxationStep& relaxation, double surface_z_m,
+                         double at_touch_m) const {
   const double lambda_m = material_.law.lambda_m;
-  const double touch_z_m = surface_z_m(state.pose) - lambda_m * log_average;
   const Balance balance{*this,
                         relaxation,
                         relaxation.offset_n(state.relaxation),
                         state.exponent,
                         state.branch,
-                        state.pose.z_m - touch_z_m,
+                        at_touch_m,
                         std::clamp(state.exponent, 0.0, largest_exponent),
                         state.exponent > 0 ? state.growth : 1};
   const auto value = balance.solve(state.exponent);
@@ -154,14 +172,14 @@ void ContactModel::press(ContactState& state, const RelaxationStep& relaxation,
                                              : std::expm1(std::max(state.exponent, 1e-12));
   state.load_ratio = value.force_n / (top_n_ * grown);
   state.extension_m = balance.extension_0 - lambda_m * state.exponent;
-  state.indentation_m = state.probe_z_m() - surface_z_m(state.pose);
+  state.indentation_m = state.probe_z_m() - surface_z_m;
   relaxation.advance(state.relaxation, value.elastic_n);
 }
 
-void ContactModel::hang(ContactState& state, const RelaxationStep& relaxation,
+void ContactModel::hang(ContactState& state, const RelaxationStep& relaxation, double surface_z_m,
                         double log_average) const {
   state.extension_m = mount_.hanging_extension_m();
-  state.indentation_m = state.probe_z_m() - surface_z_m(state.pose);
+  state.indentation_m = state.probe_z_m() - surface_z_m;
   state.exponent = state.indentation_m * per_lambda_ + log_average;
   state.growth = 1;
   state.branch = -1;
@@ -202,36 +220,31 @@ WEFT_SIM_CLONES void ContactModel::advance(ContactState& state, const Pose& pose
                                            const RelaxationStep& relaxation) const {
   if (!reachable(pose)) return;
   const Before before{state.pose.x_m, state.pose.y_m, state.normal_n};
+  lean(state, pose);
   state.pose = pose;
-  const Vector2 slope = geometry_.face_slope(pose);
-  state.slope_x = slope[0];
-  state.slope_y = slope[1];
-  const double average = log_average(state);
-  const double at_touch =
-      pose.z_m - (surface_z_m(pose) - material_.law.lambda_m * average);  // extension at s = 0
-  if (mount_.weight_n() + mount_.force_n(at_touch) > 0)
-    press(state, relaxation, average);
+  // ln of the average of e^{(waviness + slope r)/lambda} over the face.
+  const double average =
+      material_.waviness.height_m(pose.x_m, pose.y_m) * per_lambda_ + state.log_tilt;
+  const double surface_m = surface_z_m(pose, state.plate_slope);
+  const double at_touch_m =
+      pose.z_m - (surface_m - material_.law.lambda_m * average);  // extension at s = 0
+  if (mount_.weight_n() + mount_.force_n(at_touch_m) > 0)
+    press(state, relaxation, surface_m, at_touch_m);
   else
-    hang(state, relaxation, average);
+    hang(state, relaxation, surface_m, average);
   slide(state, before);
 }
 
-WEFT_SIM_CLONES std::array<double, 2> ContactModel::pressures_pa(
-    const ContactState& state, const std::array<Vector2, 2>& offsets_m,
-    const std::array<double, 2>& textures) const {
-  if (!(state.normal_n > 0)) return {};
-  std::array<double, 2> local_m;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const auto [dx_m, dy_m] = offsets_m[i];
-    const double height_m =
-        material_.waviness.height_m(state.face_x_m() + dx_m, state.face_y_m() + dy_m);
-    local_m[i] = state.indentation_m + state.slope_x * dx_m + state.slope_y * dy_m + height_m;
-  }
-  const simd::Lanes growth =
-      simd::exp(simd::Lanes{local_m[0], local_m[1], local_m[0], local_m[1]} * per_lambda_);
-  const double scale = state.load_ratio * material_.law.pressure_pa;
-  return {std::clamp(scale * (growth[0] * textures[0] - 1), 0.0, largest_pressure_pa),
-          std::clamp(scale * (growth[1] * textures[1] - 1), 0.0, largest_pressure_pa)};
+double ContactModel::pressure_pa(const ContactState& state, double dx_m, double dy_m,
+                                 double texture) const {
+  if (!(state.normal_n > 0)) return 0;
+  const double local_m =
+      state.indentation_m + state.slope_x * dx_m + state.slope_y * dy_m +
+      material_.waviness.height_m(state.face_x_m() + dx_m, state.face_y_m() + dy_m);
+  const double growth =
+      std::exp(std::clamp(local_m * per_lambda_, -largest_exponent, largest_exponent));
+  return std::clamp(state.load_ratio * material_.law.pressure_pa * (growth * texture - 1), 0.0,
+                    largest_pad_pressure_pa);
 }
 
 }  // namespace weft::sim

@@ -4,6 +4,7 @@
 // no inertia. Source: reference sim.md 1.1 and 3.1 (L1).
 
 #include <array>
+#include <limits>
 
 #include "sim/plant/fabric_law.hpp"
 #include "sim/plant/friction.hpp"
@@ -15,6 +16,8 @@
 #include "sim/plant/waviness.hpp"
 
 namespace weft::sim {
+
+constexpr double largest_pad_pressure_pa = 1e12;  ///< that a pad is told
 
 /// The cloth as the contact sees it.
 struct ContactMaterial {
@@ -44,9 +47,16 @@ struct ContactGeometry {
   /// Rise of the plate per metre along x and y, in the room.
   [[nodiscard]] Vector2 plate_slope(const Pose& pose) const;
   /// Rise of the plate at a point of the room over plate_z_m [m].
-  [[nodiscard]] double plate_rise_m(const Pose& pose) const;
+  [[nodiscard]] double plate_rise_m(const Pose& pose) const {
+    return plate_rise_m(pose, plate_slope(pose));
+  }
+  /// The same where plate_slope() is known.
+  [[nodiscard]] double plate_rise_m(const Pose& pose, const Vector2& plate_slope) const;
   /// Extra indentation of the face per metre along x and y.
-  [[nodiscard]] Vector2 face_slope(const Pose& pose) const;
+  [[nodiscard]] Vector2 face_slope(const Pose& pose) const {
+    return face_slope(pose, plate_slope(pose));
+  }
+  [[nodiscard]] Vector2 face_slope(const Pose& pose, const Vector2& plate_slope) const;
 };
 
 /// State at the end of a step, and what follows from it.
@@ -64,6 +74,9 @@ struct ContactState {
       0;               ///< normal force / elastic loading force: memory of the cloth, 0 untouched
   double slope_x = 0;  ///< of the face against the cloth: extra indentation per metre along x
   double slope_y = 0;
+  Vector2 plate_slope{};  ///< in the room; kept at level L1 with
+  double log_tilt =       ///< ln of the average of e^{slope r/lambda} over the face; NaN: not known
+      std::numeric_limits<double>::quiet_NaN();
   double sliding_n = 0;  ///< friction of full sliding under the normal force, kept at level L1
   Vector2 friction_n{};  ///< force on the cloth along the fabric frame's axes
   Vector2 lag_m{};       ///< of the probe's face behind the stages; 0 at level L1
@@ -92,26 +105,24 @@ class ContactModel {
   /// Pressure on the cloth at an offset from the face's centre [Pa], for a
   /// local texture response `texture` = e^{h/lambda}/<e^{h/lambda}>.
   [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,
-                                   double texture) const {
-    return pressures_pa(state, {{{dx_m, dy_m}, {dx_m, dy_m}}}, {texture, texture})[0];
-  }
-  /// The same at two offsets: chips convert their pads in pairs.
-  [[nodiscard]] std::array<double, 2> pressures_pa(const ContactState& state,
-                                                   const std::array<Vector2, 2>& offsets_m,
-                                                   const std::array<double, 2>& textures) const;
+                                   double texture) const;
 
   /// Height of the cloth's mean surface under a face at `pose`, downwards, in the z stage's scale.
-  [[nodiscard]] double surface_z_m(const Pose& pose) const;
+  [[nodiscard]] double surface_z_m(const Pose& pose) const {
+    return surface_z_m(pose, geometry_.plate_slope(pose));
+  }
 
   [[nodiscard]] const ContactMaterial& material() const { return material_; }
   [[nodiscard]] const Mount& mount() const { return mount_; }
 
  private:
   struct Balance;
-  [[nodiscard]] WEFT_SIM_INLINE double log_average(const ContactState& state) const;
+  [[nodiscard]] double surface_z_m(const Pose& pose, const Vector2& plate_slope) const;
+  WEFT_SIM_INLINE void lean(ContactState& state, const Pose& pose) const;
   WEFT_SIM_INLINE void press(ContactState& state, const RelaxationStep& relaxation,
-                             double log_average) const;
-  void hang(ContactState& state, const RelaxationStep& relaxation, double log_average) const;
+                             double surface_z_m, double at_touch_m) const;
+  void hang(ContactState& state, const RelaxationStep& relaxation, double surface_z_m,
+            double log_average) const;
   struct Before;
   WEFT_SIM_INLINE void slide(ContactState& state, const Before& before) const;
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "sim/plant/near.hpp"
 #include "sim/plant/vector2.hpp"
 
 namespace weft::sim {
@@ -25,11 +26,11 @@ struct Friction {
 /// The bristle's deflection as a share of full sliding, along the motion, after `displacement_m`.
 /// |share| <= 1; closed form 1 - e^{-d/l} from rest.
 inline Vector2 bristle_after(const Vector2& share, const Vector2& displacement_m, double length_m) {
-  const double distance = std::hypot(displacement_m[0], displacement_m[1]);
+  const double distance = std::sqrt(displacement_m[0] * displacement_m[0] +
+                                    displacement_m[1] * displacement_m[1]);  // 0 below 1e-162 m
   if (distance <= 0) return share;
-  const double keep = std::exp(-distance / length_m);
-  return {displacement_m[0] / distance * (1 - keep) + keep * share[0],
-          displacement_m[1] / distance * (1 - keep) + keep * share[1]};
+  const double keep = nearby_exp(-distance / length_m), taken = (1 - keep) / distance;
+  return {displacement_m[0] * taken + keep * share[0], displacement_m[1] * taken + keep * share[1]};
 }
 
 }  // namespace weft::sim

@@ -19,6 +19,8 @@ namespace weft::sim::simd {
 
 using Bits = std::int64_t __attribute__((vector_size(width * sizeof(std::int64_t))));
 
+using Words = std::uint64_t __attribute__((vector_size(width * sizeof(std::uint64_t))));
+
 inline constexpr double whole_shifter = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds
 
 WEFT_SIM_INLINE Bits bits_of(const Lanes& x) {
@@ -67,11 +69,15 @@ WEFT_SIM_INLINE Lanes exp(const Lanes& x) {
 WEFT_SIM_INLINE Lanes log(const Lanes& x) {
   // x = 2^k m with m in [sqrt(1/2), sqrt 2); ln m = 2 atanh(f/(2 + f)) with f = m - 1.
   constexpr std::int64_t root_half = 0x3FE6A09E667F3BCD, mantissa = 0x000FFFFFFFFFFFFF;
-  const Bits offset = bits_of(x) - root_half;
+  constexpr std::int64_t bias = std::int64_t{1024} << 52;
+  const Bits offset = bits_of(x) - (root_half - bias);
   const Bits m_bits = (offset & mantissa) + root_half;
-  // The exponent as a double: its bits under those of 1.5 * 2^52.
-  const Bits k_bits = (offset >> 52) + std::bit_cast<std::int64_t>(whole_shifter);
-  const Lanes k = from_bits(k_bits) - whole_shifter;
+  // The exponent as a double: its bits under those of 1.5 * 2^52. It is above zero with its bias:
+  // AVX2 shifts no signs.
+  const Words biased = reinterpret_cast<const Words&>(offset) >> 52;
+  const Bits k_bits =
+      reinterpret_cast<const Bits&>(biased) + std::bit_cast<std::int64_t>(whole_shifter);
+  const Lanes k = from_bits(k_bits) - (whole_shifter + 1024);
   const Lanes f = from_bits(m_bits) - 1.0, s = f / (2.0 + f), z = s * s, z2 = z * z, z4 = z2 * z2;
   const Lanes series =
       ((1.0 / 3 + z * (1.0 / 5)) + z2 * (1.0 / 7 + z * (1.0 / 9))) +

@@ -24,6 +24,13 @@ inline double near_exp(double x) {
   return polynomial_7(taylor, x);
 }
 
+/// e^x, to a few units of the last place, four times as far from zero.
+inline double nearby_exp(double x) {
+  if (!(std::abs(x) < 0.08)) return std::exp(x);
+  const double quarter = near_exp(0.25 * x), half = quarter * quarter;
+  return half * half;
+}
+
 /// x^n for x > 0 and 0 <= n <= 2, from where it was last computed in full.
 class NearPower {
  public:

@@ -22,6 +22,16 @@ double plate_f_m(const PadParams& params) {
   return vacuum_permittivity_f_m * std::numbers::pi / 4 * params.diameter_m * params.diameter_m;
 }
 
+/// Four counts.
+using Whole = std::int32_t __attribute__((vector_size(simd::width * sizeof(std::int32_t))));
+
+/// In [-1, 1), of the bits that Random::uniform_of leaves.
+double kick_of(std::uint64_t bits) {
+  constexpr std::int64_t steps = 1 << 10;
+  return static_cast<double>(static_cast<std::int64_t>(bits & (2 * steps - 1)) - steps) *
+         (1.0 / steps);
+}
+
 }  // namespace
 
 Status check(const PadParams& params) {
@@ -61,6 +71,8 @@ std::uint16_t quantise(double counts) {
 
 PadArray::Law PadArray::law_of(const PadParams& params) {
   const double drift_keep = std::exp(-frame_s / params.drift_time_s);
+  // A kick is even in [-1, 1), of variance 1/3; thousands of them make a normal drift.
+  const double kick_counts = params.drift_counts * std::sqrt(3 * (1 - drift_keep * drift_keep));
   return {.creep = params.creep,
           .creep_keep = std::exp(-frame_s / params.creep_time_s),
           .hysteresis = params.hysteresis,
@@ -69,14 +81,17 @@ PadArray::Law PadArray::law_of(const PadParams& params) {
           .dielectric_m = params.dielectric_m / params.dielectric_permittivity,
           .gap_pressure_pa = params.gap_pressure_pa,
           .drift_keep = drift_keep,
-          .drift_kick_counts = params.drift_counts * std::sqrt(1 - drift_keep * drift_keep)};
+          .drift_kick_counts = kick_counts,
+          .crosstalk = params.crosstalk,
+          .noise_counts = params.noise_counts};
 }
 
 PadArray::PadArray(const PadParams& params, std::uint64_t sensor_seed)
     : params_(params), law_(law_of(params)), noise_seed_(sensor_seed) {
   Random random(mix(sensor_seed, "pads"));
   for (std::size_t i = 0; i < pad_count; ++i) {
-    sensor_.gain[i] = std::max(0.1, 1 + params_.gain_spread * random.gaussian());
+    gain_[i] = std::max(0.1, 1 + params_.gain_spread * random.gaussian());
+    sensor_.counts_per_f[i] = gain_[i] / params_.lsb_f;
     sensor_.gap_m[i] = params_.gap_m * std::max(0.1, 1 + params_.gap_spread * random.gaussian());
     sensor_.baseline_counts[i] =
         random.uniform(params_.baseline_low_counts, params_.baseline_high_counts);
@@ -88,7 +103,8 @@ PadArray::PadArray(const PadParams& params, std::uint64_t sensor_seed)
 
 void PadArray::reset(std::uint64_t noise_seed, double gain_scale) {
   noise_seed_ = noise_seed;
-  gain_scale_ = gain_scale;
+  for (std::size_t i = 0; i < pad_count; ++i)
+    sensor_.counts_per_f[i] = gain_scale * gain_[i] / params_.lsb_f;
   state_ = {};
   state_.branch.fill(-1);
   Random random(mix(noise_seed, "drift"));
@@ -97,11 +113,10 @@ void PadArray::reset(std::uint64_t noise_seed, double gain_scale) {
 
 /// Pads [first, last), whole lanes. The pressure gets its creep, the branch of the hysteresis is
 /// taken off (the gap lags: less closed while loading, more while unloading), the gap makes the
-/// capacitance; one Box-Muller pair is the drift's kick and the conversion's noise.
+/// capacitance.
 WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, const State& from,
-                                       const Values& pressure_pa, const Values& draw,
-                                       const Values& turns, std::size_t first, std::size_t last,
-                                       State& to) {
+                                       const Values& pressure_pa, const Draw& draw,
+                                       std::size_t first, std::size_t last, State& to) {
   using simd::Lanes, simd::load, simd::store;
   for (std::size_t i = first; i < last; i += simd::width) {
     const Lanes asked = load(&pressure_pa[i]);
@@ -126,11 +141,30 @@ WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, con
     const Lanes gap = load(&sensor.gap_m[i]) * law.gap_pressure_pa;
     store(&to.change_f[i],
           law.area_f_m * closing / (law.dielectric_m * closing + gap) - load(&sensor.idle_f[i]));
-    const Lanes radius = simd::sqrt(-2.0 * simd::log(load(&draw[i])));
-    const simd::Turned angle = simd::turned(load(&turns[i]));
     store(&to.drift_counts[i], law.drift_keep * load(&from.drift_counts[i]) +
-                                   law.drift_kick_counts * radius * angle.sine);
-    store(&to.noise[i], radius * angle.cosine);
+                                   law.drift_kick_counts * load(&draw.kick[i]));
+  }
+}
+
+/// Of each frame on its own. A pair of words makes, by Box and Muller, the noise of two pads eight
+/// apart; what 53 bits leave of each word kicks the drift of one.
+WEFT_SIM_CLONES void PadArray::draw_noise(std::uint64_t seed, Draw& draw) {
+  using simd::Lanes, simd::load, simd::store;
+  constexpr std::size_t half = pad_count / 2;
+  Random random(seed);
+  std::array<double, half> share, turns;
+  for (std::size_t i = 0; i < half; ++i) {
+    const std::uint64_t a = random.bits(), b = random.bits();
+    share[i] = 1 - Random::uniform_of(a);
+    turns[i] = Random::uniform_of(b);
+    draw.kick[i] = kick_of(a);
+    draw.kick[i + half] = kick_of(b);
+  }
+  for (std::size_t i = 0; i < half; i += simd::width) {
+    const Lanes radius = simd::sqrt(-2.0 * simd::log(load(&share[i])));
+    const simd::Turned angle = simd::turned(load(&turns[i]));
+    store(&draw.normal[i], radius * angle.cosine);
+    store(&draw.normal[i + half], radius * angle.sine);
   }
 }
 
@@ -144,47 +178,70 @@ double PadArray::neighbours_f(std::size_t pad) const {
   return sum;
 }
 
-/// Of each pad and frame on its own: drawing for one never shifts another.
-void PadArray::draw_noise(std::uint64_t frame, std::size_t first, std::size_t last, Values& draw,
-                          Values& turns) const {
-  for (std::size_t i = first; i < last; ++i) {
-    Random random(mix(noise_seed_, frame * pad_count + i));
-    draw[i] = 1 - random.uniform();
-    turns[i] = random.uniform();
-  }
-}
-
-void PadArray::commit(std::size_t pad, const State& next) {
+void PadArray::commit(std::size_t pad, const State& next, const Draw& draw) {
   state_.creep_pa[pad] = next.creep_pa[pad];
   state_.level[pad] = next.level[pad];
   state_.branch[pad] = next.branch[pad];
   state_.drift_counts[pad] = next.drift_counts[pad];
   state_.change_f[pad] = next.change_f[pad];
-  const double change_f = next.change_f[pad] + params_.crosstalk * neighbours_f(pad);
-  counts_[pad] = quantise(sensor_.baseline_counts[pad] + next.drift_counts[pad] +
-                          gain_scale_ * sensor_.gain[pad] * change_f / params_.lsb_f +
-                          params_.noise_counts * next.noise[pad]);
+  const double change_f = next.change_f[pad] + law_.crosstalk * neighbours_f(pad);
+  counts_[pad] =
+      quantise(sensor_.baseline_counts[pad] + next.drift_counts[pad] +
+               sensor_.counts_per_f[pad] * change_f + law_.noise_counts * draw.normal[pad]);
+}
+
+/// The counts of a whole scan, with the bits of commit() in the order of the stages: of a pad's
+/// neighbours the one to its left, and the one above or below that an earlier stage converts, are
+/// new.
+WEFT_SIM_CLONES void PadArray::count_all(const Law& law, const Sensor& sensor, const State& from,
+                                         const State& to, const Draw& draw,
+                                         std::array<std::uint16_t, pad_count>& counts) {
+  using simd::Lanes, simd::load;
+  constexpr std::size_t side = simd::width;
+  static_assert(side * side == pad_count);
+  const Lanes nothing{};
+  for (std::size_t row = 0; row < side; ++row) {
+    const std::size_t at = row * side;
+    const Lanes now = load(&to.change_f[at]), was = load(&from.change_f[at]);
+    const Lanes left{0, now[0], now[1], now[2]}, right{was[1], was[2], was[3], 0};
+    const bool second = row % 2 == 1;  // of the two rows that one chip converts
+    const Lanes above = row == 0 ? nothing : load(&(second ? to : from).change_f[at - side]);
+    const Lanes below = row == 3 ? nothing : load(&(second ? to : from).change_f[at + side]);
+    const Lanes change_f = now + law.crosstalk * (((left + right) + above) + below);
+    const Lanes exact = load(&sensor.baseline_counts[at]) + load(&to.drift_counts[at]) +
+                        load(&sensor.counts_per_f[at]) * change_f +
+                        law.noise_counts * load(&draw.normal[at]);
+    const Lanes held = exact > 0 ? (exact < 65535.0 ? exact : simd::all(65535)) : nothing;
+    const auto whole = __builtin_convertvector(held + 0.5, Whole);
+    for (std::size_t i = 0; i < side; ++i) counts[at + i] = static_cast<std::uint16_t>(whole[i]);
+  }
 }
 
 void PadArray::convert(std::size_t pad, double pressure_pa, std::uint64_t frame) {
   const std::size_t first = pad / simd::width * simd::width, last = first + simd::width;
-  Values pressures{}, draw, turns;
+  Values pressures{};
   pressures[pad] = pressure_pa;
-  draw_noise(frame, first, last, draw, turns);
+  Draw draw;
+  draw_noise(mix(noise_seed_, frame), draw);
   State next = state_;
-  compute(law_, sensor_, state_, pressures, draw, turns, first, last, next);
-  commit(pad, next);
+  compute(law_, sensor_, state_, pressures, draw, first, last, next);
+  commit(pad, next, draw);
 }
 
 void PadArray::convert_stages(const std::array<double, pad_count>& pressure_pa, std::uint64_t frame,
                               int first, int last) {
-  Values draw, turns;
-  draw_noise(frame, 0, pad_count, draw, turns);
+  Draw draw;
+  draw_noise(mix(noise_seed_, frame), draw);
   State next;
-  compute(law_, sensor_, state_, pressure_pa, draw, turns, 0, pad_count, next);
+  compute(law_, sensor_, state_, pressure_pa, draw, 0, pad_count, next);
+  if (first == 0 && last == pad_timing::stages) {
+    count_all(law_, sensor_, state_, next, draw, counts_);
+    state_ = next;
+    return;
+  }
   for (int stage = first; stage < last; ++stage)
     for (const int pad : {stage, stage + pad_timing::stages})
-      commit(static_cast<std::size_t>(pad), next);
+      commit(static_cast<std::size_t>(pad), next, draw);
 }
 
 }  // namespace weft::sim

@@ -84,31 +84,36 @@ class PadArray {
   using Values = std::array<double, pad_count>;
   /// What belongs to the sensor: four pads at a time are computed side by side.
   struct Sensor {
-    Values gain{}, gap_m{}, baseline_counts{}, idle_f{};
+    Values gap_m{}, baseline_counts{}, idle_f{}, counts_per_f{};
   };
-  /// What a conversion leaves behind, and its noise in standard deviations.
+  /// What a conversion leaves behind.
   struct State {
-    Values creep_pa, level, branch, drift_counts, change_f, noise;
+    Values creep_pa, level, branch, drift_counts, change_f;
+  };
+  /// Chance of one frame: a normal number and one in [-1, 1) per pad.
+  struct Draw {
+    Values normal, kick;
   };
   /// Constants of the conversion, worked out once.
   struct Law {
     double creep = 0, creep_keep = 0, hysteresis = 0, per_hysteresis_length = 0;
     double area_f_m = 0, dielectric_m = 0, gap_pressure_pa = 0;
-    double drift_keep = 0, drift_kick_counts = 0;
+    double drift_keep = 0, drift_kick_counts = 0, crosstalk = 0, noise_counts = 0;
   };
   static Law law_of(const PadParams& params);
+  static void draw_noise(std::uint64_t seed, Draw& draw);
   static void compute(const Law& law, const Sensor& sensor, const State& from,
-                      const Values& pressure_pa, const Values& draw, const Values& turns,
-                      std::size_t first, std::size_t last, State& to);
-  void draw_noise(std::uint64_t frame, std::size_t first, std::size_t last, Values& draw,
-                  Values& turns) const;
-  void commit(std::size_t pad, const State& next);
+                      const Values& pressure_pa, const Draw& draw, std::size_t first,
+                      std::size_t last, State& to);
+  static void count_all(const Law& law, const Sensor& sensor, const State& from, const State& to,
+                        const Draw& draw, std::array<std::uint16_t, pad_count>& counts);
+  void commit(std::size_t pad, const State& next, const Draw& draw);
   [[nodiscard]] double neighbours_f(std::size_t pad) const;
 
   PadParams params_;
   Law law_;
   std::uint64_t noise_seed_;
-  double gain_scale_ = 1;
+  Values gain_{};
   Sensor sensor_;
   State state_{};
   std::array<std::uint16_t, pad_count> counts_{};

@@ -39,17 +39,16 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
   model_ = ContactModel(geometry, params_.mount, patch.material);
   if (params_.level == Level::algebraic)
     algebraic_ = Algebraic{{geometry, params_.mount, patch.material, params_.set_point_n},
-                           LinearTexture(patch.field)};
+                           LinearTexture(patch.field),
+                           std::cos(patch.skew_rad),
+                           std::sin(patch.skew_rad)};
   else if (params_.level >= Level::dynamic)
     dynamic_.emplace(geometry, params_.mount, patch.material, params_.dynamics);
   if (params_.level >= Level::modal) listen(patch, now);
   if (params_.watched.pads) {
-    texture_ = TextureMap(patch.field, patch.material.law.lambda_m);
-    cursors_ = {};
+    bed_ = PadBed(patch.material, patch.field, patch.skew_rad);
     pads_.reset(mix(rig_seed_, patch.seed), patch.gain_scale);
   }
-  skew_cos_ = std::cos(patch.skew_rad);
-  skew_sin_ = std::sin(patch.skew_rad);
   pressure_pa_ = {};
   contact_ = {};
   contact_.pose = pose;
@@ -100,8 +99,8 @@ ContactState Plant::quasistatic(const Pose& pose, double dt_s) const {
 }
 
 const RelaxationStep& Plant::relaxation_over(double dt_s) {
-  for (const auto& known : prepared_)
-    if (known && known->dt_s == dt_s) return known->relaxation;
+  if (prepared_[0] && prepared_[0]->dt_s == dt_s) return prepared_[0]->relaxation;
+  if (prepared_[1] && prepared_[1]->dt_s == dt_s) return prepared_[1]->relaxation;
   std::swap(prepared_[0], prepared_[1]);
   prepared_[0].emplace(PreparedStep{dt_s, {model_.material().relaxation, dt_s}});
   return prepared_[0]->relaxation;
@@ -113,41 +112,33 @@ void Plant::convert(int stage, std::uint64_t frame) {
   if (scan_first_ == scan_last_) scan_first_ = stage;
   scan_frame_ = frame;
   scan_last_ = stage + 1;
-  press_pads(static_cast<std::size_t>(stage));
+  if (algebraic_)
+    press_linear(stage);
+  else
+    bed_.remember(stage, contact_);
   if (scan_last_ == pad_timing::stages) finish_stages();
 }
 
 void Plant::finish_stages() {
+  if (scan_first_ == scan_last_) return;
+  if (!algebraic_) bed_.press(scan_first_, scan_last_, pressure_pa_);
   pads_.convert_stages(pressure_pa_, scan_frame_, scan_first_, scan_last_);
   scan_first_ = scan_last_ = 0;
 }
 
-/// Of pads `pad` and `pad` + 8, one of each chip.
-void Plant::press_pads(std::size_t pad) {
-  const std::array<std::size_t, 2> pads{pad, pad + std::size_t{pad_timing::stages}};
-  if (!(contact_.normal_n > 0)) {
-    for (const std::size_t p : pads) pressure_pa_[p] = 0;
-    return;
+/// Level L0: of the two pads of a stage, one of each chip.
+void Plant::press_linear(int stage) {
+  const auto first = static_cast<std::size_t>(stage);
+  for (const std::size_t pad : {first, first + std::size_t{pad_timing::stages}}) {
+    pressure_pa_[pad] = 0;
+    if (!(contact_.normal_n > 0)) continue;
+    const double dx_m = pad_dx_m(pad), dy_m = pad_dy_m(pad);
+    const double x = contact_.face_x_m() + dx_m, y = contact_.face_y_m() + dy_m;
+    const double u = algebraic_->skew_cos * x + algebraic_->skew_sin * y,
+                 v = algebraic_->skew_cos * y - algebraic_->skew_sin * x;
+    const double height_m = algebraic_->texture.height_m(u, v, algebraic_->cursors[pad]);
+    pressure_pa_[pad] = algebraic_->probe.pressure_pa(contact_, dx_m, dy_m, height_m);
   }
-  const std::array<Vector2, 2> offsets_m{
-      {{pad_dx_m(pads[0]), pad_dy_m(pads[0])}, {pad_dx_m(pads[1]), pad_dy_m(pads[1])}}};
-  std::array<double, 2> surface;  // height at L0, response above
-  for (std::size_t i = 0; i < 2; ++i) {
-    const double x = contact_.face_x_m() + offsets_m[i][0],
-                 y = contact_.face_y_m() + offsets_m[i][1];
-    const double u = skew_cos_ * x + skew_sin_ * y, v = skew_cos_ * y - skew_sin_ * x;
-    TextureMap::Cursor& cursor = cursors_[pads[i]];
-    surface[i] =
-        algebraic_ ? algebraic_->texture.height_m(u, v, cursor) : texture_.response(u, v, cursor);
-  }
-  if (algebraic_) {
-    for (std::size_t i = 0; i < 2; ++i)
-      pressure_pa_[pads[i]] =
-          algebraic_->probe.pressure_pa(contact_, offsets_m[i][0], offsets_m[i][1], surface[i]);
-    return;
-  }
-  const auto pressures_pa = model_.pressures_pa(contact_, offsets_m, surface);
-  for (std::size_t i = 0; i < 2; ++i) pressure_pa_[pads[i]] = pressures_pa[i];
 }
 
 }  // namespace weft::sim

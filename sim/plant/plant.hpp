@@ -12,9 +12,9 @@
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/modal/sounding_contact.hpp"
+#include "sim/plant/pad_bed.hpp"
 #include "sim/plant/pads.hpp"
 #include "sim/plant/scene/level.hpp"
-#include "sim/plant/texture_map.hpp"
 
 namespace weft::sim {
 
@@ -67,11 +67,12 @@ class Plant {
   [[nodiscard]] const std::array<std::uint16_t, pad_count>& pad_counts() const {
     return pads_.counts();
   }
+  /// What they were converted under, of the same frame.
   [[nodiscard]] const std::array<double, pad_count>& pad_pressures_pa() const {
     return pressure_pa_;
   }
   [[nodiscard]] std::size_t texture_tiles() const {
-    return algebraic_ ? algebraic_->texture.tiles() : texture_.tiles();
+    return algebraic_ ? algebraic_->texture.tiles() : bed_.tiles();
   }
 
  private:
@@ -79,10 +80,12 @@ class Plant {
   struct Algebraic {
     AlgebraicProbe probe;
     LinearTexture texture;
+    double skew_cos, skew_sin;
+    std::array<TextureMap::Cursor, pad_count> cursors{};
   };
   void listen(const Patch& patch, TimePoint now);
   [[nodiscard]] ContactState quasistatic(const Pose& pose, double dt_s) const;
-  void press_pads(std::size_t pad);
+  void press_linear(int stage);
   void finish_stages();
   const RelaxationStep& relaxation_over(double dt_s);
 
@@ -94,9 +97,7 @@ class Plant {
   std::optional<DynamicContact> dynamic_;
   std::optional<SoundingContact> sounding_;
   ContactState contact_;
-  TextureMap texture_;
-  double skew_cos_ = 1, skew_sin_ = 0;
-  std::array<TextureMap::Cursor, pad_count> cursors_{};
+  PadBed bed_;  ///< at L1 and above
   PadArray pads_;
   std::array<double, pad_count> pressure_pa_{};
   std::uint64_t scan_frame_ = 0;  // stages [first, last) of it wait for their counts

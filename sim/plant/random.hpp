@@ -39,8 +39,11 @@ class Random {
     return scramble(state_);
   }
   /// In [0, 1).
-  constexpr double uniform() {  // from a signed number: processors have an instruction for those
-    return static_cast<double>(static_cast<std::int64_t>(bits() >> 11)) * 0x1.0p-53;
+  constexpr double uniform() { return uniform_of(bits()); }
+  /// The same of 64 random bits, of which the lowest eleven take no part.
+  static constexpr double uniform_of(std::uint64_t bits) {
+    // From a signed number: processors have an instruction for those.
+    return static_cast<double>(static_cast<std::int64_t>(bits >> 11)) * 0x1.0p-53;
   }
   constexpr double uniform(double low, double high) { return low + (high - low) * uniform(); }
   double angle() { return uniform(0, 2 * std::numbers::pi); }

@@ -34,6 +34,9 @@ constexpr Disc make_disc() {
 
 constexpr Disc disc = make_disc();
 
+/// Four cells' numbers.
+using Cells = std::int32_t __attribute__((vector_size(simd::width * sizeof(std::int32_t))));
+
 constexpr int tile_bits = 5;
 static_assert(TextureMap::tile_cells == 1 << tile_bits);
 
@@ -71,6 +74,45 @@ double TextureMap::response(double u_m, double v_m, Cursor& cursor) {
   const auto f = [](float x) { return static_cast<double>(x); };
   return (1 - b) * ((1 - a) * f(at[0]) + a * f(at[1])) +
          b * ((1 - a) * f(at[outputs]) + a * f(at[outputs + 1]));
+}
+
+WEFT_SIM_CLONES void TextureMap::responses_of_four(const double* u_m, const double* v_m,
+                                                   const bool* asked, Cursor* cursors,
+                                                   double* out) {
+  using simd::Lanes, simd::load, simd::store;
+  if (field_.terms().empty()) return store(out, Lanes{1, 1, 1, 1});
+  const auto cells = [](const double* at_m, Cells& whole) {
+    const Lanes largest = Lanes{} + largest_cell;
+    Lanes at = load(at_m) * cells_per_m;
+    at = at > -largest ? at : -largest;
+    at = at < largest ? at : largest;
+    whole = __builtin_convertvector(at, Cells);
+    const Lanes towards_zero = __builtin_convertvector(whole, Lanes);
+    const Lanes floor = at < towards_zero ? towards_zero - 1.0 : towards_zero;
+    whole = __builtin_convertvector(floor, Cells);
+    return at - floor;
+  };
+  Cells i, j;
+  const Lanes a = cells(u_m, i), b = cells(v_m, j);
+  Lanes corners[4];
+  for (std::size_t k = 0; k < simd::width; ++k) {
+    Cursor& cursor = cursors[k];
+    if (!asked[k]) {
+      for (Lanes& corner : corners) corner[k] = 1;
+      continue;
+    }
+    const int column = i[k] >> tile_bits, row = j[k] >> tile_bits;
+    if (column != cursor.column || row != cursor.row || cursor.tile == nullptr)
+      cursor = {column, row, tile(column, row)};
+    const float* at =
+        cursor.tile + std::ptrdiff_t{j[k] & (tile_cells - 1)} * outputs + (i[k] & (tile_cells - 1));
+    corners[0][k] = at[0];
+    corners[1][k] = at[1];
+    corners[2][k] = at[outputs];
+    corners[3][k] = at[outputs + 1];
+  }
+  store(out, (1.0 - b) * ((1.0 - a) * corners[0] + a * corners[1]) +
+                 b * ((1.0 - a) * corners[2] + a * corners[3]));
 }
 
 const float* TextureMap::tile(int column, int row) {

@@ -29,6 +29,16 @@ class Waviness {
                               simd::load(turns_y_.data()) * y_m + simd::load(phase_turns_.data());
     return simd::sum(simd::load(amplitude_m_.data()) * simd::cosine_of_turns(turns));
   }
+  /// The same at four points side by side.
+  [[nodiscard]] WEFT_SIM_INLINE simd::Lanes heights_m(const simd::Lanes& x_m,
+                                                      const simd::Lanes& y_m) const {
+    simd::Lanes height{};
+    if (flat_) return height;
+    for (std::size_t i = 0; i < waves; ++i)
+      height += amplitude_m_[i] *
+                simd::cosine_of_turns(turns_x_[i] * x_m + turns_y_[i] * y_m + phase_turns_[i]);
+    return height;
+  }
   /// Height and its slopes along x and y: the plane that touches the waves at a point.
   struct Tangent {
     double height_m = 0, slope_x = 0, slope_y = 0;

@@ -155,6 +155,7 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, co
   const Vector2 slope = geometry_.face_slope(to);
   state.slope_x = slope[0];
   state.slope_y = slope[1];
+  state.log_tilt = std::numeric_limits<double>::quiet_NaN();
   state.lag_m = motion.glide.lag_m;
   state.velocity_mps = {motion.glide.room_mps[0], motion.glide.room_mps[1], motion.v_mps};
   state.exponent = (motion.z_m - approach.touch_at(dt_s, motion.glide.lag_m)) * law_.per_lambda;

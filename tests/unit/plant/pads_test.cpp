@@ -156,3 +156,18 @@ TEST_CASE("drift stays near its standard deviation for as long as one likes") {
   }
   CHECK(std::sqrt(squares) == Approx(3).epsilon(0.2));
 }
+
+TEST_CASE("a scan at once gives the counts of its stages one by one") {
+  PadArray whole(PadParams{}, 3), staged(PadParams{}, 3);
+  whole.reset(5, 1.1);
+  staged.reset(5, 1.1);
+  std::array<double, pad_count> pressure_pa{};
+  for (std::uint64_t frame = 0; frame < 50; ++frame) {
+    for (std::size_t pad = 0; pad < pad_count; ++pad)
+      pressure_pa[pad] = 1e3 * static_cast<double>((frame * 7 + pad * pad) % 41);
+    whole.convert_stages(pressure_pa, frame);
+    for (int stage = 0; stage < pad_timing::stages; ++stage)
+      staged.convert_stages(pressure_pa, frame, stage, stage + 1);
+    REQUIRE(whole.counts() == staged.counts());
+  }
+}
