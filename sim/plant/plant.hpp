@@ -67,8 +67,9 @@ class Plant {
   [[nodiscard]] const std::array<std::uint16_t, pad_count>& pad_counts() const {
     return pads_.counts();
   }
-  /// What they were converted under, of the same frame.
+  /// Of each pad at its own last conversion.
   [[nodiscard]] const std::array<double, pad_count>& pad_pressures_pa() const {
+    if (!algebraic_) bed_.press(scan_first_, scan_last_, pressure_pa_);
     return pressure_pa_;
   }
   [[nodiscard]] std::size_t texture_tiles() const {
@@ -97,9 +98,9 @@ class Plant {
   std::optional<DynamicContact> dynamic_;
   std::optional<SoundingContact> sounding_;
   ContactState contact_;
-  PadBed bed_;  ///< at L1 and above
+  mutable PadBed bed_;  ///< at L1 and above; makes texture where it is looked at
   PadArray pads_;
-  std::array<double, pad_count> pressure_pa_{};
+  mutable std::array<double, pad_count> pressure_pa_{};  ///< of pads that wait: not yet
   std::uint64_t scan_frame_ = 0;  // stages [first, last) of it wait for their counts
   int scan_first_ = 0, scan_last_ = 0;
   /// A scan has steps of two lengths: what relaxes over them is kept.

@@ -37,12 +37,10 @@ std::pair<double, double> slide(const Patch& patch) {
     plant.advance({.y_m = i < 1000 ? 0 : 1e-5 * (i - 1000), .z_m = z}, 0.01);
     if (i < 1000) continue;
     plant.convert(i % 8, static_cast<std::uint64_t>(i / 8));
-    if (i % 8 != 7) continue;
-    for (const double pressure : plant.pad_pressures_pa()) {
-      sum += pressure;
-      squares += pressure * pressure;
-      ++count;
-    }
+    const double pressure = plant.pad_pressures_pa()[static_cast<std::size_t>(i % 8)];
+    sum += pressure;
+    squares += pressure * pressure;
+    ++count;
   }
   const double mean = sum / count;
   return {mean, std::sqrt(squares / count - mean * mean)};
