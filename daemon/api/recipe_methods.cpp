@@ -103,7 +103,8 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
                {},
                {{"recipe", ParamType::text, true, "its name"},
                 {"seed", ParamType::integer, false, "in place of the recipe's"}},
-               "ok, digest, plan, problems, warnings, disk_ok"},
+               "ok, digest, plan (eta_s with the people_s that people need, asks, next_attention), "
+               "problems, warnings, disk_ok"},
               [s](const Call& call) { return check(*s, call); });
 }
 

@@ -205,7 +205,13 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
 }
 
 void add_run_reads(rpc::Methods& methods, const Services* s) {
-  methods.add({"run.get", "one run", {}, {}, {run_param}, "the run"},
+  methods.add({"run.get",
+               "one run",
+               {},
+               {},
+               {run_param},
+               "the run; attention is the next human action (null: none), next_attention_us since "
+               "when it is asked or when it will be"},
               [s](const Call& call) -> Outcome {
                 const auto run = s->desk->get(run_of(call));
                 if (!run) return refused(run.error());

@@ -23,12 +23,16 @@ Result<ResumePreview> preview_of(Recovery choice, const CampaignRequest& request
   return fail(Errc::invalid_argument, "no such choice");
 }
 
-/// A file that cannot be marked stays as it is: nothing reads it as whole.
-CampaignSummary discarded(const std::filesystem::path& folder, std::string_view by) {
+/// A file that is damaged cannot be marked, and nothing makes a data set of it either. What may be
+/// put right keeps the run from being discarded.
+Result<CampaignSummary> discarded(const std::filesystem::path& folder, std::string_view by) {
   CampaignSummary out;
   out.outcome = recipes::Outcome::aborted;
-  if (Status ok = discard_campaign(folder, by); !ok)
-    out.error = Error(ok.error()).in("not marked as discarded");
+  const Status marked = discard_campaign(folder, by);
+  if (marked) return out;
+  const Errc code = marked.error().code;
+  if (code != Errc::corrupt && code != Errc::parse) return pass(marked.error());
+  out.error = Error(marked.error()).in("not marked as discarded");
   return out;
 }
 

@@ -154,6 +154,26 @@ TEST_CASE("while one choice is carried out no other is, and each preview is of i
   CHECK(ended->stored.outcome == "aborted");
 }
 
+TEST_CASE("a damaged file does not keep its run from being discarded, a busy one does") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  const auto campaign = folder / "R-000001" / "campaign.sqlite";
+  DeskBench bench(folder);
+  {
+    const auto lock = FolderLock::take(folder / "R-000001");
+    REQUIRE(lock);
+    CHECK(settled(bench, Recovery::discard).error().code == Errc::wrong_state);
+    CHECK(bench.desk->get(only_run(bench))->machine.state == RunState::interrupted);
+  }
+  std::filesystem::remove(folder / "R-000001" / "campaign.sqlite-wal");
+  test::write_file(campaign, "SQLite format 3" + std::string(5000, 'x'));
+  const auto run = settled(bench, Recovery::discard);
+  REQUIRE(run);
+  CHECK(run->machine.state == RunState::ended);
+  CHECK(run->stored.error.find("not marked as discarded") != std::string::npos);
+  CHECK_FALSE(load_campaign(campaign));
+}
+
 TEST_CASE("a file that another run works in is not discarded under it") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
