@@ -155,11 +155,8 @@ Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment
     const auto trained = train_rule(take_rows(matrix, others(matrix.size(), aside)), rule);
     if (!trained) return pass(trained.error(), to_string(experiment));
     out.most_rounds = std::max(out.most_rounds, trained->rounds);
-    if (!trained->converged) {
-      out.converged = false;
-      ++out.failed;
-      continue;
-    }
+    out.converged = trained->converged;
+    if (!out.converged) break;
     for (const std::size_t r : aside) {
       const auto said = trained->answer(matrix.values.row(r));
       if (!said) return pass(said.error(), matrix.files[r]);

@@ -49,16 +49,16 @@ inline constexpr std::array all_rules{Rule::kesler, Rule::kesler_zscore, Rule::l
 std::string_view to_string(Rule rule);
 
 struct ExperimentOutcome {
-  bool converged = true;  ///< of a perceptron: in every round; false is the paper's infinity
-  std::size_t correct = 0;
+  bool converged = true;    ///< of a perceptron: in every round; false is the paper's infinity
+  std::size_t correct = 0;  ///< where it did not converge: in the rounds before
   std::size_t total = 0;
   std::size_t most_rounds = 0;     ///< of a perceptron: over the data, in its longest training
   std::size_t failed = 0;          ///< trainings that did not converge
   std::vector<std::size_t> wrong;  ///< rows taken for another class, in the order of the rounds
 };
 
-/// Rounds in which a training did not converge are not tested: `correct` is of those that did.
-/// Refuses what the rule refuses, among it fewer than two classes left to train.
+/// Ends with the first training that does not converge, for then convergence has failed. Refuses
+/// what the rule refuses, among it fewer than two classes left to train.
 Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
                                          Rule rule);
 

@@ -75,7 +75,10 @@ Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,
     out.push_back(std::move(score));
   }
   std::stable_sort(out.begin(), out.end(), [](const ScaleScore& a, const ScaleScore& b) {
-    if (a.outcome.correct != b.outcome.correct) return a.outcome.correct > b.outcome.correct;
+    const auto right = [](const ScaleScore& s) {
+      return s.outcome.converged ? s.outcome.correct : 0;
+    };
+    if (right(a) != right(b)) return right(a) > right(b);
     return a.sigmas.size() < b.sigmas.size();
   });
   return out;

@@ -23,8 +23,8 @@ struct ScaleScore {
   ExperimentOutcome outcome;
 };
 
-/// Every set of one to most_scales of the scales, best first: fewest mistakes, where a training did
-/// not converge its round counts as missed; then fewer scales; then in the order given. The
+/// Every set of one to most_scales of the scales, best first: most right answers, none where a
+/// training did not converge; then fewer scales; then in the order given. The
 /// imprints are those to learn from: what is found on them says nothing about their own accuracy.
 /// Refuses what ScaleFeatures and run_experiment() refuse, no set, and more than 2000 of them.
 Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,

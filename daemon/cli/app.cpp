@@ -14,6 +14,7 @@
 #include "daemon/cli/doctor_command.hpp"
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/features_command.hpp"
+#include "daemon/cli/imprint_command.hpp"
 #include "daemon/cli/manual.hpp"
 #include "daemon/cli/queue_commands.hpp"
 #include "daemon/cli/run_command.hpp"
@@ -41,6 +42,8 @@ struct Commands {
   ClassifyArgs classify;
   TradeClassifierArgs trade_classifier;
   TradeSimArgs trade_sim;
+  ImprintSceneArgs imprint_scene;
+  ImprintTablesArgs imprint_tables;
   StatusArgs status;
   StartArgs start;
   WatchArgs watch;
@@ -98,6 +101,15 @@ void add_commands(CLI::App& root, Commands& all) {
       all.trade_classifier, run_trade_classifier);
   add(*trade, all, "sim", "the plant's levels, integrators and steps on its scenes", all.trade_sim,
       run_trade_sim);
+}
+
+void add_imprint_commands(CLI::App& root, Commands& all) {
+  CLI::App* imprint = root.add_subcommand("imprint", "texture of static imprints (Ellis 1986)");
+  imprint->fallthrough()->require_subcommand(1);
+  add(*imprint, all, "scene", "simulated imprints of twelve objects as a data set",
+      all.imprint_scene, run_imprint_scene);
+  add(*imprint, all, "tables", "the paper's four experiments on any imprints, its figures beside",
+      all.imprint_tables, run_imprint_tables);
 }
 
 /// What is asked of a running weftd.
@@ -173,6 +185,7 @@ int run(int argc, const char* const* argv, Console& console) {
   root.require_subcommand(1);
   try {
     add_commands(root, commands);
+    add_imprint_commands(root, commands);
     add_daemon_commands(root, commands);
     add_texts(root, commands);
     if (const auto status = parse(root, argc, argv, console)) return *status;

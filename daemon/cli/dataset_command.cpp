@@ -1,6 +1,7 @@
 #include "daemon/cli/dataset_command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -10,6 +11,8 @@
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
+#include "daemon/imprint/import_imprints.hpp"
+#include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/report/format.hpp"
 
 namespace weft::daemon::cli {
@@ -75,7 +78,10 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
   facts.row({"trials", thousands(dataset.trials.size()) + " of " +
                            std::to_string(counts.label.size()) + " labels, " +
                            thousands(counts.samples) + " samples"});
-  if (!dataset.trials.empty())
+  if (holds_imprints(dataset))
+    facts.row({"imprints", std::to_string(dataset.trials.front().samples()) + " x " +
+                               std::to_string(dataset.trials.front().taxels) + " taxels"});
+  else if (!dataset.trials.empty())
     facts.row({"taxels", std::to_string(dataset.trials.front().taxels) + " at " +
                              fixed(dataset.info.taxel_rate_hz, 2) + " Hz"});
   facts.row({"groups", joined(counts.groups)});
@@ -113,11 +119,25 @@ void print_campaign(const char* command, const std::filesystem::path& file,
 // A manifest's files lie beside it, those of other formats in the folder that was named.
 Status refuse_same_files(const ImportArgs& args, const Dataset& dataset) {
   if (auto ok = refuse_same_file(args.source, args.out); !ok) return ok;
-  const bool manifest = args.format == "manifest";
+  const bool manifest = args.format != "fabricslide";
   const std::filesystem::path folder = manifest ? args.source.parent_path() : args.source;
   for (const classifier::Trial& trial : dataset.trials)
     if (auto ok = refuse_same_file(folder / trial.file, args.out); !ok) return ok;
   return {};
+}
+
+/// "28x50": rows and columns.
+Result<std::pair<std::size_t, std::size_t>> shape_from(const std::string& text) {
+  std::size_t rows = 0, cols = 0;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, rows);
+  const bool cross = first.ec == std::errc() && first.ptr != end && *first.ptr == 'x';
+  const auto second =
+      cross ? std::from_chars(first.ptr + 1, end, cols) : std::from_chars_result{end, std::errc()};
+  if (!cross || second.ec != std::errc() || second.ptr != end || rows == 0 || cols == 0)
+    return fail(Errc::invalid_argument, "the table's imprints need a shape", {},
+                "rows x columns, such as 28x50", text);
+  return std::pair{rows, cols};
 }
 
 FabricslideGroup group_of(const std::string& word) {
@@ -128,6 +148,12 @@ FabricslideGroup group_of(const std::string& word) {
 Result<Dataset> import(const ImportArgs& args) {
   if (args.format == "fabricslide")
     return import_fabricslide(args.source, args.filter, group_of(args.group));
+  if (args.format == "imprints") return import_imprints(args.source);
+  if (args.format == "imprint-table") {
+    const auto shape = shape_from(args.shape);
+    if (!shape) return pass(shape.error(), "--shape");
+    return import_imprint_table(args.source, shape->first, shape->second);
+  }
   return import_manifest(args.source);
 }
 
@@ -135,24 +161,32 @@ Result<Dataset> import(const ImportArgs& args) {
 
 void add_options(CLI::App& command, ImportArgs& args) {
   command
-      .add_option("SOURCE", args.source,
-                  "manifest.csv with columns file,label,group; or a folder for other formats")
+      .add_option(
+          "SOURCE", args.source,
+          "manifest.csv with columns file,label,group; imprint-table: a table; fabricslide: "
+          "a folder")
       ->required();
   command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
-  command.add_option("--format", args.format, "layout of SOURCE")
-      ->check(CLI::IsMember({"manifest", "fabricslide"}))
+  command
+      .add_option("--format", args.format,
+                  "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
+                  "imprint-table: an imprint a line, label,group,values")
+      ->check(CLI::IsMember({"manifest", "fabricslide", "imprints", "imprint-table"}))
       ->capture_default_str();
   command.add_option("--filter", args.filter,
                      "fabricslide: only files whose name matches, with * and ?");
+  command.add_option("--shape", args.shape, "imprint-table: rows x columns, such as 28x50");
   command.add_option("--group", args.group, "fabricslide: what makes the groups (repetition)")
       ->check(CLI::IsMember({"repetition", "pressure", "speed"}));
 }
 
 Result<int> run_import(const ImportArgs& args, Console& console) {
-  if (args.format == "manifest" && args.filter != "*")
+  if (args.format != "fabricslide" && args.filter != "*")
     return fail(Errc::invalid_argument, "a manifest has no file names to filter", "--filter", {},
                 {}, "Leave lines out of the manifest instead");
-  if (args.format == "manifest" && !args.group.empty())
+  if (args.format != "imprint-table" && !args.shape.empty())
+    return fail(Errc::invalid_argument, "only a table needs a shape", "--shape", {}, args.shape);
+  if (args.format != "fabricslide" && !args.group.empty())
     return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
   Result<Dataset> dataset = import(args);
   if (!dataset) return pass(dataset.error());

@@ -17,6 +17,7 @@ struct ImportArgs {
   std::filesystem::path out;
   std::string format = "manifest";
   std::string filter = "*";
+  std::string shape;  ///< imprint-table: "28x50"
   std::string group;  ///< fabricslide: empty is "repetition"
 };
 void add_options(CLI::App& command, ImportArgs& args);

@@ -4,6 +4,8 @@
 #include <map>
 #include <set>
 
+#include "daemon/cli/imprint_features.hpp"
+#include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
@@ -110,6 +112,9 @@ double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen
                            const classifier::SecondsNow& seconds_now) {
   constexpr std::size_t timed = 16;
   if (choice.window_s != 0.0) return 0.0;
+  if (holds_imprints(chosen.dataset))
+    return seconds_of_imprint_features(chosen.dataset, choice.scales, choice.imprint_features,
+                                       seconds_now);
   auto selection = choose_trials(chosen.dataset, choice, false);
   if (!selection || selection->trials.empty()) return 0.0;
   classifier::FeatureExtractor extractor(chosen.setup.options);

@@ -8,6 +8,7 @@
 #include "classifier/live/staged_model.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/dataset/atomic_file.hpp"
+#include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
 
@@ -189,6 +190,9 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
+  if (holds_imprints(chosen->dataset))
+    return fail(Errc::unsupported, "model files know fabrics, not imprints", args.dataset.string(),
+                {}, {}, "weft evaluate and weft imprint tables train and test on imprints");
   const classifier::TrainOptions options =
       train_options(args.training, classifier::Reduction::pvalue);
   const double began_s = steady_wall_seconds();

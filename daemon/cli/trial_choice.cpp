@@ -7,6 +7,8 @@
 #include <tuple>
 
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/imprint_features.hpp"
+#include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/report/format.hpp"
 
 namespace weft::daemon::cli {
@@ -62,6 +64,12 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
       .add_option("--norm", choice.norm,
                   "F_norm: l2 as in the paper, or rms for motions of different lengths")
       ->check(CLI::IsMember({"l2", "rms"}))
+      ->capture_default_str();
+  command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
+      ->capture_default_str();
+  command
+      .add_option("--imprint-features", choice.imprint_features,
+                  "imprints: 10 or 7 a scale (Ellis 1986), laws3, laws5, or sums such as 10+laws5")
       ->capture_default_str();
 }
 
@@ -194,6 +202,22 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
   return out;
 }
 
+// Imprints have features of their own, and neither windows nor levels.
+Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
+  if (choice.window_s != 0.0 || !choice.remove_level.empty())
+    return fail(Errc::invalid_argument, "an imprint stands still", "--window-s, --remove-level");
+  auto features = imprint_features(dataset, choice.scales, choice.imprint_features);
+  if (!features) return pass(features.error());
+  ChosenTrials out;
+  out.setup.taxels = dataset.trials.front().taxels;
+  out.setup.exploration = imprint_exploration;
+  out.strokes = features->size();
+  out.features = std::move(*features);
+  out.sha256 = dataset_sha256(dataset);
+  out.dataset = std::move(dataset);
+  return out;
+}
+
 }  // namespace
 
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
@@ -202,6 +226,11 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (!dataset) return pass(dataset.error());
   if (may_join && choice.exploration.find('+') != std::string::npos) {
     auto out = load_joined(std::move(*dataset), choice);
+    if (!out) return pass(out.error(), path.string());
+    return out;
+  }
+  if (holds_imprints(*dataset)) {
+    auto out = load_imprints(std::move(*dataset), choice);
     if (!out) return pass(out.error(), path.string());
     return out;
   }

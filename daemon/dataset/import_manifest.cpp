@@ -1,29 +1,9 @@
-#include <set>
-
 #include "daemon/dataset/import.hpp"
+#include "daemon/dataset/manifest.hpp"
 #include "daemon/dataset/trial_csv.hpp"
 
 namespace weft::daemon {
 namespace {
-
-struct ManifestColumns {
-  std::size_t file = 0;
-  std::size_t label = 0;
-  std::optional<std::size_t> group;
-};
-
-Result<ManifestColumns> read_columns(const CsvReader& manifest) {
-  for (const std::string& name : manifest.header())
-    if (name != "file" && name != "label" && name != "group")
-      return manifest.complaint("unknown column '" + name.substr(0, 40) + "'",
-                                "file, label and perhaps group");
-  const auto file = find_column(manifest, "file");
-  const auto label = find_column(manifest, "label");
-  if (!file || !label)
-    return manifest.complaint(std::string("the column ") + (file ? "label" : "file") +
-                              " is missing");
-  return ManifestColumns{*file, *label, find_column(manifest, "group")};
-}
 
 Status read_trial(Result<CsvReader> csv, classifier::Trial& trial, TrialRecord& record) {
   if (!csv) return pass(std::move(csv).error());
@@ -39,23 +19,15 @@ Status read_trial(Result<CsvReader> csv, classifier::Trial& trial, TrialRecord& 
   return read_samples(*csv, columns, trial, record);
 }
 
-/// The trial of the manifest's current line.
-Status import_line(const CsvReader& manifest, const ManifestColumns& columns,
-                   const std::filesystem::path& folder, std::set<std::filesystem::path>& seen,
-                   Dataset& dataset) {
+Status import_entry(const ManifestEntry& entry, Dataset& dataset) {
   classifier::Trial trial;
   TrialRecord record;
-  trial.file = manifest.fields()[columns.file];
-  trial.label = manifest.fields()[columns.label];
-  if (columns.group) trial.group = manifest.fields()[*columns.group];
-  if (trial.file.empty()) return manifest.complaint("the file name is empty");
-  if (trial.label.empty()) return manifest.complaint("the label is empty");
-  const std::filesystem::path path = (folder / trial.file).lexically_normal();
-  if (!seen.insert(path).second)
-    return manifest.complaint("the file is listed twice", {}, trial.file);
-  auto done = read_trial(CsvReader::open(path), trial, record);
+  trial.file = entry.file;
+  trial.label = entry.label;
+  trial.group = entry.group;
+  auto done = read_trial(CsvReader::open(entry.path), trial, record);
   if (done) done = append(dataset, std::move(trial), std::move(record));
-  if (!done) return pass(std::move(done).error(), manifest.where());
+  if (!done) return pass(std::move(done).error(), entry.where);
   return {};
 }
 
@@ -77,22 +49,14 @@ Result<Dataset> one_trial(const std::filesystem::path& name, Result<CsvReader> c
 }  // namespace
 
 Result<Dataset> import_manifest(const std::filesystem::path& path) {
-  auto manifest = CsvReader::open(path);
-  if (!manifest) return pass(std::move(manifest).error());
-  const auto columns = read_columns(*manifest);
-  if (!columns) return pass(columns.error());
+  const auto entries = read_manifest(path);
+  if (!entries) return pass(entries.error());
   Dataset dataset;
   dataset.info.name = path.stem().string();
   dataset.info.source = "manifest";
   dataset.info.software_version = WEFT_VERSION;
-  std::set<std::filesystem::path> seen;
-  auto more = manifest->next();
-  for (; more && *more; more = manifest->next()) {
-    auto done = import_line(*manifest, *columns, path.parent_path(), seen, dataset);
-    if (!done) return pass(std::move(done).error());
-  }
-  if (!more) return pass(std::move(more).error());
-  if (dataset.trials.empty()) return manifest->complaint("a header but no trials");
+  for (const ManifestEntry& entry : *entries)
+    if (auto done = import_entry(entry, dataset); !done) return pass(std::move(done).error());
   dataset.info.taxel_rate_hz = mean_rate_hz(dataset);
   return dataset;
 }

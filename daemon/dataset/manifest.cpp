@@ -1,0 +1,66 @@
+#include "daemon/dataset/manifest.hpp"
+
+#include <set>
+
+#include "daemon/dataset/trial_csv.hpp"
+
+namespace weft::daemon {
+namespace {
+
+struct ManifestColumns {
+  std::size_t file = 0;
+  std::size_t label = 0;
+  std::optional<std::size_t> group;
+};
+
+Result<ManifestColumns> read_columns(const CsvReader& manifest) {
+  for (const std::string& name : manifest.header())
+    if (name != "file" && name != "label" && name != "group")
+      return manifest.complaint("unknown column '" + name.substr(0, 40) + "'",
+                                "file, label and perhaps group");
+  const auto file = find_column(manifest, "file");
+  const auto label = find_column(manifest, "label");
+  if (!file || !label)
+    return manifest.complaint(std::string("the column ") + (file ? "label" : "file") +
+                              " is missing");
+  return ManifestColumns{*file, *label, find_column(manifest, "group")};
+}
+
+/// The manifest's current line.
+Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumns& columns,
+                                 const std::filesystem::path& folder,
+                                 std::set<std::filesystem::path>& seen) {
+  ManifestEntry out;
+  out.file = manifest.fields()[columns.file];
+  out.label = manifest.fields()[columns.label];
+  if (columns.group) out.group = manifest.fields()[*columns.group];
+  if (out.file.empty()) return manifest.complaint("the file name is empty");
+  if (out.label.empty()) return manifest.complaint("the label is empty");
+  out.path = (folder / out.file).lexically_normal();
+  out.where = manifest.where();
+  if (!seen.insert(out.path).second)
+    return manifest.complaint("the file is listed twice", {}, out.file);
+  return out;
+}
+
+}  // namespace
+
+Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path) {
+  auto manifest = CsvReader::open(path);
+  if (!manifest) return pass(std::move(manifest).error());
+  const auto columns = read_columns(*manifest);
+  if (!columns) return pass(columns.error());
+  std::vector<ManifestEntry> out;
+  std::set<std::filesystem::path> seen;
+  auto more = manifest->next();
+  for (; more && *more; more = manifest->next()) {
+    auto entry = read_entry(*manifest, *columns, path.parent_path(), seen);
+    if (!entry) return pass(std::move(entry).error());
+    out.push_back(std::move(*entry));
+  }
+  if (!more) return pass(std::move(more).error());
+  if (out.empty()) return manifest->complaint("a header but no trials");
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,29 @@
+#pragma once
+// Imprints in a data set (docs/dataset.md, "Imprints"): a trial of exploration `imprint` whose
+// samples are the rows of the array, top to bottom, and whose taxels are its columns.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/imprint/imprint_set.hpp"
+#include "daemon/dataset/dataset.hpp"
+
+namespace weft::daemon {
+
+inline constexpr std::string_view imprint_exploration = "imprint";
+
+/// Every trial is an imprint; false of an empty set.
+bool holds_imprints(const Dataset& dataset);
+
+/// Adds one. `image` must be checked. Errors: those of append(), for another number of columns than
+/// the imprints before it have.
+Status append_imprint(Dataset& dataset, const classifier::imprint::Image& image, std::string file,
+                      std::string label, std::string group);
+
+/// The complete imprints, in order. The object is the trial's group; where a group holds several
+/// labels, or none is given, every imprint is an object of its own. Errors: invalid_argument, for a
+/// data set that holds other trials.
+Result<std::vector<classifier::imprint::Imprint>> imprints_of(const Dataset& dataset);
+
+}  // namespace weft::daemon

@@ -1,0 +1,131 @@
+#include "daemon/imprint/tables.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "classifier/learn/parallel.hpp"
+#include "daemon/imprint/imprint_dataset.hpp"
+#include "daemon/report/format.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace ci = classifier::imprint;
+using classifier::FeatureMatrix;
+
+struct PreparedSet {
+  FeatureSet set;
+  FeatureMatrix matrix;
+};
+
+Result<std::vector<PreparedSet>> prepare_sets(std::span<const ci::Imprint> imprints,
+                                              const TableOptions& options) {
+  std::vector<PreparedSet> out;
+  for (const ci::Form form : {ci::Form::full, ci::Form::brief})
+    for (const auto& sigmas : options.scales) {
+      ci::ScaleOptions scales;
+      scales.sigmas = sigmas;
+      scales.form = form;
+      auto matrix = ci::build_matrix(imprints, scales, options.threads);
+      if (!matrix) return pass(matrix.error());
+      out.push_back({{sigmas, form, {}, {}, {}}, std::move(*matrix)});
+    }
+  if (!options.laws) return out;
+  for (const ci::LawsSize size : {ci::LawsSize::three, ci::LawsSize::five}) {
+    const auto extract = [size]() -> ci::Extract {
+      return [size](const ci::Image& image) { return ci::laws_energy(image, size); };
+    };
+    auto matrix = ci::build_matrix(imprints, ci::laws_names(size), extract, options.threads);
+    if (!matrix) return pass(matrix.error());
+    out.push_back({{{}, {}, size, {}, {}}, std::move(*matrix)});
+  }
+  return out;
+}
+
+Status measure_set(const TableOptions& options, PreparedSet& one) {
+  const ci::Classes classes = ci::classes_of(one.matrix.labels);
+  // A hull of thousands of corners is walked for seconds; beyond that the answer stays open.
+  const auto hull = ci::separability(one.matrix.values, classes.of_row, classes.names.size(), 3000);
+  if (!hull) return pass(hull.error());
+  one.set.separability = *hull;
+  for (const ci::Experiment experiment : options.experiments)
+    for (const ci::Rule rule : options.rules) {
+      auto outcome = ci::run_experiment(one.matrix, experiment, rule);
+      if (!outcome) return pass(outcome.error(), one.set.name());
+      one.set.outcomes.push_back(std::move(*outcome));
+    }
+  return {};
+}
+
+}  // namespace
+
+std::string FeatureSet::name() const {
+  if (sigmas.empty()) return laws == ci::LawsSize::three ? "Laws 3 x 3" : "Laws 5 x 5";
+  std::vector<std::string> words;
+  for (const double sigma : sigmas) words.push_back(general(sigma));
+  return joined(words);
+}
+
+Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions options) {
+  if (options.scales.empty() || options.experiments.empty() || options.rules.empty())
+    return fail(Errc::invalid_argument, "nothing to measure", "tables",
+                "scales, experiments and rules");
+  const auto imprints = imprints_of(dataset);
+  if (!imprints) return pass(imprints.error());
+  auto prepared = prepare_sets(*imprints, options);
+  if (!prepared) return pass(prepared.error());
+  std::vector<std::optional<Error>> problems(prepared->size());
+  classifier::parallel_for(prepared->size(), options.threads, [&](std::size_t i) {
+    if (auto done = measure_set(options, (*prepared)[i]); !done) problems[i] = done.error();
+  });
+  for (const auto& problem : problems)
+    if (problem) return pass(*problem);
+  ImprintTables out;
+  out.bench = dataset.info.kind;
+  out.dataset = dataset.info.name;
+  out.sha256 = dataset_sha256(dataset);
+  std::set<std::string> labels, objects;
+  for (const ci::Imprint& one : *imprints) {
+    labels.insert(one.label);
+    objects.insert(one.object);
+  }
+  out.imprints = imprints->size();
+  out.classes = labels.size();
+  out.objects = objects.size();
+  out.options = std::move(options);
+  for (PreparedSet& one : *prepared) out.sets.push_back(std::move(one.set));
+  return out;
+}
+
+std::string cell_text(const ci::ExperimentOutcome& outcome) {
+  if (!outcome.converged) return "\u221E";
+  const double share = outcome.total == 0 ? 0.0
+                                          : static_cast<double>(outcome.correct) /
+                                                static_cast<double>(outcome.total);
+  return std::to_string(outcome.correct) + " / " + std::to_string(outcome.total) + " (" +
+         percent(share, 0) + " %)";
+}
+
+std::string paper_text(ci::Experiment experiment, const FeatureSet& set) {
+  if (set.sigmas.empty()) return std::string(no_value);
+  const auto entry = ellis_entry(experiment, set.sigmas, set.form);
+  if (!entry) return std::string(no_value);
+  ci::ExperimentOutcome printed;
+  printed.converged = entry->converged;
+  printed.correct = entry->correct;
+  printed.total = ellis_imprints;
+  return cell_text(printed);
+}
+
+std::string tables_note(const ImprintTables& tables) {
+  return "Column \"paper\": Ellis 1986, real imprints of its own, 24 of 12 objects in 4 classes. "
+         "All "
+         "other columns: " +
+         std::to_string(tables.imprints) + " imprints of " + std::to_string(tables.objects) +
+         " objects in " + std::to_string(tables.classes) + " classes" +
+         (tables.bench == BenchKind::simulated ? ", SIMULATED" : "") +
+         "; \u221E: the perceptron did not converge in 1000 rounds.";
+}
+
+}  // namespace weft::daemon
