@@ -15,6 +15,7 @@
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/features_command.hpp"
 #include "daemon/cli/imprint_command.hpp"
+#include "daemon/cli/imprint_search_command.hpp"
 #include "daemon/cli/manual.hpp"
 #include "daemon/cli/queue_commands.hpp"
 #include "daemon/cli/run_command.hpp"
@@ -44,6 +45,7 @@ struct Commands {
   TradeSimArgs trade_sim;
   ImprintSceneArgs imprint_scene;
   ImprintTablesArgs imprint_tables;
+  ImprintSearchArgs imprint_search;
   StatusArgs status;
   StartArgs start;
   WatchArgs watch;
@@ -110,6 +112,8 @@ void add_imprint_commands(CLI::App& root, Commands& all) {
       all.imprint_scene, run_imprint_scene);
   add(*imprint, all, "tables", "the paper's four experiments on any imprints, its figures beside",
       all.imprint_tables, run_imprint_tables);
+  add(*imprint, all, "search", "the scales of smoothing that tell the classes apart best",
+      all.imprint_search, run_imprint_search);
 }
 
 /// What is asked of a running weftd.

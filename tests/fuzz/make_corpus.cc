@@ -1,7 +1,7 @@
 // Writes the inputs where fuzzing starts, with the program's own writers and from the golden
 // vectors:
-//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, csv, hdf5 and one folder for each wire;
-//   small: without a whole HDF5 file, as committed in corpus/
+//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, csv, imprint_file, hdf5 and one folder
+//   for each wire; small: without a whole HDF5 file, as committed in corpus/
 
 #include <filesystem>
 #include <fstream>
@@ -42,6 +42,21 @@ void write_tables(const std::filesystem::path& folder) {
   write(folder / "motion_only", "t_s,ch1\n0,1\n1,2\n");
   write(folder / "excel", "\xEF\xBB\xBF\"t_s\", \"ch1\" ,ch2\r\n\r\n0,\"1\",2\r\n-1e-3,-,3\r\n");
   write(folder / "manifest", "file,label,group\nno.csv,denim,1\n\"a \"\"b\"\".csv\",silk,2\n");
+}
+
+/// Each form of an imprint, small.
+void write_images(const std::filesystem::path& folder) {
+  write(folder / "text", "# rows\n1,2.5,3\n4,5,-6e1\n\n7,8,9\n");
+  write(folder / "blanks", "1 2\n3\t4\n");
+  write(folder / "plain_map", "P2 # comment\n3 3\n127\n1 2 3\n4 127 6\n7 8 9\n");
+  write(folder / "grey_map", "P5\n4 3\n255\nabcdefghijkl");
+  write(folder / "wide_map", "P5 2 2 1000\n\x01\x02\x01\x03\x01\x04\x01\x05");
+  using namespace std::string_view_literals;
+  const std::string body =
+      "{'descr': '|u1', 'fortran_order': False, 'shape': (3, 4), }\nabcdefghijkl";
+  write(folder / "array", std::string("\x93NUMPY\x01\x00\x3c\x00"sv) + body);
+  const std::string wide = "{'descr': '<f8', 'fortran_order': True, 'shape': (1, 2), }\n";
+  write(folder / "doubles", std::string("\x93NUMPY\x01\x00\x3b\x00"sv) + wide + "abcdefghABCDEFGH");
 }
 
 /// Edits of every kind, of objects throughout the file, and a few altered bytes.
@@ -153,6 +168,7 @@ int main(int argc, char** argv) {
   }
   const std::filesystem::path folder(argv[1]);
   weft::fuzz::write_tables(folder / "csv");
+  weft::fuzz::write_images(folder / "imprint_file");
   weft::fuzz::write_wires(folder);
   weft::fuzz::write_lines(WEFT_API_PAGE, folder / "rpc_lines");
   if (weft::fuzz::write_models(folder / "model_file") &&

@@ -49,6 +49,15 @@ def scene_and_tables(t, d):
     t.expect("SIMULATED" in text and "19 / 24" in text and "2/N" not in text, f"chosen tables: {text}")
 
 
+def search(t, d):
+    found = t.succeeds("imprint", "search", "zplus.h5", "--scales", "0,1,2,4", "--most-scales", "2", cwd=d)
+    scores = [one["correct"] for one in found["best"]]
+    t.expect(found["sets"] == 10 and scores == sorted(scores, reverse=True), f"search: {found}")
+    part = t.succeeds("imprint", "search", "zplus.h5", "--groups", "PLANE1,RASP1,KNIT1,PLANE2,RASP2,KNIT2", "--scales", "1,2", cwd=d)
+    t.expect(part["imprints"] == 12 and part["sets"] == 3, f"search on a part: {part}")
+    t.refuses("imprint", "search", "zplus.h5", "--groups", "NONE", cwd=d, says=["--groups"])
+
+
 def files(t, d):
     folder = pathlib.Path(d)
     rows = [[(3 * r + 5 * c + r * c * c) % 128 for c in range(12)] for r in range(10)]
@@ -87,6 +96,7 @@ def main():
     t, shared = Checks(sys.argv[1]), pathlib.Path(sys.argv[2])
     with tempfile.TemporaryDirectory() as d:
         scene_and_tables(t, d)
+        search(t, d)
         files(t, d)
         table = shared / "data/tactile22/tactile22.csv"
         if table.exists():

@@ -1,0 +1,33 @@
+// Imprints as other programs write them: text, grey maps, NumPy arrays; and their features.
+
+#include <cmath>
+
+#include "classifier/imprint/scale_features.hpp"
+#include "daemon/imprint/image_file.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace weft::fuzz {
+namespace {
+
+using classifier::imprint::Image;
+
+void look_at(const Result<Image>& image) {
+  if (!image) return demand(!image.error().message.empty(), "an error says what is wrong");
+  demand(image->rows() > 0 && image->cols() > 0, "an imprint that was read has taxels");
+  if (!check(*image) || image->data().size() > 4096) return;
+  auto features = classifier::imprint::ScaleFeatures::make({.sigmas = {0, 1}});
+  const auto values = features->extract(*image);
+  demand(values.has_value(), "a checked imprint has features");
+  for (const double value : *values) demand(std::isfinite(value), "features are finite");
+}
+
+}  // namespace
+}  // namespace weft::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  weft::fuzz::look_at(weft::daemon::parse_image_csv("input", text));
+  weft::fuzz::look_at(weft::daemon::parse_image_pgm("input", text));
+  weft::fuzz::look_at(weft::daemon::parse_image_npy("input", text));
+  return 0;
+}
