@@ -14,7 +14,7 @@ using classifier::imprint::Image;
 void look_at(const Result<Image>& image) {
   if (!image) return demand(!image.error().message.empty(), "an error says what is wrong");
   demand(image->rows() > 0 && image->cols() > 0, "an imprint that was read has taxels");
-  if (!check(*image) || image->data().size() > 4096) return;
+  if (!classifier::imprint::check(*image) || image->data().size() > 4096) return;
   auto features = classifier::imprint::ScaleFeatures::make({.sigmas = {0, 1}});
   const auto values = features->extract(*image);
   demand(values.has_value(), "a checked imprint has features");
