@@ -79,6 +79,7 @@ Result<TrainedLearner> train_on(FeatureMatrix rows, std::optional<std::size_t> f
                                 const TaskTrainer& trainer) {
   const Classes classes = classes_of(rows);
   if (auto ok = check_rows(rows, classes); !ok) return pass(ok.error());
+  if (auto ok = unless_stopped(options); !ok) return pass(ok.error());
   FeatureView view = FeatureView::fit(recipe.view, rows.values);
   view.apply(rows.values);
   options.cap = recipe.cap;

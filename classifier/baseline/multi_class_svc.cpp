@@ -95,6 +95,7 @@ Status fold_errors(const FoldDistances& fold, std::size_t classes, double gamma,
   const std::size_t rows = across.rows();
   std::vector<std::vector<int>> votes(options.grid.c.size(), std::vector<int>(rows * classes));
   for (const PairRows& pair : fold.pairs) {
+    if (auto ok = unless_stopped(options); !ok) return ok;
     const Matrix own = part_of(kernel, pair.row);
     SvmSolver solver(pair.sign, options.search != Search::libsvm);
     if (auto ok = solver.set_kernel(own); !ok) return ok;

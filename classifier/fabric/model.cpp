@@ -157,7 +157,11 @@ Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix, const T
   parallel_workers(pairs.size(), options.threads, [&] {
     auto trainer = std::make_shared<PairTrainer>(matrix, options, rare);
     return [&, trainer](std::size_t i) {
-      trained[i].emplace(trainer->train(rows.at(labels[pairs[i].a]), rows.at(labels[pairs[i].b])));
+      if (const Status ok = unless_stopped(options); !ok)
+        trained[i].emplace(pass(ok.error()));
+      else
+        trained[i].emplace(
+            trainer->train(rows.at(labels[pairs[i].a]), rows.at(labels[pairs[i].b])));
     };
   });
   std::vector<FabricCore> cores;

@@ -75,4 +75,10 @@ Status check(const TrainOptions& options) {
   return {};
 }
 
+Status unless_stopped(const TrainOptions& options) {
+  if (options.stop && options.stop())
+    return fail(Errc::wrong_state, "the training was stopped before its end", "train");
+  return {};
+}
+
 }  // namespace weft::classifier

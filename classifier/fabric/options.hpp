@@ -85,7 +85,12 @@ struct TrainOptions {
   std::uint64_t seed = 1;     ///< of the folds
   std::size_t threads = 0;    ///< 0: one per core; the model does not depend on it
   FoldMaker make_folds = {};  ///< empty: stratified_folds() by fold_unit
+  /// True: give up. Asked often, on every thread that trains; empty: never.
+  std::function<bool()> stop = {};
 };
+
+/// Errors: wrong_state, when the training is to be given up.
+Status unless_stopped(const TrainOptions& options);
 
 /// Refuses empty or unusable grids, cap 0, folds < 2.
 Status check(const TrainOptions& options);

@@ -73,6 +73,8 @@ Result<CrossDecisions> cross_decisions(const FabricModel& model, const FeatureMa
   const RareT rare;
   std::vector<Status> done(model.pairs().size());
   parallel_for(done.size(), options.threads, [&](std::size_t i) {
+    done[i] = unless_stopped(options);
+    if (!done[i]) return;
     const auto [a, b] = model.pairs()[i];
     const PairProblem problem =
         pair_problem(matrix, rows.at(model.labels()[a]), rows.at(model.labels()[b]), options);

@@ -12,6 +12,9 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_queue_methods(methods, services);
   add_rig_methods(methods, services);
   add_classify_methods(methods, services);
+  add_data_methods(methods, services);
+  add_plan_methods(methods, services);
+  add_hand_over_methods(methods, services);
   add_subscription_methods(methods, services);
 }
 

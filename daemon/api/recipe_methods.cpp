@@ -95,7 +95,12 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
   methods.add({"recipe.list", "recipes of the daemon's folder", {}, {}, {}, "recipes"},
               [s](const Call&) { return list_recipes(*s); });
-  methods.add({"recipe.schema", "JSON Schema of a recipe", {}, {}, {}, "JSON Schema, draft 7"},
+  methods.add({"recipe.schema",
+               "JSON Schema of a recipe",
+               {},
+               {},
+               {},
+               "JSON Schema, draft 2020-12, with x-unit"},
               [](const Call&) -> Outcome { return text_of(json::parse(recipe_schema_json())); });
   methods.add({"recipe.check",
                "everything that would be refused, before anything moves",

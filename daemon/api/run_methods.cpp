@@ -130,8 +130,16 @@ void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
 void wait(const Services& services, const Call& call, const rpc::Responder& respond) {
   const std::string id = run_of(call);
   if (const auto run = services.desk->get(id); !run) return respond(refused(run.error()));
-  services.desk->when_ended(
-      id, [respond](const RunView& run) { respond(text_of(run_json(run))); }, call.listener);
+  const bool hand_over_too = call.params.value("hand_over", false);
+  const auto over = [s = &services, id, respond, hand_over_too,
+                     listener = call.listener](const RunView& run) {
+    if (!hand_over_too) return respond(text_of(run_json(run)));
+    const auto told = [s, id, respond] {
+      if (const auto now = s->desk->get(id)) respond(text_of(run_json(*now)));
+    };
+    s->hand_overs->when_over(id, told, listener);
+  };
+  services.desk->when_ended(id, over, call.listener);
 }
 
 void add_run_orders(rpc::Methods& methods, const Services* s) {
@@ -224,10 +232,15 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
                {{"state", ParamType::text, false, "only those in this state"}},
                "runs"},
               [s](const Call& call) { return list_runs(*s, call); });
-  methods.add({"run.wait", "answers when the run has ended", {}, {}, {run_param}, "the run"},
-              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                wait(*s, call, respond);
-              }));
+  methods.add(
+      {"run.wait",
+       "answers when the run has ended",
+       {},
+       {},
+       {run_param, {"hand_over", ParamType::flag, false, "and what its recipe hands over as well"}},
+       "the run"},
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { wait(*s, call, respond); }));
 }
 
 json attention_json(const control::Attention& attention) {
@@ -274,6 +287,7 @@ json run_json(const RunView& run) {
   }
   if (!stored.recovered.empty()) out["recovered"] = stored.recovered;
   if (!stored.error.empty()) out["error"] = stored.error;
+  if (run.hand_over) out["handover"] = hand_over_json(*run.hand_over);
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
   return out;
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "daemon/access/leases.hpp"
+#include "daemon/control/hand_over_desk.hpp"
 #include "daemon/control/run_desk.hpp"
 #include "daemon/rpc/method.hpp"
 #include "daemon/server/hub.hpp"
@@ -18,6 +19,7 @@ struct Services {
   server::Hub* hub = nullptr;
   access::Leases* leases = nullptr;
   control::RunDesk* desk = nullptr;
+  control::HandOverDesk* hand_overs = nullptr;
   control::RunStore* log = nullptr;
   std::filesystem::path rig;      ///< rig file
   std::string rig_name;           ///< "rig:" + this is the scope of its lease
@@ -38,6 +40,9 @@ void add_run_methods(rpc::Methods& methods, const Services& services);
 void add_queue_methods(rpc::Methods& methods, const Services& services);
 void add_rig_methods(rpc::Methods& methods, const Services& services);
 void add_classify_methods(rpc::Methods& methods, const Services& services);
+void add_data_methods(rpc::Methods& methods, const Services& services);
+void add_plan_methods(rpc::Methods& methods, const Services& services);
+void add_hand_over_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
 
 /// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
@@ -46,6 +51,8 @@ std::string readiness_json(const Services& services);
 nlohmann::json run_json(const control::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.
 nlohmann::json queue_json(const control::RunLine& line);
+/// What a run says of its hand-over.
+nlohmann::json hand_over_json(const control::HandOverFact& fact);
 /// What "vote:ID" events carry.
 nlohmann::json vote_json(const VoteMoment& vote);
 

@@ -4,6 +4,7 @@
 
 #include "daemon/certificate/campaign_check.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/handover/hand_over_file.hpp"
 #include "daemon/recorder/campaign_past.hpp"
 #include "daemon/recorder/log_check.hpp"
 #include "daemon/recorder/recorder.hpp"
@@ -129,6 +130,8 @@ Result<VerifyReport> verify(const fs::path& path, const StopAsked& stop_asked) {
                             : certified_file(*certificate, file) != nullptr;
   for (const fs::path& each : {report->campaign, report->dataset})
     if (!each.empty()) check_file(each, certificate, stop_asked, *report);
+  if (fs::is_directory(path, ignored))
+    check_hand_over(path, certificate == nullptr ? "" : certificate->dataset_sha256, *report);
   if (stop_asked && stop_asked()) return pass(stopped_early(path.string()));
   return report;
 }

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "daemon/report/format.hpp"
 #include "daemon/run/rig_file.hpp"
 
 namespace weft::daemon::cli {
@@ -67,6 +68,22 @@ Result<json> call(Client& daemon, std::string_view method, const json& params) {
   return json::parse(*result);
 }
 
+namespace {
+
+std::string hand_over_words(const json& told) {
+  const std::string state = told.value("state", "");
+  if (state != "done")
+    return "\n  hand-over " + state +
+           (told.at("error").is_string() ? ": " + told.value("error", "") : "");
+  std::string words;
+  for (const json& model : told.at("models"))
+    words += "\n  handed over: " + model.value("model", "") + ", accuracy " +
+             percent(model.value("accuracy", 0.0), 1) + " % (" + told.value("bench", "") + ")";
+  return words;
+}
+
+}  // namespace
+
 std::string run_line(const json& run) {
   std::string line = run.value("run", "") + "  " + run.value("state", "") + "  " +
                      run.value("recipe", "") + "  " + std::to_string(run.value("trials_done", 0)) +
@@ -82,6 +99,7 @@ std::string run_line(const json& run) {
     line += "\n  waits for a person: " + attention.value("text", "") + "  Then: weft confirm " +
             run.value("run", "");
   if (run.contains("error")) line += "\n  " + run.value("error", "");
+  if (run.contains("handover")) line += hand_over_words(run.at("handover"));
   return line + "\n";
 }
 

@@ -46,7 +46,7 @@ Result<int> recovered_or_told(Client& daemon, const Recovered& what, bool previe
 }
 
 Result<int> waited(Client& daemon, const json& run, Console& console) {
-  const auto ended = call(daemon, "run.wait", {{"run", run.at("run")}});
+  const auto ended = call(daemon, "run.wait", {{"run", run.at("run")}, {"hand_over", true}});
   if (!ended) return pass(ended.error());
   print(console, run_line(*ended), *ended);
   return ended->value("outcome", "") == "complete" ? exit_ok : exit_failure;
@@ -62,7 +62,8 @@ void add_options(CLI::App& command, StartArgs& args) {
   command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
   command.add_option("--seed", args.seed, "in place of the recipe's");
   command.add_option("--name", args.name, "added to the name of the run's folder");
-  command.add_flag("--wait", args.wait, "until the run has ended");
+  command.add_flag("--wait", args.wait,
+                   "until the run has ended, and what its recipe hands over with it");
 }
 void add_options(CLI::App& command, PauseArgs& args) {
   add_run(command, args);

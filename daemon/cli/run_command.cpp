@@ -10,6 +10,7 @@
 #include "daemon/cli/operator_prompt.hpp"
 #include "daemon/cli/preflight.hpp"
 #include "daemon/cli/progress.hpp"
+#include "daemon/cli/run_hand_over.hpp"
 #include "daemon/cli/stop_signals.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/train_options.hpp"
@@ -164,8 +165,14 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Consol
     console.err << "weft: the campaign was not classified, its data are kept in "
                 << summary.dataset_file.string() << ": " << to_string(*report->not_classified)
                 << '\n';
-  print(console, report_text(*report), report_json(summary, *report));
-  return report->not_classified ? exit_failure : recorded;
+  const auto handed = hand_over_of(summary, args.out, console);
+  if (handed && handed->failed)
+    console.err << "weft: the campaign was not handed over, its data are kept in "
+                << summary.dataset_file.string() << ": " << to_string(*handed->failed) << '\n';
+  json out = report_json(summary, *report);
+  if (handed) out["handover"] = json_of(*handed);
+  print(console, report_text(*report) + (handed ? text_of(*handed) : ""), out);
+  return report->not_classified || (handed && handed->failed) ? exit_failure : recorded;
 }
 
 }  // namespace

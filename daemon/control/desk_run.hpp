@@ -20,16 +20,16 @@ inline Deadlines deadlines_of(const recipes::Plan& plan) {
 /// Who holds a line that the daemon found when it began.
 inline constexpr const char* after_restart = "auto:restart";
 
-/// What escapes a run's thread ends that work and nothing else.
+/// What escapes a thread of its own ends that work, a run or `what` it is, and nothing else.
 template <class Work>
-auto caught(const Work& work) -> decltype(work()) {
-  constexpr const char* ours = "a mistake of this program ended the run";
+auto caught(const Work& work, const std::string& what = "run") -> decltype(work()) {
+  const std::string ours = "a mistake of this program ended the " + what;
   try {
     return work();
   } catch (const std::exception& escaped) {
-    return fail(Errc::wrong_state, ours, "run", {}, escaped.what());
+    return fail(Errc::wrong_state, ours, what, {}, escaped.what());
   } catch (...) {
-    return fail(Errc::wrong_state, ours, "run");
+    return fail(Errc::wrong_state, ours, what);
   }
 }
 

@@ -344,6 +344,13 @@ void RunDesk::when_ended(std::string_view id, std::function<void(const RunView&)
   run->waiting.push_back({std::move(told), std::move(listener)});
 }
 
+void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
+  Run* const run = find(id);
+  if (run == nullptr) return;
+  run->view.hand_over = fact;
+  tell(*run);
+}
+
 void RunDesk::tick() {
   if (!standing_kept_) keep_standing();
   for (const auto& run : runs_) {

@@ -45,9 +45,10 @@ struct RunView {
   std::optional<Attention> attention;  ///< the next human action
   std::size_t trials_done = 0;
   std::size_t trials_planned = 0;
-  std::size_t takes_rejected = 0;  ///< bad ones that were taken again
-  std::string last_rejection;      ///< why the newest of them was
-  double wall_left_s = 0;          ///< by the mean of the trials done, and people's time
+  std::size_t takes_rejected = 0;         ///< bad ones that were taken again
+  std::string last_rejection;             ///< why the newest of them was
+  double wall_left_s = 0;                 ///< by the mean of the trials done, and people's time
+  std::optional<HandOverFact> hand_over;  ///< where its recipe has one and it is complete
 };
 
 /// What becomes of an interrupted run.
@@ -129,6 +130,8 @@ class RunDesk {
   /// Calls back once, when the run has ended; at once where it has; never, once `listener` is gone.
   void when_ended(std::string_view id, std::function<void(const RunView&)> told,
                   std::weak_ptr<const void> listener);
+  /// What became of its hand-over is told as part of the run.
+  void hand_over_is(std::string_view id, const HandOverFact& fact);
   /// Call often: deadlines.
   void tick();
 

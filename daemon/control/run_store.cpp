@@ -26,6 +26,10 @@ CREATE TABLE IF NOT EXISTS waiting (place INTEGER PRIMARY KEY, run INTEGER NOT N
 CREATE TABLE IF NOT EXISTS rig (
   id INTEGER PRIMARY KEY CHECK (id = 1), fact TEXT NOT NULL, why TEXT NOT NULL
 ) STRICT;
+CREATE TABLE IF NOT EXISTS hand_over (
+  run INTEGER PRIMARY KEY, state TEXT NOT NULL, by TEXT NOT NULL, error TEXT NOT NULL,
+  result_json TEXT NOT NULL
+) STRICT;
 )sql";
 
 // Full synchronisation: what was answered is on the disk, also when the power goes.

@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "daemon/control/hand_over_fact.hpp"
 #include "daemon/control/run_line.hpp"
 #include "daemon/control/run_machine.hpp"
 #include "daemon/recorder/sqlite.hpp"
@@ -70,6 +72,10 @@ class RunStore {
   [[nodiscard]] Result<RunLine> line();
   /// All of it or nothing.
   Status keep(const RunLine& line);
+
+  /// By the number of their runs.
+  [[nodiscard]] Result<std::map<std::int64_t, HandOverFact>> hand_overs();
+  Status keep(std::int64_t run, const HandOverFact& fact);
 
   struct Line {
     std::int64_t sequence = 0, utc_us = 0;

@@ -45,6 +45,13 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
+// A rename is on the disk only when its folder is.
+Status sync_folder_of(const std::filesystem::path& path) {
+  if (const Descriptor folder(folder_of(path), O_RDONLY); folder.ok() && !folder.sync())
+    return system_error("cannot bring the folder to the disk", folder_of(path));
+  return {};
+}
+
 }  // namespace
 
 // The process number keeps two writers of the same target apart.
@@ -63,10 +70,13 @@ Status AtomicFile::publish() {
   if (std::rename(temporary_.c_str(), target_.c_str()) != 0)
     return system_error("cannot rename the finished file", target_);
   published_ = true;
-  // The rename itself is on the disk only when its folder is.
-  if (const Descriptor folder(folder_of(target_), O_RDONLY); folder.ok() && !folder.sync())
-    return system_error("cannot bring the folder to the disk", folder_of(target_));
-  return {};
+  return sync_folder_of(target_);
+}
+
+Status publish_folder(const std::filesystem::path& temporary, const std::filesystem::path& target) {
+  if (std::rename(temporary.c_str(), target.c_str()) != 0)
+    return system_error("cannot rename the finished folder", target);
+  return sync_folder_of(target);
 }
 
 Status write_text_file(const std::filesystem::path& path, std::string_view text) {

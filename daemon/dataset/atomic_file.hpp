@@ -30,4 +30,8 @@ class AtomicFile {
 /// Writes `text` to `path` through an AtomicFile.
 Status write_text_file(const std::filesystem::path& path, std::string_view text);
 
+/// Renames a finished folder, whose files are on the disk, beside itself; `target` must not be
+/// there. It is on the disk when this returns.
+Status publish_folder(const std::filesystem::path& temporary, const std::filesystem::path& target);
+
 }  // namespace weft::daemon

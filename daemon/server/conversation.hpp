@@ -12,6 +12,7 @@
 #include "daemon/access/idempotency.hpp"
 #include "daemon/rpc/message.hpp"
 #include "daemon/rpc/method.hpp"
+#include "daemon/server/http_file.hpp"
 #include "daemon/server/hub.hpp"
 
 namespace weft::daemon::server {
@@ -44,6 +45,9 @@ struct Shared {
   /// The raw line "!halt"; from the Unix socket only, before anything else.
   std::function<void(const rpc::Caller&)> halt;
   std::function<Clock()> now;
+  /// A file that may be fetched over HTTP, by "R-000318/dataset.h5". Errors: not_found; others,
+  /// where it is not what it should be.
+  std::function<Result<ServedFile>(std::string_view path)> file = {};
 };
 
 /// The first request of every client.

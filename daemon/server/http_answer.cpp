@@ -1,5 +1,7 @@
 #include "daemon/server/http_answer.hpp"
 
+#include "daemon/server/http_file.hpp"
+
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -15,6 +17,16 @@ std::string_view reason_of(int status) {
   switch (status) {
     case 200:
       return "OK";
+    case 206:
+      return "Partial Content";
+    case 304:
+      return "Not Modified";
+    case 409:
+      return "Conflict";
+    case 412:
+      return "Precondition Failed";
+    case 416:
+      return "Range Not Satisfiable";
     case 204:
       return "No Content";
     case 400:
@@ -86,9 +98,12 @@ bool meant_for_us(const HttpRequest& request) {
 
 }  // namespace
 
+std::string status_line(int status) {
+  return "HTTP/1.1 " + std::to_string(status) + " " + std::string(reason_of(status)) + "\r\n";
+}
+
 std::string answer_text(int status, std::string_view line, std::string_view more_headers) {
-  std::string out =
-      "HTTP/1.1 " + std::to_string(status) + " " + std::string(reason_of(status)) + "\r\n";
+  std::string out = status_line(status);
   if (!line.empty()) out += "Content-Type: application/json\r\n";
   if (status != 204)
     out += "Content-Length: " + std::to_string(line.empty() ? 0 : line.size() + 1) + "\r\n";
@@ -136,10 +151,10 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request, bool any_
                     "127.0.0.1 or localhost",
                     text("Host"),
                     {}});
-  const bool rpc = request.path() == "/rpc";
-  if (!rpc && request.path() != "/events")
+  const bool rpc = request.path() == "/rpc", data = request.path().starts_with(data_path);
+  if (!rpc && !data && request.path() != "/events")
     return refused(404, "request.path",
-                   {Errc::not_found, "nothing there", {}, "/rpc or /events", {}, {}});
+                   {Errc::not_found, "nothing there", {}, "/rpc, /events or /data/...", {}, {}});
   const std::string_view method = rpc ? "POST" : "GET";
   if (request.method() != method)
     return refused(405, "request.method",
@@ -166,6 +181,16 @@ std::string too_many_text(std::string_view what, std::size_t at_most, std::strin
                   {},
                   std::string(hint)},
                  come_back);
+}
+
+std::string no_file_text(const Error& error) {
+  const bool absent = error.code == Errc::not_found;
+  return refused(absent ? 404 : 409, absent ? "data.not_found" : "data.altered", error);
+}
+
+std::string other_content_text(const std::string& sha256) {
+  return refused(412, "data.other",
+                 {Errc::wrong_state, "the file has another content", "sha256", {}, sha256, {}});
 }
 
 std::string daemon_stops_text() {

@@ -11,6 +11,8 @@
 
 namespace weft::daemon::server {
 
+/// "HTTP/1.1 200 OK" with its line end.
+std::string status_line(int status);
 /// A whole answer. `line` is JSON, or empty; `more_headers` are lines with their ends.
 std::string answer_text(int status, std::string_view line, std::string_view more_headers = {});
 /// The answer to what broke a bound or is no HTTP: HttpRequest::refusal(), or 408 (too slow).
@@ -22,6 +24,10 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request, bool any_
 std::string too_many_text(std::string_view what, std::size_t at_most, std::string_view hint);
 /// 503: the daemon ends before it can answer.
 std::string daemon_stops_text();
+/// 404 or 409: a file that is not there, or not as its list says.
+std::string no_file_text(const Error& error);
+/// 412: the file has another digest than the one asked for.
+std::string other_content_text(const std::string& sha256);
 /// 504.
 std::string no_answer_text(std::int64_t patience_s);
 

@@ -5,6 +5,7 @@
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
+#include <fstream>
 #include <list>
 #include <vector>
 
@@ -23,6 +24,7 @@ constexpr auto farewell = 2s;                      // for a client to read the a
 // What a refused client still sends is read, or it would be reset before it has read why.
 constexpr std::size_t most_ignored_bytes = std::size_t{4} << 20;
 constexpr std::size_t stream_room_bytes = std::size_t{64} << 10;
+constexpr std::size_t file_piece_bytes = std::size_t{256} << 10;
 constexpr std::string_view comment = ":\n\n";
 
 }  // namespace
@@ -55,6 +57,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     asking,     ///< the request is not whole
     waiting,    ///< for a method's answer
     streaming,  ///< events
+    sending,    ///< a file
     leaving,    ///< the answer is under way
   };
 
@@ -121,7 +124,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   void hear_end() {
     heard_end_ = true;
-    if (!is(Stage::leaving) || !writing_) close();  // one that only sends no more may read on
+    // one that only sends no more may read on
+    if (!is(Stage::sending) && !(is(Stage::leaving) && writing_)) close();
   }
 
   void have(std::string_view bytes) {
@@ -154,6 +158,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     const std::string opened = ask(open_line(request_));
     if (is_error(opened)) return leave(answer_text(401, opened));
     if (stays) return stream();
+    if (request_.path().starts_with(data_path)) return send_file();
     if (!request_.awaits_continue()) return;
     unsent_ += "HTTP/1.1 100 Continue\r\n\r\n";
     write();
@@ -207,6 +212,35 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     write();
   }
 
+  void send_file() {
+    const HttpLimits& most = server_->limits;
+    if (!has_seat(Stage::sending, most.files))
+      return leave(too_many_text("files are on their way", most.files, "Ask again later"));
+    const auto file = server_->shared->file(request_.path().substr(data_path.size()));
+    if (!file) return leave(no_file_text(file.error()));
+    FileAnswer answer = file_answer(request_, *file);
+    left_ = answer.body;
+    if (left_.first == left_.end) return leave(answer.head);
+    source_.open(file->file, std::ios::binary);
+    source_.seekg(static_cast<std::streamoff>(left_.first));
+    if (!source_) return leave(no_file_text({Errc::io, "cannot read the file", {}, {}, {}, {}}));
+    stage_ = Stage::sending;
+    unsent_ += answer.head;
+    write();
+  }
+
+  /// The next piece of the file; after the last one no more. One that becomes shorter while it is
+  /// sent ends the connection, as nothing else would tell the client.
+  void send_more() {
+    const auto piece = std::min<std::uint64_t>(left_.end - left_.first, file_piece_bytes);
+    if (piece == 0) return leave({});
+    unsent_.resize(piece);
+    source_.read(unsent_.data(), static_cast<std::streamsize>(piece));
+    if (!source_) return close();
+    left_.first += piece;
+    write();
+  }
+
   bool has_seat(Stage stage, std::size_t most) const {
     const auto taken = std::count_if(server_->connections.begin(), server_->connections.end(),
                                      [&](const auto& other) { return other->is(stage); });
@@ -218,6 +252,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     stage_ = Stage::leaving;
     unsent_ += answer;
     within(server_->limits.unread, [this] { close(); });
+    if (unsent_.empty() && !writing_) return finish();
     write();
   }
 
@@ -226,7 +261,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     writing_ = true;
     out_.swap(unsent_);
     unsent_.clear();
-    if (is(Stage::streaming)) within(server_->limits.unread, [this] { close(); });
+    if (is(Stage::streaming) || is(Stage::sending))
+      within(server_->limits.unread, [this] { close(); });
     wire_->write(asio::buffer(out_),
                  [self = shared_from_this()](const asio::error_code& error, std::size_t) {
                    self->writing_ = false;
@@ -239,7 +275,12 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   void wrote() {
     if (!unsent_.empty()) return write();
     if (is(Stage::streaming)) return beat_later();
+    if (is(Stage::sending)) return send_more();
     if (!is(Stage::leaving)) return;
+    finish();
+  }
+
+  void finish() {
     if (heard_end_) return close();
     wire_->end_of_writing();
     within(farewell, [this] { close(); });
@@ -264,6 +305,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   std::uint64_t turn_ = 0;
   bool ready_ = false, writing_ = false, closed_ = false, heard_end_ = false;
   std::unique_ptr<Conversation> conversation_;
+  std::ifstream source_;  // sending
+  ByteRange left_;        // of it
 };
 
 void HttpServer::Parts::listen() {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/access/tokens.hpp"
+#include "daemon/api/data_files.hpp"
 #include "daemon/api/services.hpp"
 #include "daemon/loop/rising_utc.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -73,7 +74,8 @@ class Daemon {
   std::unique_ptr<TlsServer> tls_;  // before those who use it
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
-  std::unique_ptr<control::RunDesk> desk_;  // gone first: its threads post to the server
+  std::unique_ptr<control::RunDesk> desk_;             // gone first: its threads post to the server
+  std::unique_ptr<control::HandOverDesk> hand_overs_;  // likewise, and tells the desk
 };
 
 // What changes of the topic "rig"; null where a reason is gone.
@@ -121,6 +123,7 @@ void Daemon::wire(const DaemonOptions& options) {
     services_.desk->halt(caller.session + " (" + caller.user + ")");
   };
   shared_.now = [] { return steady_wall_now(); };
+  shared_.file = [this](std::string_view path) { return api::served_file(*services_.desk, path); };
   api::add_methods(methods_, services_);
 }
 
@@ -164,6 +167,14 @@ Status Daemon::begin(const DaemonOptions& options) {
           .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); }},
       log_);
   services_.desk = desk_.get();
+  hand_overs_ = std::make_unique<control::HandOverDesk>(
+      control::HandOverDesk::Surroundings{
+          .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
+          .utc_us = [this] { return utc_us(); },
+          .changed = [this](std::string_view run,
+                            const control::HandOverFact& fact) { desk_->hand_over_is(run, fact); }},
+      log_);
+  services_.hand_overs = hand_overs_.get();
   if (options.http_port) {
     auto http = HttpServer::open(server_->context(), {*options.http_port, *address, tls_.get()},
                                  shared_, {});
@@ -180,6 +191,7 @@ Status Daemon::begin(const DaemonOptions& options) {
 
 void Daemon::changed(const control::RunView& run) {
   hub_.publish("run:" + run.stored.id(), api::run_json(run), utc_us());
+  if (hand_overs_) hand_overs_->consider(run.stored);
 }
 
 void Daemon::lined(const control::RunLine& line, std::string_view by) {

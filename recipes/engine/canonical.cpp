@@ -57,6 +57,12 @@ json normal(const OperatorStep& step, const std::vector<std::string>& names) {
   return out;
 }
 
+json normal(const HandOver& hand_over) {
+  return {{"learner", hand_over.learner},
+          {"groups", hand_over.groups},
+          {"at_most_s", hand_over.at_most_s}};
+}
+
 json normal_order(const StatedRecipe& stated) {
   if (stated.order == Order::blocked) return {{"kind", "blocked"}};
   return {{"kind", "randomised"}, {"seed", stated.order_seed}};
@@ -88,6 +94,7 @@ std::string canonical_json(const StatedRecipe& stated) {
   if (stated.repeat_bad) document["repeat_bad"] = normal(*stated.repeat_bad);
   for (const OperatorStep& step : stated.operator_steps)
     document["operator_steps"].push_back(normal(step, stated.fabrics));
+  if (stated.hand_over) document["hand_over"] = normal(*stated.hand_over);
   return document.dump();
 }
 

@@ -35,6 +35,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits) {
   plan.on_trial_failure = stated.on_trial_failure;
   plan.repeat_bad = stated.repeat_bad;
   plan.operator_steps = std::move(stated.operator_steps);
+  plan.hand_over = std::move(stated.hand_over);
   plan.mount_timeout_s = stated.mount_timeout_s;
   plan.limits = limits;
   for (Exploration& exploration : plan.explorations)

@@ -127,17 +127,23 @@ Vec2 home_point(const Geometry& geometry) {
 
 }  // namespace
 
-Forecast forecast(const Plan& plan) {
-  Forecast out;
-  double total_recorded_s = 0;
-  out.duration_s = clearing_s(plan);
+std::vector<double> trial_durations_s(const Plan& plan) {
+  std::vector<double> out;
   Vec2 at = home_point(plan.limits.geometry);
   for (const TrialSpec& trial : plan.trials) {
     const Exploration& exploration = plan.explorations[trial.exploration];
-    out.duration_s += trial_duration_s(plan, exploration, at);
-    total_recorded_s += recording_s(plan, exploration);
+    out.push_back(trial_duration_s(plan, exploration, at) + (out.empty() ? clearing_s(plan) : 0));
     at = end_of(exploration);
   }
+  return out;
+}
+
+Forecast forecast(const Plan& plan) {
+  Forecast out;
+  double total_recorded_s = 0;
+  for (const TrialSpec& trial : plan.trials)
+    total_recorded_s += recording_s(plan, plan.explorations[trial.exploration]);
+  for (const double trial_s : trial_durations_s(plan)) out.duration_s += trial_s;
   const PeopleForecast people = people_forecast(plan);
   out.people_s = people.people_s;
   out.asks = people.asks;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "protocols/base/phase.hpp"
+#include "recipes/engine/hand_over.hpp"
 #include "recipes/engine/rig_limits.hpp"
 #include "recipes/kinematics/kinematics.hpp"
 #include "recipes/schema/diagnostic.hpp"
@@ -121,7 +122,8 @@ struct Plan {
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
   std::optional<RepeatBad> repeat_bad;  ///< none: no repetition is judged
   std::vector<OperatorStep> operator_steps;
-  double mount_timeout_s = 600;  ///< a person may have to change the cloth
+  std::optional<HandOver> hand_over;  ///< none: the data set is all there is
+  double mount_timeout_s = 600;       ///< a person may have to change the cloth
   RigLimits limits;
   Forecast forecast;
   /// The recipe in normal form (sorted keys, SI units, defaults filled in): hash this for

@@ -36,6 +36,7 @@ struct StatedRecipe {
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
   std::optional<RepeatBad> repeat_bad;
   std::vector<OperatorStep> operator_steps;
+  std::optional<HandOver> hand_over;
   double mount_timeout_s = 600;
 };
 

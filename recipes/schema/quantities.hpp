@@ -76,6 +76,9 @@ inline Quantity least_slide() {
 inline Quantity people() {
   return {"people", {{"people_s", 1}}};
 }
+inline Quantity at_most() {
+  return {"at_most", {{"at_most_s", 1}}};
+}
 inline Quantity mount_timeout() {
   return {"mount_timeout", {{"mount_timeout_s", 1}}};
 }

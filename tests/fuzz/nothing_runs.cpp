@@ -2,6 +2,12 @@
 // disks, which would take long to build and which its inputs never come to. The replay of the
 // ordinary test suite has the real ones.
 
+#include <nlohmann/json.hpp>
+
+#include "daemon/certificate/certificate.hpp"
+#include "daemon/handover/hand_over.hpp"
+#include "daemon/loop/low_priority.hpp"
+#include "daemon/loop/wall_clock.hpp"
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/run/campaign.hpp"
 #include "daemon/run/recovery.hpp"
@@ -43,6 +49,28 @@ bool is_only_end_left(const CampaignRequest&) {
 }
 bool is_anything_left(const CampaignRequest&) {
   return false;
+}
+Result<std::optional<recipes::HandOver>> wanted_hand_over(const std::filesystem::path&) {
+  return nothing();
+}
+Result<HandedOver> hand_over(const std::filesystem::path&, const HandOverHooks&) {
+  return nothing();
+}
+nlohmann::ordered_json handed_over_json(const HandedOver&) {
+  return {};
+}
+void take_low_priority() {}
+Result<std::vector<HandOverFile>> listed_hand_over_files(const std::filesystem::path&) {
+  return nothing();
+}
+Result<std::optional<Certificate>> read_certificate(const std::filesystem::path&) {
+  return nothing();
+}
+Result<CampaignHeader> load_header(const std::filesystem::path&) {
+  return nothing();
+}
+double steady_wall_seconds() {
+  return 0;
 }
 Result<LiveModels> load_live_models(const recipes::Plan&, const std::filesystem::path&) {
   return nothing();

@@ -35,10 +35,15 @@ class SmallDaemon {
                   .changed = {},
                   .stands = {},
               },
-              store_) {
+              store_),
+        hand_overs_({.post = [](const std::function<void()>&) {},
+                     .utc_us = [] { return std::int64_t{0}; },
+                     .changed = [](std::string_view, const control::HandOverFact&) {}},
+                    store_) {
     services_ = {.hub = &hub_,
                  .leases = &leases_,
                  .desk = &desk_,
+                 .hand_overs = &hand_overs_,
                  .log = &store_,
                  .rig = "no-rig.json",
                  .rig_name = "no-rig",
@@ -109,6 +114,7 @@ class SmallDaemon {
   access::IdempotencyCache answered_;
   control::RunStore store_;
   control::RunDesk desk_;
+  control::HandOverDesk hand_overs_;
   api::Services services_;
   rpc::Methods methods_;
   server::Shared shared_;

@@ -16,8 +16,8 @@ import tempfile
 from weftd_support import PATIENCE_S, Client, Daemon
 
 SKIPPED = 77
-TITLES = {"system": "The daemon", "session": "Who you are", "lease": "Leases", "rig": "The rig", "recipe": "Recipes",
-          "run": "Runs", "queue": "The queue", "classify": "Votes", "sub": "Events", "log": "Journal", "rpc": "This document"}
+TITLES = {"system": "The daemon", "session": "Who you are", "lease": "Leases", "rig": "The rig", "handover": "Hand-overs", "recipe": "Recipes",
+          "run": "Runs", "queue": "The queue", "classify": "Votes", "data": "Data sets", "sub": "Events", "log": "Journal", "rpc": "This document"}
 
 
 @contextlib.contextmanager

@@ -61,6 +61,22 @@ def not_classified(t, d, root, rig):
     t.expect(ran.returncode == 0, f"--no-evaluate: status {ran.returncode} {ran.stderr}")
 
 
+def handed_over(t, d, root, rig):
+    """As the recipe says, with its digests."""
+    recipe = library_recipe(d, root, "handed", fabrics=FABRICS, repetitions=4, hand_over={"learner": "lda", "groups": 2})
+    ran = t.run("run", recipe, "--rig", rig, "--out", "handed", "--repeats", "2", "--json", cwd=d)
+    t.expect(ran.returncode == 0, f"handed over: {ran.returncode} {ran.stderr}")
+    told = json.loads(ran.stdout)["handover"]
+    t.expect(told["state"] == "done" and told["bench"] == "simulated" and told["models"][0]["asked"] == 8, f"handed over: {told}")
+    t.succeeds("verify", "handed", cwd=d)
+    answers = t.succeeds("classify", "handed/handover/M1.model", "c/dataset.h5", cwd=d)["trials"]
+    t.expect(len(answers) == len(FABRICS) * REPETITIONS, f"it answers on another campaign: {answers}")
+    with (d / "handed/handover/M1.model").open("ab") as model:
+        model.write(b"\n")
+    found = t.run("verify", "handed", cwd=d)
+    t.expect(found.returncode == 1 and "M1.model" in found.stdout, f"altered: {found.stdout}")
+
+
 def some_failed(t, d, root, rig):
     """1.3 s are enough to settle on firm cloth and too few on velvet: what is complete is classified, and marked."""
     recipe = library_recipe(d, root, "some", fabrics=["denim", "velvet", "satin"], repetitions=4,
@@ -150,7 +166,7 @@ def main():
         t.expect("SIMULATED" in plain.stdout, f"train says what the data are: {plain.stdout}{plain.stderr}")
         answers = t.succeeds("classify", "m.weft", "c/dataset.h5", cwd=d)
         t.expect(answers["model_bench"] == "simulated" and len(answers["trials"]) == trials, f"classify: {answers}")
-        for more in (two_explorations, not_classified, some_failed, killed, inputs_are_kept):
+        for more in (two_explorations, not_classified, handed_over, some_failed, killed, inputs_are_kept):
             more(t, d, root, rig)
     t.finish()
 

@@ -151,6 +151,13 @@ set_tests_properties(scenario_weftd_people scenario_weftd_queue PROPERTIES TIMEO
 add_test(NAME scenario_weftd_live
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_live.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_live PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# A complete campaign goes to the classifier by itself.
+add_test(NAME scenario_weftd_handover
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_handover.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+# Plans, differences of recipes, and a data set's files over HTTP.
+add_test(NAME scenario_weftd_data
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_data.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_handover scenario_weftd_data PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # TLS, with a certificate made for it.
 add_test(NAME scenario_weftd_tls
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_tls.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

@@ -1,3 +1,4 @@
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
@@ -280,6 +281,26 @@ TEST_CASE("What cannot be learnt is refused by every learner") {
   for (const Learner learner : all_learners()) {
     CHECK_FALSE(train_learner(one, learner, {}));
     CHECK_FALSE(train_learner(bad, learner, {}));
+  }
+}
+
+TEST_CASE("A training that is told to stop ends with that, whatever is trained, and soon") {
+  const FeatureMatrix data = gaussian_classes(4, 8, 6, 1.5, 83);
+  for (const Learner learner : all_learners()) {
+    INFO(to_string(learner));
+    std::atomic<int> asked{0};
+    TrainOptions options;
+    options.threads = 2;
+    options.stop = [&] { return ++asked > 1; };
+    const auto trained = train_learner(data, learner, options);
+    // one LDA is over before it could be asked twice
+    if (learner != Learner::lda) {
+      REQUIRE_FALSE(trained);
+      CHECK(trained.error().code == Errc::wrong_state);
+    }
+    CHECK(asked <= 64);
+    options.stop = [] { return false; };
+    CHECK(train_learner(data, learner, options));
   }
 }
 

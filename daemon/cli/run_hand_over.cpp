@@ -1,0 +1,52 @@
+#include "daemon/cli/run_hand_over.hpp"
+
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/cli/stop_signals.hpp"
+#include "daemon/handover/hand_over.hpp"
+#include "daemon/loop/wall_clock.hpp"
+#include "daemon/report/format.hpp"
+#include "daemon/report/report.hpp"
+
+namespace weft::daemon::cli {
+
+std::optional<RunHandOver> hand_over_of(const CampaignSummary& summary,
+                                        const std::filesystem::path& folder, Console& console) {
+  if (!is_complete(summary)) return std::nullopt;
+  const auto wanted = wanted_hand_over(folder);
+  if (!wanted) return RunHandOver{std::nullopt, wanted.error()};
+  if (!*wanted) return std::nullopt;
+  const StopSignals signals;
+  HandOverHooks hooks;
+  hooks.stop = [&signals] { return signals.asked().load(std::memory_order_relaxed); };
+  hooks.seconds_now = steady_wall_seconds;
+  hooks.progress = [&console](const EvaluationProgress& p) {
+    console.err << "hand over " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
+  };
+  auto done = hand_over(folder, hooks);
+  if (!done) return RunHandOver{std::nullopt, done.error()};
+  return RunHandOver{std::move(*done), std::nullopt};
+}
+
+std::string text_of(const RunHandOver& hand_over) {
+  if (!hand_over.done) return {};
+  std::string out;
+  for (const HandedModel& model : hand_over.done->models)
+    out += "Model " + model.file + " (" + model.learner + ", " + std::to_string(model.trained) +
+           " trials, " + hand_over.done->bench + "): accuracy " + percent(model.accuracy, 1) +
+           " % (95 %: " + percent(model.ci95_low, 1) + " to " + percent(model.ci95_high, 1) +
+           ") on " + std::to_string(model.asked) + " trials of repetitions left out\n";
+  return out;
+}
+
+nlohmann::json json_of(const RunHandOver& hand_over) {
+  if (hand_over.done) {
+    nlohmann::json out = handed_over_json(*hand_over.done);
+    out["state"] = "done";
+    return out;
+  }
+  return {{"state", "failed"}, {"error", to_string(*hand_over.failed)}};
+}
+
+}  // namespace weft::daemon::cli

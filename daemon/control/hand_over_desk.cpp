@@ -1,0 +1,203 @@
+#include "daemon/control/hand_over_desk.hpp"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "daemon/control/desk_run.hpp"
+#include "daemon/loop/low_priority.hpp"
+#include "daemon/loop/wall_clock.hpp"
+
+namespace weft::daemon::control {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<std::string_view, 6> state_words{"none", "waiting", "running",
+                                                      "done", "failed",  "cancelled"};
+constexpr std::string_view by_recipe = "auto:recipe";
+
+/// Half of the machine: the other half is the next run's, whatever the scheduler thinks.
+std::size_t threads_in_background() {
+  return std::max(1U, std::thread::hardware_concurrency() / 2);
+}
+
+tl::unexpected<Error> no_hand_over(std::string_view run) {
+  return fail(Errc::not_found, "no hand-over of such a run", "/params/run", {}, std::string(run),
+              "A recipe with hand_over has one, once its campaign is complete");
+}
+
+}  // namespace
+
+std::string_view to_string(HandOverState state) {
+  return state_words[static_cast<std::size_t>(state)];
+}
+
+std::optional<HandOverState> hand_over_state_from(std::string_view word) {
+  const auto* found = std::find(state_words.begin(), state_words.end(), word);
+  if (found == state_words.end()) return std::nullopt;
+  return static_cast<HandOverState>(found - state_words.begin());
+}
+
+bool is_over(HandOverState state) {
+  return state != HandOverState::waiting && state != HandOverState::running;
+}
+
+HandOverDesk::HandOverDesk(Surroundings around, RunStore& store)
+    : around_(std::move(around)), store_(store) {
+  if (auto known = store_.hand_overs()) on_record_ = std::move(*known);
+}
+
+HandOverDesk::~HandOverDesk() {
+  thread_.request_stop();
+}
+
+HandOverDesk::Item* HandOverDesk::find(std::string_view run) {
+  const auto found = items_.find(run);
+  return found == items_.end() ? nullptr : &found->second;
+}
+
+std::optional<HandOverFact> HandOverDesk::get(std::string_view run) const {
+  const auto found = items_.find(run);
+  if (found == items_.end() || found->second.fact.state == HandOverState::none) return std::nullopt;
+  return found->second.fact;
+}
+
+void HandOverDesk::consider(const StoredRun& run) {
+  if (run.state != RunState::ended || run.outcome != "complete" || items_.contains(run.id()))
+    return;
+  const auto known = on_record_.find(run.number);
+  HandOverFact fact = known == on_record_.end() ? first_look(run) : known->second;
+  const bool as_it_was = known != on_record_.end() && is_over(fact.state);
+  Item& item = items_.emplace(run.id(), Item{run, fact}).first->second;
+  if (!is_over(fact.state)) return enqueue(item, fact.by);
+  if (!as_it_was) static_cast<void>(store_.keep(run.number, fact));
+  if (fact.state != HandOverState::none) around_.changed(run.id(), fact);
+}
+
+/// The campaign's own recipe, not that of the folder, which somebody may have changed since.
+HandOverFact HandOverDesk::first_look(const StoredRun& run) {
+  std::error_code unseen;
+  if (!std::filesystem::exists(run.folder, unseen)) return {};  // put away by somebody
+  const auto wanted = wanted_hand_over(run.folder);
+  HandOverFact fact;
+  fact.by = by_recipe;
+  if (!wanted) {
+    fact.state = HandOverState::failed;
+    fact.error = to_string(wanted.error());
+  } else if (*wanted) {
+    fact.state = HandOverState::waiting;
+  }
+  return fact;
+}
+
+void HandOverDesk::enqueue(Item& item, std::string_view by) {
+  HandOverFact fact;
+  fact.state = HandOverState::waiting;
+  fact.by = by;
+  line_.push_back(item.run.id());
+  enter(item, std::move(fact));
+  begin_next();
+}
+
+void HandOverDesk::enter(Item& item, HandOverFact fact) {
+  item.fact = std::move(fact);
+  static_cast<void>(store_.keep(item.run.number, item.fact));
+  const json payload{{"state", to_string(item.fact.state)}, {"error", item.fact.error}};
+  static_cast<void>(store_.journal(around_.utc_us(), item.run.id(), "hand_over", item.fact.by,
+                                   payload.dump(-1, ' ', false, json::error_handler_t::replace)));
+  around_.changed(item.run.id(), item.fact);
+  if (!is_over(item.fact.state)) return;
+  for (const auto& each : std::exchange(item.waiting, {}))
+    if (!each.listener.expired()) each.told();
+}
+
+void HandOverDesk::begin_next() {
+  if (!active_.empty() || line_.empty()) return;
+  active_ = line_.front();
+  line_.pop_front();
+  Item& item = *find(active_);
+  HandOverFact fact;
+  fact.state = HandOverState::running;
+  fact.by = item.fact.by;
+  enter(item, std::move(fact));
+  thread_ = std::jthread([this, id = active_, folder = item.run.folder](std::stop_token stop) {
+    take_low_priority();
+    HandOverHooks hooks;
+    hooks.stop = [&stop] { return stop.stop_requested(); };
+    hooks.seconds_now = steady_wall_seconds;
+    hooks.threads = threads_in_background();
+    hooks.progress = [this, &id](const EvaluationProgress& progress) {
+      around_.post([this, id, progress] { progressed(id, progress); });
+    };
+    const auto result = caught([&] { return hand_over(folder, hooks); }, "hand-over");
+    around_.post([this, id, result] { ended(id, result); });
+  });
+}
+
+void HandOverDesk::progressed(const std::string& id, const EvaluationProgress& progress) {
+  Item& item = *find(id);
+  item.fact.step = progress.step;
+  item.fact.steps = progress.steps;
+  item.fact.what = progress.what;
+  around_.changed(id, item.fact);
+}
+
+void HandOverDesk::ended(const std::string& id, const Result<HandedOver>& result) {
+  Item& item = *find(id);
+  HandOverFact fact;
+  fact.by = item.fact.by;
+  const std::string cancelled_by = std::exchange(cancelled_by_, {});
+  if (result) {
+    fact.state = HandOverState::done;
+    fact.result_json =
+        handed_over_json(*result).dump(-1, ' ', false, json::error_handler_t::replace);
+  } else {
+    fact.state = cancelled_by.empty() ? HandOverState::failed : HandOverState::cancelled;
+    if (!cancelled_by.empty()) fact.by = cancelled_by;
+    fact.error = to_string(result.error());
+  }
+  thread_.join();  // it has told its end
+  active_.clear();
+  enter(item, std::move(fact));
+  begin_next();
+}
+
+Status HandOverDesk::again(std::string_view run, std::string_view by) {
+  Item* const item = find(run);
+  if (item == nullptr || item->fact.state == HandOverState::none) return no_hand_over(run);
+  if (!is_over(item->fact.state))
+    return fail(Errc::wrong_state, "the hand-over is under way", "/params/run",
+                "done, failed or cancelled", std::string(to_string(item->fact.state)));
+  enqueue(*item, by);
+  return {};
+}
+
+Status HandOverDesk::cancel(std::string_view run, std::string_view by) {
+  Item* const item = find(run);
+  if (item == nullptr || item->fact.state == HandOverState::none) return no_hand_over(run);
+  if (is_over(item->fact.state))
+    return fail(Errc::wrong_state, "the hand-over is over", "/params/run", "waiting or running",
+                std::string(to_string(item->fact.state)));
+  if (active_ == run) {
+    cancelled_by_ = by;
+    thread_.request_stop();
+    return {};
+  }
+  std::erase(line_, run);
+  HandOverFact fact;
+  fact.state = HandOverState::cancelled;
+  fact.by = by;
+  enter(*item, std::move(fact));
+  return {};
+}
+
+void HandOverDesk::when_over(std::string_view run, std::function<void()> told,
+                             std::weak_ptr<const void> listener) {
+  Item* const item = find(run);
+  if (item == nullptr || is_over(item->fact.state)) return told();
+  std::erase_if(item->waiting, [](const auto& each) { return each.listener.expired(); });
+  item->waiting.push_back({std::move(told), std::move(listener)});
+}
+
+}  // namespace weft::daemon::control

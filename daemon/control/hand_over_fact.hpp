@@ -1,0 +1,34 @@
+#pragma once
+// What became of a run's hand-over: a fact of its own, beside outcome, cleanup and rig.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace weft::daemon::control {
+
+enum class HandOverState : std::uint8_t {
+  none,       ///< the recipe wants none
+  waiting,    ///< for the one before it
+  running,    ///< on a thread of low priority
+  done,       ///< handover/ is there
+  failed,     ///< `error` says why; the run is what it is
+  cancelled,  ///< by a person
+};
+std::string_view to_string(HandOverState state);
+std::optional<HandOverState> hand_over_state_from(std::string_view word);
+/// Nothing more comes of it by itself.
+bool is_over(HandOverState state);
+
+struct HandOverFact {
+  HandOverState state = HandOverState::none;
+  std::string by;           ///< who asked for it last, or ended it
+  std::string error;        ///< a sentence
+  std::string result_json;  ///< handed_over_json(), once it is done
+  // While it runs; nothing of this is kept over a restart.
+  std::size_t step = 0, steps = 0;
+  std::string what = {};  ///< "M1: features of 340 trials"
+};
+
+}  // namespace weft::daemon::control

@@ -1,0 +1,49 @@
+#pragma once
+// One exploration of a hand-over: features, groups of repetitions, evaluation, model.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "classifier/evaluate/splits.hpp"
+#include "classifier/fabric/model_file.hpp"
+#include "daemon/dataset/dataset.hpp"
+#include "daemon/handover/hand_over.hpp"
+
+namespace weft::daemon {
+
+/// The complete trials of one exploration, and the repetition of each.
+struct Material {
+  std::string exploration;
+  std::vector<classifier::Trial> trials;
+  std::vector<std::uint32_t> repetition;  ///< from 1, index by index
+};
+Material material_of(const Dataset& dataset, const std::string& exploration);
+
+/// Each group of repetitions tests once, all others train; a group without trials tests nothing.
+/// `group_of`: of repetition i + 1, see recipes::repetition_groups().
+std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
+                                                    const std::vector<std::size_t>& group_of);
+
+struct Learnt {
+  classifier::StoredModel model;  ///< of all trials
+  std::string learner;            ///< in words
+  classifier::LearnerEvaluation evaluation;
+  std::vector<classifier::Split> splits;
+  std::size_t features = 0;
+  double train_s = 0;  ///< of the model, measured
+};
+/// `options` with the stop in it. Errors: the classifier's.
+Result<Learnt> learn(const Material& material, const DatasetInfo& info,
+                     const std::string& dataset_sha256, const recipes::HandOver& wanted,
+                     std::uint32_t repetitions, const classifier::TrainOptions& options,
+                     const HandOverHooks& hooks,
+                     const std::function<void(const std::string&)>& announce);
+
+/// What evaluation.json says of it.
+nlohmann::ordered_json learnt_json(const Material& material, const Learnt& learnt);
+/// The page of the same.
+std::string learnt_html(const Material& material, const DatasetInfo& info,
+                        const recipes::HandOver& wanted, const Learnt& learnt);
+
+}  // namespace weft::daemon

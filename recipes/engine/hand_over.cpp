@@ -1,0 +1,61 @@
+#include "recipes/engine/hand_over.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "recipes/schema/quantities.hpp"
+
+namespace weft::recipes {
+namespace {
+
+constexpr std::int64_t most_groups = 1000;
+constexpr std::uint32_t least_trained = 2;  // trials of a fabric, or there is no spread to learn
+constexpr double longest_s = 86'400;
+
+/// Of the largest group left out.
+std::uint32_t left_to_train(std::uint32_t repetitions, std::uint32_t groups) {
+  const std::uint32_t used = std::min(groups, repetitions);
+  return repetitions - (repetitions + used - 1) / used;
+}
+
+}  // namespace
+
+const std::vector<std::string_view>& hand_over_learners() {
+  static const std::vector<std::string_view> names{
+      "best", "cores-best", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc"};
+  return names;
+}
+
+std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics,
+                                       std::uint32_t repetitions, Problems& problems) {
+  const nlohmann::json* value = recipe.object("hand_over", Need::optional);
+  if (value == nullptr) return std::nullopt;
+  const std::string place = recipe.at("hand_over");
+  ObjectReader reader(*value, place, problems);
+  HandOver out;
+  if (const auto learner = reader.choice("learner", hand_over_learners(), Need::optional))
+    out.learner = hand_over_learners()[*learner];
+  out.groups = static_cast<std::uint32_t>(
+      reader.integer("groups", 2, most_groups, Need::optional).value_or(out.groups));
+  out.at_most_s = reader.quantity(quantities::at_most(), {1, longest_s, {}}, Need::optional)
+                      .value_or(out.at_most_s);
+  reader.finish();
+  // 0 of either has been found wanting by itself
+  if (fabrics == 1)
+    problems.add({place, "there is nothing to tell apart", "at least 2 fabrics", "1", ""});
+  if (repetitions > 0 && left_to_train(repetitions, out.groups) < least_trained)
+    problems.add({place, "too few repetitions are left to train on when a group is left out",
+                  "at least 2 of each fabric",
+                  std::to_string(left_to_train(repetitions, out.groups)),
+                  "raise \"repetitions\" or \"groups\""});
+  return out;
+}
+
+std::vector<std::size_t> repetition_groups(std::uint32_t repetitions, std::uint32_t groups) {
+  const std::size_t used = std::clamp<std::size_t>(groups, 1, std::max(repetitions, 1U));
+  std::vector<std::size_t> out;
+  for (std::size_t r = 0; r < repetitions; ++r) out.push_back(r * used / repetitions);
+  return out;
+}
+
+}  // namespace weft::recipes

@@ -1,0 +1,38 @@
+#pragma once
+// What is learnt from a campaign once it is complete, as the recipe says.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recipes/schema/object_reader.hpp"
+
+namespace weft::recipes {
+
+/// A complete data set goes to the classifier by itself: for each exploration a model of all its
+/// trials, and an evaluation by models that were trained without what they are asked about.
+struct HandOver {
+  std::string learner = "best";  ///< one of hand_over_learners()
+  /// The repetitions are dealt into so many groups; each is left out of the training once, with
+  /// every fabric's trials, and asked about.
+  std::uint32_t groups = 5;
+  double at_most_s = 3600;  ///< wall time; longer, and the hand-over has failed
+  friend bool operator==(const HandOver&, const HandOver&) = default;
+};
+
+/// Names as `weft train --learner` takes them.
+const std::vector<std::string_view>& hand_over_learners();
+
+/// Reads the recipe's "hand_over", where it has one. A problem as well: fewer than two fabrics, or
+/// repetitions of which fewer than two would be left to train on.
+std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics,
+                                       std::uint32_t repetitions, Problems& problems);
+
+/// Repetitions 1 to `repetitions` in `groups` runs of equal length, give or take one: the group of
+/// each, from 0. Neighbours stay together, so that what drifts in the course of a campaign is not
+/// on both sides. With fewer repetitions than groups each is its own.
+std::vector<std::size_t> repetition_groups(std::uint32_t repetitions, std::uint32_t groups);
+
+}  // namespace weft::recipes

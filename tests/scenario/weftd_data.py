@@ -1,0 +1,202 @@
+#!/usr/bin/env python3
+"""What a recipe will do and what differs from another one; the files of a data set over HTTP, by the byte. All simulated.
+
+    weftd_data.py WEFTD WEFT SOURCE_ROOT
+"""
+import hashlib
+import http.client
+import json
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+
+from weftd_support import PATIENCE_S, Client, Daemon, token_of
+
+WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+
+
+def recipes(folder):
+    (folder / "recipes").mkdir()
+    small = json.loads((ROOT / "recipes/library/m1.json").read_text())
+    small.update(fabrics=["pile", "nylon"], repetitions=4, hand_over={"learner": "lda", "groups": 2})
+    phases = small["explorations"]["M1"]["phases"]
+    phases[2].update(speed_mm_s=4, path=[{"dx_mm": 0, "dy_mm": 8}])
+    (folder / "recipes/small.json").write_text(json.dumps(small))
+    phases[2]["speed_mm_s"] = 2
+    small["fabrics"].append("denim")
+    del small["description"]
+    (folder / "recipes/slower.json").write_text(json.dumps(small))
+    (folder / "recipes/wrong.json").write_text(json.dumps(small | {"repetitions": 0}))
+
+
+def schema(client):
+    """Draft 2020-12, by a validator that knows it; the unit tests' own knows draft 7."""
+    told = client.call("recipe.schema")
+    assert told["$schema"].endswith("/2020-12/schema") and told["properties"]["approach"]["properties"]["speed_mps"]["x-unit"] == "m/s"
+    try:
+        import jsonschema
+    except ImportError:
+        print("python3-jsonschema is not installed: the schema was not put before it")
+        return
+    jsonschema.Draft202012Validator.check_schema(told)
+    judge = jsonschema.Draft202012Validator(told)
+    for file in (ROOT / "recipes/library").glob("*.json"):
+        judge.validate(json.loads(file.read_text()))
+    wrong = json.loads((ROOT / "recipes/library/m1.json").read_text())
+    wrong["explorations"]["M1"]["phases"].append({"phase": "E", "duration_s": 1})
+    assert not judge.is_valid(wrong), "five phases"
+
+
+def plans(client):
+    plan = client.call("recipe.plan", recipe="small")
+    assert plan["trials"] == 8 == len(plan["steps"]) and plan["next"] is None, plan
+    assert abs(sum(s["lasts_s"] for s in plan["steps"]) - plan["duration_s"]) < 1e-6, plan
+    checked = client.call("recipe.check", recipe="small")
+    assert (plan["duration_s"], plan["bytes"], plan["digest"]) == (checked["plan"]["eta_s"], checked["plan"]["bytes"], checked["digest"])
+    assert [s["mounts"] for s in plan["steps"]] == [True, False, False, False] * 2, "blocked: a fabric is mounted once"
+    assert [p["phase"] for p in plan["explorations"][0]["phases"]] == ["S", "P", "M", "E"], plan["explorations"]
+    assert plan["hand_over"]["groups"] == 2
+    page = client.call("recipe.plan", recipe="small", most=3)
+    rest = client.call("recipe.plan", recipe="small", **{"from": page["next"]})
+    assert page["next"] == 3 and page["steps"] + rest["steps"] == plan["steps"], (page, rest)
+    assert client.call("recipe.plan", recipe="small", **{"from": 99})["steps"] == []
+    refused = client.refused("recipe.plan", recipe="wrong")["data"]
+    assert refused["where"] == "/repetitions", refused
+    for wrong in {"most": 0}, {"most": 1001}, {"from": -1}:
+        client.refused("recipe.plan", recipe="small", **wrong)
+
+
+def differences(client, folder, run):
+    told = client.call("recipe.diff", recipe="small", other="slower")
+    found = {d["where"]: (d["change"], d.get("was"), d.get("is")) for d in told["differences"]}
+    assert found == {"/explorations/M1/phases/2/speed_mm_s": ("changed", 4, 2), "/fabrics/2": ("added", None, "denim"),
+                     "/description": ("removed", json.loads((folder / "recipes/small.json").read_text())["description"], None)}, found
+    assert (told["same"], told["same_campaign"], told["count"]) == (False, False, 3), told
+    assert client.call("recipe.diff", recipe="small", other="small")["same"]
+    # what somebody did to the recipe since that run
+    file = folder / "recipes/small.json"
+    text = file.read_text()
+    assert client.call("recipe.diff", recipe=run, other="small") == {"same": True, "same_campaign": True, "count": 0, "differences": []}
+    file.write_text(json.dumps(json.loads(text) | {"description": "another word", "seed": 2016}))
+    changed = client.call("recipe.diff", recipe=run, other="small")
+    assert (changed["same"], changed["same_campaign"]) == (False, True), "words are no part of a campaign"
+    file.write_text(text)
+    assert client.refused("recipe.diff", recipe="small", other="smal")["data"]["where"] == "/params/other"
+
+
+class Web:
+    def __init__(self, port, token):
+        self.port, self.token = port, token
+
+    def get(self, path, **headers):
+        wire = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        sent = {"Authorization": f"Bearer {self.token}"} | {k.replace("_", "-"): v for k, v in headers.items()}
+        wire.putrequest("GET", path, skip_accept_encoding=True)
+        for name, value in sent.items():
+            if value is not None:
+                wire.putheader(name, value)
+        wire.endheaders()
+        response = wire.getresponse()
+        return response.status, response.headers, response.read()
+
+
+    def post(self, method, **params):
+        wire = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        text = json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params})
+        wire.request("POST", "/rpc", text, {"Authorization": f"Bearer {self.token}", "Content-Type": "application/json"})
+        return json.loads(wire.getresponse().read())
+
+
+def roles(web, run):
+    """An observer reads all of it, and starts and ends nothing."""
+    for method in ("data.list", "recipe.schema"):
+        assert "result" in web.post(method), method
+    assert "result" in web.post("data.get", run=run) and "result" in web.post("recipe.plan", recipe=run)
+    for method in ("handover.start", "handover.cancel"):
+        assert web.post(method, run=run)["error"]["data"]["kind"] == "access.role", method
+
+
+def fetched(web, client, folder, run):
+    (listed,) = client.call("data.list")["datasets"]
+    told = client.call("data.get", run=run)
+    assert listed["run"] == run and listed["dataset_sha256"] == told["dataset_sha256"], (listed, told)
+    files = {f["name"]: f for f in told["files"]}
+    assert set(files) == {"certificate.json", "campaign.sqlite", "dataset.h5", "handover/M1.model", "handover/M1.html",
+                          "handover/evaluation.json"}, files
+    for file in files.values():
+        status, headers, body = web.get(file["path"])
+        assert (status, len(body), headers["ETag"]) == (200, file["bytes"], f'"{file["sha256"]}"'), (file, status, len(body))
+        assert hashlib.sha256(body).hexdigest() == file["sha256"], file
+        assert headers["Content-Disposition"] == "attachment", "no page of ours runs in somebody's browser"
+    data = files["dataset.h5"]
+    half = data["bytes"] // 2
+    parts = [web.get(data["path"], Range=r) for r in (f"bytes=0-{half - 1}", f"bytes={half}-{half}", f"bytes={half + 1}-")]
+    assert [p[0] for p in parts] == [206] * 3 and parts[1][1]["Content-Range"] == f"bytes {half}-{half}/{data['bytes']}"
+    joined = folder / "joined.h5"
+    joined.write_bytes(b"".join(p[2] for p in parts))
+    assert hashlib.sha256(joined.read_bytes()).hexdigest() == data["sha256"]
+    info = subprocess.run([WEFT, "--json", "dataset", "info", joined], check=True, capture_output=True, text=True)
+    assert json.loads(info.stdout)["dataset_sha256"] == told["dataset_sha256"]
+    assert web.get(data["path"], Range=f"bytes={data['bytes']}-")[0] == 416
+    assert web.get(data["path"], If_None_Match=f'"{data["sha256"]}"')[::2] == (304, b"")
+    assert web.get(data["path"] + "?sha256=" + data["sha256"], Range="bytes=-4")[0] == 206
+    assert web.get(data["path"] + "?sha256=" + "0" * 64)[0] == 412
+    return data
+
+
+def nothing_else(web, run, data):
+    assert web.get(data["path"], Authorization=None)[0] == 401
+    assert web.get(data["path"], Authorization="Bearer wft_" + 64 * "0")[0] == 401
+    for path in ("", "/", "/campaign.sqlite-wal", "/../weftd.sqlite", "/%2e%2e/weftd.sqlite", "/handover/../campaign.sqlite", "/handover",
+                 "/./dataset.h5", "//dataset.h5", "/dataset.h5/", "/handover/M1.model%00", "/../../tokens.json"):
+        assert web.get(f"/data/{run}{path}")[0] == 404, path
+    for path in ("/data/", "/data/..", "/data/R-999999/dataset.h5", "/data/weftd.sqlite", "/data//etc/passwd", "/database"):
+        assert web.get(path)[0] == 404, path
+
+
+def beside_others(web, client, data):
+    """One that asks for a file and reads nothing holds nobody up; one whose file is not what its list says is told so."""
+    lazy = socket.create_connection(("127.0.0.1", web.port), PATIENCE_S)
+    lazy.sendall(f"GET {data['path']} HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {web.token}\r\n\r\n".encode())
+    for _ in range(50):
+        assert client.call("system.info")["product"] == "weftd"
+    assert web.get(data["path"])[0] == 200
+    lazy.close()
+    file = pathlib.Path(client.call("data.get", run=data["path"].split("/")[2])["folder"]) / "dataset.h5"
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-1])
+    assert web.get(data["path"])[0] == 409
+    file.write_bytes(whole)
+    assert web.get(data["path"])[0] == 200
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="weftd-") as name:
+        folder = pathlib.Path(name)
+        recipes(folder)
+        token = token_of(WEFT, folder / "tokens.json", "viewer", "observer")
+        daemon = Daemon(WEFTD, ROOT, folder, "--http", "0", "--tokens", folder / "tokens.json")
+        try:
+            client = Client(daemon.socket)
+            schema(client)
+            plans(client)
+            lease = client.call("lease.acquire")["lease"]
+            run = client.call("run.start", recipe="small", lease=lease)["run"]
+            assert client.refused("data.get", run=run)["data"]["kind"] == "not_found", "nothing is certified yet"
+            done = client.call("run.wait", run=run, hand_over=True)
+            assert done["handover"]["state"] == "done", done
+            differences(client, folder, run)
+            web = Web(daemon.port, token)
+            roles(web, run)
+            data = fetched(web, client, folder, run)
+            nothing_else(web, run, data)
+            beside_others(web, client, data)
+            assert daemon.end() == 0
+        finally:
+            daemon.process.kill()
+    print("weftd: plans, differences and files, all as they should be (simulated)")
+
+
+main()

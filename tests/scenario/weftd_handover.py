@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""A complete campaign goes to the classifier by itself: over weftd's socket, with the next run beside it, cancelled, killed, too slow; and
+the same by `weft run`. All simulated.
+
+    weftd_handover.py WEFTD WEFT SOURCE_ROOT
+"""
+import hashlib
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+
+from weftd_support import PATIENCE_S, Client, Daemon
+
+WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+FABRICS = ["pile", "nylon", "denim", "satin", "velvet", "terry"]
+
+
+def recipe(fabrics, repetitions, hand_over):
+    out = json.loads((ROOT / "recipes/library/m1.json").read_text())
+    out.update(fabrics=fabrics, repetitions=repetitions)
+    phases = out["explorations"]["M1"]["phases"]
+    phases[2].update(speed_mm_s=4, path=[{"dx_mm": 0, "dy_mm": 8}])
+    for phase in (phases[0], phases[1], phases[3]):
+        phase["duration_s"] = 0.5
+    if hand_over:
+        out["hand_over"] = hand_over
+    return out
+
+
+def recipes(folder):
+    (folder / "recipes").mkdir()
+    library = {"quick": recipe(FABRICS[:2], 6, {"learner": "lda", "groups": 3}),
+               "slow": recipe(FABRICS, 8, {"learner": "best", "groups": 8}),
+               "late": recipe(FABRICS, 8, {"learner": "best", "groups": 8, "at_most_s": 1}),
+               "plain": recipe(FABRICS[:2], 2, None),
+               "hopeless": recipe(FABRICS[:2], 2, {"learner": "lda"})}
+    for name, text in library.items():
+        (folder / "recipes" / f"{name}.json").write_text(json.dumps(text))
+
+
+def weft(*arguments, status=0):
+    done = subprocess.run([WEFT, "--json", *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.returncode == status, done
+    return json.loads(done.stdout)
+
+
+def start(client, name):
+    lease = client.call("lease.acquire")["lease"]
+    run = client.call("run.start", recipe=name, lease=lease)["run"]
+    client.call("lease.release", lease=lease)
+    return run
+
+
+def until_hand_over(client, run, state):
+    while True:
+        event = client.event()
+        told = event["delta"].get("handover") if event["topic"] == f"run:{run}" else None
+        if told and told.get("state") == state:
+            return told
+
+
+def handed_over(folder, client):
+    """Trained and evaluated with nobody asking, told as it goes on, listed with its digests; the model answers on another campaign."""
+    report = client.call("recipe.check", recipe="hopeless")
+    assert not report["ok"] and report["problems"][0]["where"] == "/hand_over", report
+    sub = client.call("sub.open", topics=["run:*"], mode="every")["sub"]
+    run = start(client, "quick")
+    ended = client.call("run.wait", run=run)
+    assert ended["outcome"] == "complete" and ended["handover"]["state"] != "none", ended
+    done = client.call("run.wait", run=run, hand_over=True)
+    assert done["outcome"] == "complete" and done["handover"]["state"] == "done", done
+    told = [e["delta"]["handover"]["state"] for e in client.events if e["delta"].get("handover", {}).get("state")]
+    assert [s for i, s in enumerate(told) if told[i - 1:i] != [s]] == ["waiting", "running", "done"], told
+    assert any(e["delta"].get("handover", {}).get("what") for e in client.events), "no progress was told"
+    client.call("sub.close", sub=sub)
+    handover, data = done["handover"], pathlib.Path(done["folder"])
+    (model,) = handover["models"]
+    assert handover["bench"] == "simulated" and handover["dataset_sha256"] == done["dataset_sha256"], handover
+    assert (model["model"], model["trained"], model["asked"]) == ("handover/M1.model", 12, 12), model
+    assert model["sha256"] == hashlib.sha256((data / model["model"]).read_bytes()).hexdigest()
+    evaluation = json.loads((data / "handover/evaluation.json").read_text())
+    assert evaluation["bench"] == "simulated" and "SIMULATED" in (data / "handover/M1.html").read_text()
+    asked = [r for group in evaluation["explorations"]["M1"]["groups"] for r in group["repetitions"]]
+    assert sorted(asked) == [1, 2, 3, 4, 5, 6], asked
+    assert client.call("run.get", run=run)["handover"] == handover
+    assert weft("verify", data)["certified"]
+    return run, done
+
+
+def same_without_a_daemon(folder, done):
+    out = folder / "by-hand"
+    told = weft("run", folder / "recipes/quick.json", "--rig", ROOT / "sim/rigs/bench17.json", "--out", out, "--repeats", "2")
+    assert told["handover"]["state"] == "done" and told["handover"]["models"] == done["handover"]["models"], told["handover"]
+    other = folder / "other"  # trials that the model has not seen
+    weft("run", folder / "recipes/quick.json", "--rig", ROOT / "sim/rigs/bench17.json", "--out", other, "--seed", "77", "--no-evaluate")
+    assert not (other / "handover").exists(), "--no-evaluate"
+    answers = weft("classify", pathlib.Path(done["folder"]) / "handover/M1.model", other / "dataset.h5")["trials"]
+    assert len(answers) == 12 and all(a["label"] in FABRICS[:2] for a in answers), answers
+
+
+def nothing_partial(client):
+    run = start(client, "quick")
+    client.call("sub.open", topics=[f"run:{run}"], mode="every")
+    while client.call("run.get", run=run)["trials_done"] < 1:
+        client.event()
+    client.call("run.stop", run=run)
+    stopped = client.call("run.wait", run=run, hand_over=True)
+    if stopped["outcome"] != "complete":  # it may have been at its last trial
+        assert "handover" not in stopped and not (pathlib.Path(stopped["folder"]) / "handover").exists(), stopped
+        assert client.refused("handover.start", run=run)["data"]["kind"] == "not_found"
+    plain = client.call("run.wait", run=start(client, "plain"), hand_over=True)
+    assert plain["outcome"] == "complete" and "handover" not in plain, plain
+
+
+def beside_others(daemon, client):
+    """While one is trained requests are answered, the next run comes to its end, halt is heard; then somebody cancels it."""
+    client.call("sub.open", topics=["run:*"], mode="every")
+    slow = start(client, "slow")
+    until_hand_over(client, slow, "running")
+    next_run = start(client, "quick")
+    ended = client.call("run.wait", run=next_run)
+    assert ended["outcome"] == "complete" and ended["handover"]["state"] == "waiting", ended["handover"]
+    assert client.call("run.get", run=slow)["handover"]["state"] == "running"
+    client.call("rig.halt")
+    assert client.call("rig.state")["rig"] == "latched"
+    client.call("rig.reset", reason="nothing was moving")
+    assert client.refused("handover.start", run=slow)["data"]["kind"] == "state.conflict"
+    client.call("handover.cancel", run=next_run)
+    assert client.call("run.get", run=next_run)["handover"]["state"] == "cancelled"
+    client.call("handover.cancel", run=slow)
+    cancelled = client.call("run.wait", run=slow, hand_over=True)
+    assert (cancelled["outcome"], cancelled["handover"]["state"]) == ("complete", "cancelled"), cancelled
+    assert cancelled["handover"]["by"].startswith("s-") and not (pathlib.Path(cancelled["folder"]) / "handover").exists()
+    assert client.refused("handover.cancel", run=slow)["data"]["kind"] == "state.conflict"
+    client.call("handover.start", run=next_run)
+    assert client.call("run.wait", run=next_run, hand_over=True)["handover"]["state"] == "done"
+    return slow
+
+
+def too_slow(client):
+    """What fails is told with a sentence, and the run is what it was."""
+    late = client.call("run.wait", run=start(client, "late"), hand_over=True)
+    assert late["outcome"] == "complete" and late["dataset_sha256"], late
+    assert late["handover"]["state"] == "failed" and "took longer" in late["handover"]["error"], late["handover"]
+    kinds = [line["data"]["state"] for line in client.call("log.tail", run=late["run"])["lines"] if line["kind"] == "hand_over"]
+    assert kinds == ["waiting", "running", "failed"], kinds
+
+
+def over_restarts(folder, daemon, client, slow, done):
+    """kill -9 under one: the next start does it again. What was done, or cancelled, is not."""
+    model = pathlib.Path(done["folder"]) / done["handover"]["models"][0]["model"]
+    written = model.stat().st_mtime_ns
+    client.call("sub.open", topics=[f"run:{slow}"], mode="every")
+    client.call("handover.start", run=slow)
+    until_hand_over(client, slow, "running")
+    daemon.end(signal.SIGKILL)
+    daemon = Daemon(WEFTD, ROOT, folder)
+    client = Client(daemon.socket)
+    client.call("sub.open", topics=[f"run:{slow}"], mode="every")
+    assert client.call("run.get", run=slow)["handover"]["state"] in ("waiting", "running")
+    assert client.call("run.get", run=done["run"])["handover"] == done["handover"]
+    client.call("handover.cancel", run=slow)
+    assert client.call("run.wait", run=slow, hand_over=True)["handover"]["state"] == "cancelled"
+    assert daemon.end() == 0
+    daemon = Daemon(WEFTD, ROOT, folder)
+    client = Client(daemon.socket)
+    assert client.call("run.get", run=slow)["handover"]["state"] == "cancelled"
+    assert model.stat().st_mtime_ns == written, "done twice"
+    # a damaged model is made again, and is the same
+    model.write_bytes(model.read_bytes()[:-2])
+    client.call("handover.start", run=done["run"])
+    again = client.call("run.wait", run=done["run"], hand_over=True)
+    assert again["handover"]["models"] == done["handover"]["models"], again["handover"]
+    assert hashlib.sha256(model.read_bytes()).hexdigest() == done["handover"]["models"][0]["sha256"]
+    client.call("handover.start", run=slow)
+    return daemon
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="weftd-") as name:
+        folder = pathlib.Path(name)
+        recipes(folder)
+        daemon = Daemon(WEFTD, ROOT, folder)
+        try:
+            client = Client(daemon.socket)
+            run, done = handed_over(folder, client)
+            same_without_a_daemon(folder, done)
+            nothing_partial(client)
+            slow = beside_others(daemon, Client(daemon.socket))
+            too_slow(client)
+            daemon = over_restarts(folder, daemon, Client(daemon.socket), slow, done)
+            assert daemon.end() == 0, "a hand-over under way holds nobody up who ends the daemon"
+        finally:
+            daemon.process.kill()
+    print("weftd: handed over (simulated)")
+
+
+main()
