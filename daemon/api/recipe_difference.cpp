@@ -27,11 +27,11 @@ class Difference {
   void compare_objects(const json& was, const json& is, const std::string& where) {
     for (const auto& [key, value] : was.items()) {
       const auto other = is.find(key);
-      const std::string place = recipes::child(where, key);
+      const std::string inner = recipes::child(where, key);
       if (other == is.end())
-        removed(value, place);
+        removed(value, inner);
       else
-        compare(value, *other, place);
+        compare(value, *other, inner);
     }
     for (const auto& [key, value] : is.items())
       if (!was.contains(key)) added(value, recipes::child(where, key));

@@ -95,10 +95,10 @@ class Patience {
 class Handing {
  public:
   Handing(const Dataset& data, std::string dataset_sha256, const recipes::Plan& plan,
-          const HandOverHooks& hooks, const Patience& patience)
+          const HandOverHooks& hooks, const Patience& allowed)
       : data_(&data), sha256_(std::move(dataset_sha256)), plan_(&plan), hooks_(&hooks) {
     options_.threads = hooks.threads;
-    options_.stop = [&patience] { return patience.stops(); };
+    options_.stop = [&allowed] { return allowed.stops(); };
     for (const recipes::TrialSpec& trial : plan.trials)
       repetitions_ = std::max(repetitions_, trial.repetition);
   }
@@ -197,11 +197,11 @@ Result<HandedOver> hand_over(const fs::path& folder, const HandOverHooks& hooks)
   if (!plan) return pass(plan.error(), folder.string());
   if (!plan->hand_over)
     return fail(Errc::not_found, "the campaign's recipe has no hand_over", folder.string());
-  const Patience patience(hooks, plan->hand_over->at_most_s);
-  const auto data = certified_data(folder, *certificate, [&] { return patience.stops(); });
-  if (!data) return pass(patience.told(data.error()));
-  Handing handing(*data, certificate->dataset_sha256, *plan, hooks, patience);
-  if (Status ok = handing.work(); !ok) return pass(patience.told(ok.error()));
+  const Patience allowed(hooks, plan->hand_over->at_most_s);
+  const auto data = certified_data(folder, *certificate, [&] { return allowed.stops(); });
+  if (!data) return pass(allowed.told(data.error()));
+  Handing handing(*data, certificate->dataset_sha256, *plan, hooks, allowed);
+  if (Status ok = handing.work(); !ok) return pass(allowed.told(ok.error()));
   return write_hand_over(folder, handing.evaluation(), handing.texts());
 }
 
