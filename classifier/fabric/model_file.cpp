@@ -167,8 +167,8 @@ HeadReader head_reader_of(std::string_view header) {
   return header == model_file_header_3 ? read_head_of_version_3 : nullptr;
 }
 
-// The text between header and checksum, once both are in order.
-Result<Body> body_of(std::string_view text) {
+// What follows the header.
+Result<Body> after_header(std::string_view text) {
   if (!text.starts_with(header_word))
     return fail(Errc::parse, "not a model file", {}, model_file_header,
                 std::string(text.substr(0, std::min(text.find('\n'), std::size_t{40}))));
@@ -178,16 +178,24 @@ Result<Body> body_of(std::string_view text) {
     return fail(Errc::unsupported, "a model file of another version", {},
                 std::string(model_file_header) + ", 4 or 3", std::string(first.substr(0, 40)),
                 "Train the model again with this version");
+  return Body{text.substr(std::min(first.size() + 1, text.size())), head};
+}
+
+// The text between header and checksum, once both are in order.
+Result<Body> body_of(std::string_view text) {
+  const Result<Body> rest = after_header(text);
+  if (!rest) return rest;
+  const std::size_t begin = text.size() - rest->text.size();
   const std::size_t at = text.size() < crc_line_bytes ? 0 : text.size() - crc_line_bytes;
   const std::string_view trailer = text.substr(at);
-  if (at < first.size() + 1 || !trailer.starts_with(crc_word) || trailer.back() != '\n')
+  if (at < begin || !trailer.starts_with(crc_word) || trailer.back() != '\n')
     return fail(Errc::corrupt, "the model file was cut short", {}, "a last line with a checksum");
   std::uint32_t stored = 0;
   const std::string_view digits = trailer.substr(crc_word.size(), 8);
   const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
   if (read.ptr != digits.data() + digits.size() || stored != crc_of(text.substr(0, at)))
     return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
-  return Body{text.substr(first.size() + 1, at - first.size() - 1), head};
+  return Body{text.substr(begin, at - begin), rest->head};
 }
 
 std::string crc_line(std::string_view text) {
@@ -225,6 +233,15 @@ Result<StoredModel> load_model(std::istream& in) {
   const Result<Body> body = body_of(text);
   if (!body) return pass(body.error());
   return read_body(body->text, body->head);
+}
+
+Result<ModelHead> load_model_head(std::string_view beginning) {
+  const Result<Body> body = after_header(beginning);
+  if (!body) return pass(body.error());
+  LineReader in(body->text);
+  ModelHead out{read_provenance(in), read_setup(in)};
+  if (!in.ok()) return pass(in.status().error());
+  return out;
 }
 
 Status check_trial(const FeatureSetup& setup, const Trial& trial) {

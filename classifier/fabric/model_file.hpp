@@ -6,6 +6,7 @@
 #include <iosfwd>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
@@ -54,6 +55,15 @@ Status save_model(const StoredModel& stored, std::ostream& out);
 /// The same model, bit for bit. Errors: parse (not a model file), unsupported (another version),
 /// corrupt (cut short or altered; names the line where that is known).
 Result<StoredModel> load_model(std::istream& in);
+
+/// What the first lines of a model file say, before anything that was learnt.
+struct ModelHead {
+  Provenance provenance;
+  FeatureSetup setup;
+};
+/// Of the beginning of a model file, which need not be whole: no checksum is looked at. Errors:
+/// parse, unsupported, corrupt.
+Result<ModelHead> load_model_head(std::string_view beginning);
 
 /// Refuses a trial, already cut into windows where the model wants them, with other taxels or
 /// phases than the training had.

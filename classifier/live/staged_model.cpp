@@ -16,9 +16,17 @@ namespace {
 constexpr double shortest_s = 0.5;
 constexpr std::size_t least_slides = 2;  // of a label in a stage
 constexpr std::size_t most_stages = 64;
+constexpr std::size_t most_head_bytes = std::size_t{64} << 10;
 
 std::size_t motion_frames_of(const Trial& trial) {
   return static_cast<std::size_t>(std::ranges::count(trial.phase, Phase::motion));
+}
+
+/// The fewest that last so long: a rule that waits for half a second hears the stage of it.
+std::size_t frames_in(double seconds, double sample_rate_hz) {
+  auto frames = static_cast<std::size_t>(std::ceil(seconds * sample_rate_hz));
+  if (static_cast<double>(frames) / sample_rate_hz < seconds) ++frames;  // by the last bit
+  return frames;
 }
 
 std::vector<Trial> as_long_as(std::span<const Trial> slides, std::size_t frames) {
@@ -87,6 +95,26 @@ bool take_line(std::string_view& text, std::string_view word, Numbers&... number
   return all;
 }
 
+/// The lines before the first stage.
+struct Opening {
+  double sample_rate_hz = 0;
+  std::size_t stages = 0;
+};
+
+Result<Opening> take_opening(std::string_view& text) {
+  const std::string_view whole = text;
+  if (!take_line(text, staged_file_header))
+    return fail(Errc::parse, "not a model for live votes", {}, staged_file_header,
+                std::string(whole.substr(0, std::min(whole.find('\n'), std::size_t{40}))),
+                "weft train --live makes one");
+  Opening out;
+  const bool head = take_line(text, "sample_rate_hz", out.sample_rate_hz) &&
+                    take_line(text, "stages", out.stages);
+  if (!head || out.stages == 0 || out.stages > most_stages) return cut_short();
+  if (!(out.sample_rate_hz > 0 && out.sample_rate_hz < 1e6)) return cut_short();
+  return out;
+}
+
 Result<LiveStage> read_stage(std::string_view& text) {
   std::size_t frames = 0, bytes = 0;
   if (!take_line(text, "stage", frames, bytes) || bytes > text.size()) return cut_short();
@@ -137,7 +165,7 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
   for (const Trial& slide : slides) longest = std::max(longest, motion_frames_of(slide));
   StagedModel out{sample_rate_hz, {}};
   for (const double seconds : stage_seconds(static_cast<double>(longest) / sample_rate_hz)) {
-    const auto frames = static_cast<std::size_t>(std::nearbyint(seconds * sample_rate_hz));
+    const std::size_t frames = frames_in(seconds, sample_rate_hz);
     const bool is_new = out.stages.empty() || frames > out.stages.back().motion_frames;
     if (frames == 0 || !is_new) continue;
     const std::vector<Trial> long_enough = as_long_as(slides, frames);
@@ -171,17 +199,10 @@ Result<StagedModel> load_staged(std::istream& in) {
   const std::string whole{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (in.bad()) return fail(Errc::io, "cannot read the model");
   std::string_view text = whole;
-  if (!take_line(text, staged_file_header))
-    return fail(Errc::parse, "not a model for live votes", {}, staged_file_header,
-                std::string(whole.substr(0, std::min(whole.find('\n'), std::size_t{40}))),
-                "weft train --live makes one");
-  StagedModel out;
-  std::size_t count = 0;
-  const bool head =
-      take_line(text, "sample_rate_hz", out.sample_rate_hz) && take_line(text, "stages", count);
-  if (!head || count == 0 || count > most_stages) return cut_short();
-  if (!(out.sample_rate_hz > 0 && out.sample_rate_hz < 1e6)) return cut_short();
-  for (std::size_t i = 0; i < count; ++i) {
+  const auto opening = take_opening(text);
+  if (!opening) return pass(opening.error());
+  StagedModel out{opening->sample_rate_hz, {}};
+  for (std::size_t i = 0; i < opening->stages; ++i) {
     auto stage = read_stage(text);
     if (!stage) return pass(stage.error());
     if (stage->motion_frames <= (i == 0 ? 0 : out.stages.back().motion_frames)) return cut_short();
@@ -190,6 +211,20 @@ Result<StagedModel> load_staged(std::istream& in) {
   }
   if (!text.empty()) return cut_short();
   return out;
+}
+
+Result<StagedHead> load_staged_head(std::istream& in) {
+  std::string held(most_head_bytes, '\0');
+  in.read(held.data(), static_cast<std::streamsize>(held.size()));
+  if (in.bad()) return fail(Errc::io, "cannot read the model");
+  std::string_view text = std::string_view(held).substr(0, static_cast<std::size_t>(in.gcount()));
+  const auto opening = take_opening(text);
+  if (!opening) return pass(opening.error());
+  std::size_t frames = 0, bytes = 0;
+  if (!take_line(text, "stage", frames, bytes)) return cut_short();
+  auto first = load_model_head(text);
+  if (!first) return pass(first.error());
+  return StagedHead{opening->sample_rate_hz, std::move(*first)};
 }
 
 }  // namespace weft::classifier

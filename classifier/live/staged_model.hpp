@@ -45,8 +45,9 @@ struct StagedOptions {
 };
 
 /// A stage learns from the slides that are as long as it, aids included; there are as many stages
-/// as have two such slides of every label. Refuses a sample rate that is not positive, slides of
-/// which none is half a second long, and what training refuses.
+/// as have two such slides of every label. Each is of the fewest frames that last as long as
+/// stage_seconds() says: at 37 Hz the first has 19, 0.514 s. Refuses a sample rate that is not
+/// positive, slides of which none is half a second long, and what training refuses.
 Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
                                  const StagedOptions& options);
 
@@ -59,5 +60,14 @@ Status save_staged(const StagedModel& model, std::ostream& out);
 /// Errors: parse (not such a file), corrupt (cut short, altered, stages that do not fit each
 /// other), load_model()'s.
 Result<StagedModel> load_staged(std::istream& in);
+
+/// What a file says of itself in its first kilobytes.
+struct StagedHead {
+  double sample_rate_hz = 0;
+  ModelHead first;  ///< of the first stage; the others are of the same sensor and exploration
+};
+/// Reads the beginning alone, whatever the size: what was learnt is neither read nor checked.
+/// Errors: parse, unsupported, corrupt.
+Result<StagedHead> load_staged_head(std::istream& in);
 
 }  // namespace weft::classifier

@@ -21,8 +21,10 @@ Outcome live(const Services& services, const Call& call) {
 }  // namespace
 
 json vote_json(const VoteMoment& vote) {
+  // An array: a merge patch replaces it, so that no label of another model stays.
   json probability = nullptr;  // a model without aids knows none
-  for (const auto& [label, share] : vote.probability) probability[label] = share;
+  for (const auto& [label, share] : vote.probability)
+    probability.push_back({{"label", label}, {"probability", share}});
   return {{"trial", vote.trial},
           {"fabric", vote.fabric},
           {"exploration", vote.exploration},
@@ -31,21 +33,23 @@ json vote_json(const VoteMoment& vote) {
           {"winner", vote.winner},
           {"probability", std::move(probability)},
           {"none_of_these", vote.none_of_these},
+          {"model_bench", vote.model_bench},
           {"ends_slide", vote.ends_slide},
           {"by", "auto:live_vote"}};
 }
 
 void add_classify_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
-  methods.add({"classify.live",
-               "the newest vote of a run whose recipe has a live vote; each is an event of the "
-               "topic \"vote:RUN\" too",
-               {},
-               {},
-               {{"run", ParamType::text, true, "its name, \"R-000318\""}},
-               "run, vote: trial, fabric, exploration, repetition, slide_s, winner, probability, "
-               "none_of_these, ends_slide; null before the first"},
-              [s](const Call& call) { return live(*s, call); });
+  methods.add(
+      {"classify.live",
+       "the newest vote of a run whose recipe has a live vote; each is an event of the "
+       "topic \"vote:R-000318\" too",
+       {},
+       {},
+       {{"run", ParamType::text, true, "its name, \"R-000318\""}},
+       "run, vote: trial, fabric, exploration, repetition, slide_s, winner, probability (by "
+       "label), none_of_these, model_bench, ends_slide; null before the first"},
+      [s](const Call& call) { return live(*s, call); });
 }
 
 }  // namespace weft::daemon::api

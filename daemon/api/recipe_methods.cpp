@@ -28,6 +28,13 @@ json diagnostics_json(const std::vector<recipes::Diagnostic>& list) {
   return out;
 }
 
+tl::unexpected<rpc::RpcError> too_busy() {
+  return tl::unexpected(rpc::rpc_error(
+      rpc::code::request + 29, "request.too_many",
+      {Errc::wrong_state, "too many recipes wait to be checked", {}, {}, {}, "Ask again later"},
+      true));
+}
+
 json plan_json(const recipes::Plan& plan) {
   json next = nullptr;
   if (const auto ask = recipes::next_ask(plan, 0))
@@ -60,33 +67,48 @@ Outcome list_recipes(const Services& services) {
   return text_of({{"recipes", std::move(out)}});
 }
 
-Outcome check(const Services& services, const Call& call) {
-  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
-  if (!file) return refused(file.error());
-  const auto rig = read_text_file(services.rig);
+/// What recipe.check looks at, with nothing of the call's: it is done on another thread.
+struct Question {
+  std::filesystem::path file, rig, data;
+  std::optional<std::uint64_t> seed;
+};
+
+Outcome checked(const Question& asked) {
+  const auto rig = read_text_file(asked.rig);
   if (!rig) return refused(rig.error());
   const auto limits = recipes::parse_rig_limits(*rig);
   if (!limits) return refused(limits.error());
-  const auto text = read_text_file(*file, recipes::max_recipe_bytes);
+  const auto text = read_text_file(asked.file, recipes::max_recipe_bytes);
   if (!text) return refused(text.error());
-  const auto seed = seed_of(call);
-  if (!seed) return refused(seed.error());
-  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, *seed);
+  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, asked.seed);
   json out{{"ok", report.plan.has_value()},
            {"digest", "sha256:" + sha256_hex(*text)},
            {"problems", diagnostics_json(report.problems)},
            {"warnings", diagnostics_json(report.warnings)}};
   if (report.plan) {
-    if (const auto models = load_live_models(*report.plan, services.recipes); !models) {
+    if (const auto models = load_live_models(*report.plan, asked.file.parent_path()); !models) {
       out["ok"] = false;
       out["problems"].push_back(
           {{"where", models.error().where}, {"message", to_string(models.error())}});
     }
     out["plan"] = plan_json(*report.plan);
-    const Status space = check_space(services.data, disk_forecast(*report.plan));
+    const Status space = check_space(asked.data, disk_forecast(*report.plan));
     out["disk_ok"] = space.has_value();
   }
   return text_of(out);
+}
+
+// A model may have hundreds of megabytes, and a halt does not wait for them.
+void check(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
+  if (!file) return respond(refused(file.error()));
+  const auto seed = seed_of(call);
+  if (!seed) return respond(refused(seed.error()));
+  const bool taken =
+      services.errand([question = Question{*file, services.rig, services.data, *seed}, respond] {
+        return [outcome = checked(question), respond] { respond(outcome); };
+      });
+  if (!taken) respond(too_busy());
 }
 
 }  // namespace
@@ -110,7 +132,9 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
                 {"seed", ParamType::integer, false, "in place of the recipe's"}},
                "ok, digest, plan (eta_s with the people_s that people need, asks, next_attention), "
                "problems, warnings, disk_ok"},
-              [s](const Call& call) { return check(*s, call); });
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                check(*s, call, respond);
+              }));
 }
 
 }  // namespace weft::daemon::api

@@ -28,6 +28,9 @@ struct Services {
   std::string epoch;
   std::function<std::chrono::nanoseconds()> now;  ///< monotonic
   std::function<std::int64_t()> utc_us;
+  /// Long work, done on another thread; what it returns is called on the server's. False where too
+  /// much waits already.
+  std::function<bool(std::function<std::function<void()>()>)> errand;
 };
 
 /// All of them, with the introduction.

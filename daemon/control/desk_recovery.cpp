@@ -88,7 +88,7 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
   if (!found) return pass(found.error());
   Run& run = **found;
   StoredRun& stored = run.view.stored;
-  const auto checked = check_request(request_of(stored));
+  const auto checked = check_quickly(request_of(stored));
   if (!checked) return pass(checked.error());
   stored.resume = true;
   stored.outcome = stored.cleanup = stored.rig_fact = stored.error = stored.dataset_sha256 = "";

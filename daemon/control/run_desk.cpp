@@ -74,7 +74,7 @@ std::optional<std::string> RunDesk::active() const {
 
 Result<RunView> RunDesk::submit(const RunWish& wish) {
   if (Status ok = check_name(wish.name); !ok) return pass(ok.error());
-  const auto checked = check_request({wish.recipe, around_.rig, {}, wish.seed});
+  const auto checked = check_quickly({wish.recipe, around_.rig, {}, wish.seed});
   if (!checked) return pass(checked.error());
   if (Status space = check_space(around_.data, disk_forecast(checked->plan)); !space)
     return pass(space.error());
@@ -151,7 +151,7 @@ void RunDesk::begin_next() {
   Run& run = *numbered(*next);
   if (run.limits.arming.count() == 0) {  // from before a restart
     run.limits = Deadlines::of(0, 600);  // enough to be refused
-    if (const auto checked = check_request(request_of(run.view.stored)))
+    if (const auto checked = check_quickly(request_of(run.view.stored)))
       plan_known(run, checked->plan);
   }
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");

@@ -83,7 +83,7 @@ class RunDesk {
   RunDesk& operator=(const RunDesk&) = delete;
 
   /// Checks the recipe against the rig and puts the run in line; it begins when the rig is free.
-  /// Errors: all that check_request() refuses, not enough disk, a latched rig.
+  /// Errors: all that check_quickly() refuses, not enough disk, a latched rig.
   Result<RunView> submit(const RunWish& wish);
   /// Takes a run that has not begun out of the line. Errors: not_found, wrong_state.
   Status withdraw(std::string_view id, std::string_view by);
@@ -103,7 +103,7 @@ class RunDesk {
   /// run is interrupted as before then.
   void settle(std::string_view id, Recovery choice, std::string_view by, SettledTold told);
   /// Puts an interrupted run in line again, to go on where it was. What its file says is looked at
-  /// when it begins. Errors: not_found; wrong_state; check_request()'s.
+  /// when it begins. Errors: not_found; wrong_state; check_quickly()'s.
   Result<RunView> recover(std::string_view id, std::string_view by);
   /// The runs that wait, and in which order. Outlives the daemon. One that begins with runs in line
   /// holds them: somebody starts the line, or resets the rig.

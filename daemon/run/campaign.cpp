@@ -321,7 +321,10 @@ std::string ended_early_words(const CampaignSummary& summary) {
          " of them with slides that ended early, which are in no data set";
 }
 
-Result<CheckedRequest> check_request(const CampaignRequest& request) {
+namespace {
+
+/// Without the models.
+Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   Result<std::string> rig_text = rig_text_of(request);
   if (!rig_text) return pass(rig_text.error());
   Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
@@ -331,10 +334,27 @@ Result<CheckedRequest> check_request(const CampaignRequest& request) {
   recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
   if (!report.plan)
     return fail(Errc::invalid_argument, all_problems(report.problems), request.recipe.string());
-  auto models = load_live_models(*report.plan, request.recipe.parent_path());
-  if (!models) return pass(models.error(), request.recipe.string());
   return CheckedRequest{std::move(*report.plan), std::move(*recipe), *rig_text,
-                        std::move(report.warnings), std::move(*models)};
+                        std::move(report.warnings)};
+}
+
+}  // namespace
+
+Result<CheckedRequest> check_request(const CampaignRequest& request) {
+  Result<CheckedRequest> checked = check_recipe_and_rig(request);
+  if (!checked) return checked;
+  auto models = load_live_models(checked->plan, request.recipe.parent_path());
+  if (!models) return pass(models.error(), request.recipe.string());
+  checked->models = std::move(*models);
+  return checked;
+}
+
+Result<CheckedRequest> check_quickly(const CampaignRequest& request) {
+  Result<CheckedRequest> checked = check_recipe_and_rig(request);
+  if (!checked) return checked;
+  const Status fit = check_live_models(checked->plan, request.recipe.parent_path());
+  if (!fit) return pass(fit.error(), request.recipe.string());
+  return checked;
 }
 
 std::uint64_t disk_forecast(const recipes::Plan& plan) {

@@ -31,7 +31,7 @@ struct CampaignRequest {
   /// Goes on with the campaign that `out` holds; begins it where nothing is on record yet.
   bool resume = false;
   /// What `weft align --json` said, where the plate is to be held level; empty: the rig file as it
-  /// stands. A campaign that is resumed takes the same file, whatever its age.
+  /// stands. A campaign that is resumed takes the same file, whenever it was measured.
   std::filesystem::path level = {};
   std::chrono::seconds oldest_level = std::chrono::hours(24);  ///< zero: any age
 };
@@ -136,6 +136,9 @@ struct CheckedRequest {
   LiveModels models = {};
 };
 Result<CheckedRequest> check_request(const CampaignRequest& request);
+/// For a thread that may not be kept waiting: check_request() with the models' heads alone, and no
+/// `models`. What is wrong with the rest of a model is found by the run, before it takes the rig.
+Result<CheckedRequest> check_quickly(const CampaignRequest& request);
 
 /// check_request(), with the rig file as it will be run and recorded: its fidelity chosen.
 struct SettledRequest {

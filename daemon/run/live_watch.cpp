@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -15,41 +16,90 @@ constexpr std::uintmax_t most_model_bytes = std::uintmax_t{1} << 28;
 
 constexpr double same_rate = 0.01;  // relative: nominal rates, as two rig files may round them
 
+/// Which kind of data a rig's bench makes: those of an emulated one are simulated.
+std::string_view data_of(const recipes::RigLimits& limits) {
+  return limits.bench == "real" ? "real" : "simulated";
+}
+
+/// What a model says of itself in its first lines.
 Status fits(const recipes::Exploration& exploration, const recipes::RigLimits& limits,
-            const classifier::StagedModel& model) {
-  const classifier::FeatureSetup& setup = model.last().setup;
+            double sample_rate_hz, const classifier::FeatureSetup& setup,
+            const std::string& bench) {
   if (!setup.exploration.empty() && setup.exploration != exploration.name)
     return fail(Errc::invalid_argument, "the model was trained on another exploration", {},
                 exploration.name, setup.exploration);
   if (setup.taxels != limits.taxels)
     return fail(Errc::invalid_argument, "the model was trained on another sensor", {},
                 std::to_string(limits.taxels) + " taxels", std::to_string(setup.taxels));
-  if (std::abs(model.sample_rate_hz - limits.taxel_rate_hz) > same_rate * limits.taxel_rate_hz)
+  if (std::abs(sample_rate_hz - limits.taxel_rate_hz) > same_rate * limits.taxel_rate_hz)
     return fail(Errc::invalid_argument, "the model was trained at another sample rate", {},
                 std::to_string(limits.taxel_rate_hz) + " Hz",
-                std::to_string(model.sample_rate_hz) + " Hz");
-  const bool knows = std::ranges::all_of(
-      model.stages, [](const auto& stage) { return stage.model.aids.has_value(); });
-  if (exploration.live_vote->stop_early && !knows)
-    return fail(Errc::unsupported, "the model knows no probability, so it is never sure", {}, {},
-                {}, "weft train --live writes one that does");
+                std::to_string(sample_rate_hz) + " Hz");
+  const bool other_bench = bench != "unknown" && bench != data_of(limits);
+  if (exploration.live_vote->stop_early && other_bench)
+    return fail(Errc::unsupported, "a model of another kind of bench would end the slides", {},
+                "one trained on " + std::string(data_of(limits)) + " data",
+                "one trained on " + bench + " data",
+                "Leave stop_early out: it votes then, and ends nothing");
   return {};
 }
 
-Result<LiveModel> load(const recipes::Exploration& exploration, const recipes::RigLimits& limits,
-                       const std::filesystem::path& folder) {
-  LiveModel out;
-  out.file = folder / exploration.live_vote->model;  // an absolute name stays as it is
-  const auto text = read_text_file(out.file, most_model_bytes);
+Status knows_enough(const recipes::Exploration& exploration, const classifier::StagedModel& model) {
+  const bool knows = std::ranges::all_of(
+      model.stages, [](const auto& stage) { return stage.model.aids.has_value(); });
+  if (!exploration.live_vote->stop_early || knows) return {};
+  return fail(Errc::unsupported, "the model knows no probability, so it is never sure", {}, {}, {},
+              "weft train --live writes one that does");
+}
+
+using recipes::Exploration;
+
+Result<LiveModel> load(const Exploration& exploration, const recipes::RigLimits& limits,
+                       const std::filesystem::path& file) {
+  const auto text = read_text_file(file, most_model_bytes);
   if (!text) return pass(text.error());
   std::istringstream in(*text);
   auto model = classifier::load_staged(in);
-  if (!model) return pass(model.error(), out.file.string());
-  if (Status ok = fits(exploration, limits, *model); !ok)
-    return pass(ok.error(), out.file.string());
-  out.sha256 = sha256_hex(*text);
-  out.model = std::make_shared<const classifier::StagedModel>(std::move(*model));
-  return out;
+  if (!model) return pass(model.error(), file.string());
+  const classifier::StoredModel& last = model->last();
+  Status ok = fits(exploration, limits, model->sample_rate_hz, last.setup, last.provenance.bench);
+  if (ok) ok = knows_enough(exploration, *model);
+  if (!ok) return pass(ok.error(), file.string());
+  return LiveModel{file, sha256_hex(*text),
+                   std::make_shared<const classifier::StagedModel>(std::move(*model))};
+}
+
+Status check_head(const Exploration& exploration, const recipes::RigLimits& limits,
+                  const std::filesystem::path& file) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error)
+    return fail(Errc::not_found, "cannot read the file", file.string(), {}, error.message());
+  if (size > most_model_bytes)
+    return fail(Errc::range, "file too large", file.string(),
+                "at most " + std::to_string(most_model_bytes) + " bytes",
+                std::to_string(size) + " bytes");
+  std::ifstream in(file, std::ios::binary);
+  const auto head = classifier::load_staged_head(in);
+  if (!head) return pass(head.error(), file.string());
+  const Status ok = fits(exploration, limits, head->sample_rate_hz, head->first.setup,
+                         head->first.provenance.bench);
+  return ok ? ok : Status(pass(ok.error(), file.string()));
+}
+
+/// Calls `look` with each exploration that has a live vote, its index and its model's file.
+template <class Look>
+Status each_voting(const recipes::Plan& plan, const std::filesystem::path& folder,
+                   const Look& look) {
+  for (std::size_t i = 0; i < plan.explorations.size(); ++i) {
+    const Exploration& exploration = plan.explorations[i];
+    if (!exploration.live_vote) continue;
+    // an absolute name stays as it is
+    const std::filesystem::path file = folder / exploration.live_vote->model;
+    if (const Status ok = look(exploration, i, file); !ok)
+      return pass(ok.error(), "/explorations/" + exploration.name + "/live_vote/model");
+  }
+  return {};
 }
 
 }  // namespace
@@ -57,15 +107,24 @@ Result<LiveModel> load(const recipes::Exploration& exploration, const recipes::R
 Result<LiveModels> load_live_models(const recipes::Plan& plan,
                                     const std::filesystem::path& folder) {
   LiveModels out(plan.explorations.size());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const recipes::Exploration& exploration = plan.explorations[i];
-    if (!exploration.live_vote) continue;
-    auto model = load(exploration, plan.limits, folder);
-    if (!model)
-      return pass(model.error(), "/explorations/" + exploration.name + "/live_vote/model");
-    out[i] = std::move(*model);
-  }
+  const Status all = each_voting(
+      plan, folder,
+      [&](const Exploration& exploration, std::size_t i, const std::filesystem::path& file) {
+        auto model = load(exploration, plan.limits, file);
+        if (!model) return Status(pass(model.error()));
+        out[i] = std::move(*model);
+        return Status();
+      });
+  if (!all) return pass(all.error());
   return out;
+}
+
+Status check_live_models(const recipes::Plan& plan, const std::filesystem::path& folder) {
+  return each_voting(
+      plan, folder,
+      [&](const Exploration& exploration, std::size_t, const std::filesystem::path& file) {
+        return check_head(exploration, plan.limits, file);
+      });
 }
 
 std::string live_models_json(const recipes::Plan& plan, const LiveModels& models) {
@@ -129,6 +188,7 @@ VoteMoment LiveWatch::told(const classifier::LiveAnswer& answer) const {
   for (std::size_t i = 0; i < answer.probability.size(); ++i)
     out.probability.emplace_back(labels[i], answer.probability[i]);
   out.none_of_these = answer.none_of_these;
+  out.model_bench = asked_->model().last().provenance.bench;
   if (const auto& stop = exploration.live_vote->stop_early)
     out.ends_slide = classifier::is_sure({stop->sure_probability, stop->least_slide_s}, answer);
   return out;

@@ -24,6 +24,7 @@ struct VoteMoment {
   std::string winner;
   std::vector<std::pair<std::string, double>> probability;  ///< per label; empty: not known
   bool none_of_these = false;
+  std::string model_bench;  ///< whose data the model learnt from: "simulated", "real", "unknown"
   bool ends_slide = false;  ///< sure, and the recipe wants the slide to end with that
 };
 
@@ -37,9 +38,12 @@ struct LiveModel {
 using LiveModels = std::vector<std::optional<LiveModel>>;
 
 /// Reads what `plan` names, from `folder`. Errors, each with the exploration's pointer: the file's,
-/// load_staged()'s; another exploration or taxel count than the model's; a slide that
-/// is to end once it is sure by a model that knows no probability.
+/// load_staged()'s; another exploration, taxel count or sample rate than the model's; a slide that
+/// is to end once it is sure by a model that knows no probability, or of another kind of bench.
 Result<LiveModels> load_live_models(const recipes::Plan& plan, const std::filesystem::path& folder);
+/// What can be told from the first kilobytes of each, in milliseconds whatever their size: the same
+/// errors, but for what is wrong with the rest of the file and for probabilities.
+Status check_live_models(const recipes::Plan& plan, const std::filesystem::path& folder);
 
 /// The journal's line with live_models_json(), once a campaign.
 inline constexpr const char* live_models_kind = "live_models";

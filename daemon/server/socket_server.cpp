@@ -1,10 +1,6 @@
 #include "daemon/server/socket_server.hpp"
 
-#include <pwd.h>
 #include <sys/resource.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -15,12 +11,13 @@
 #include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
 #include <deque>
-#include <set>
+#include <map>
 #include <utility>
 #include <vector>
 
 #include "daemon/server/line_buffer.hpp"
 #include "daemon/server/loopback.hpp"
+#include "daemon/server/unix_socket.hpp"
 #include "daemon/server/wire.hpp"
 
 namespace weft::daemon::server {
@@ -32,28 +29,7 @@ using asio::ip::tcp;
 using namespace std::chrono_literals;
 
 constexpr auto tick_period = 20ms;
-constexpr mode_t socket_mode = 0660;  // owner and group; others have no business here
 constexpr std::size_t room_bytes = std::size_t{64} << 10;
-
-std::string name_of(uid_t user) {
-  std::array<char, 1024> text{};
-  passwd entry{};
-  passwd* found = nullptr;
-  if (getpwuid_r(user, &entry, text.data(), text.size(), &found) == 0 && found != nullptr)
-    return found->pw_name;
-  return "uid " + std::to_string(user);
-}
-
-// Who may open the socket was settled by its mode: the daemon's own user and root administer it,
-// its group runs recipes.
-Peer peer_of(int descriptor) {
-  ucred credentials{};
-  socklen_t size = sizeof credentials;
-  if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
-    return {true, {}, std::nullopt};
-  const bool own = credentials.uid == 0 || credentials.uid == geteuid();
-  return {true, name_of(credentials.uid), own ? access::Role::admin : access::Role::operator_};
-}
 
 }  // namespace
 
@@ -66,6 +42,7 @@ struct SocketServer::Parts {
   void listen_unix();
   void listen_tcp();
   void welcome(stream_protocol::socket socket, Peer peer, TlsServer* through);
+  [[nodiscard]] bool has_room(bool is_local);
   void next(const asio::error_code& error, void (Parts::*listen)());
   void next_tick(const std::function<void()>& tick);
 
@@ -79,8 +56,8 @@ struct SocketServer::Parts {
   asio::steady_timer ticker{context};
   /// Could accept nobody, for want of a descriptor as a rule; tried again at the next tick.
   std::vector<void (Parts::*)()> resting;
-  std::set<std::shared_ptr<Connection>> connections;
-  std::uint64_t next_session = 1;
+  std::map<std::uint64_t, std::shared_ptr<Connection>> connections;  // the oldest first
+  std::uint64_t next_number = 1;
 };
 
 /// One client. Lives as long as its operations; closed when it breaks a limit.
@@ -88,11 +65,17 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
  public:
   Connection(Parts& server, std::unique_ptr<Wire> wire, Peer peer)
       : server_(&server),
+        number_(server.next_number++),
+        is_local_(peer.local),
         wire_(std::move(wire)),
         patience_(server.context),
         lines_(server.limits.line_bytes),
-        conversation_(*server.shared, std::move(peer), "s-" + std::to_string(server.next_session++),
+        conversation_(*server.shared, std::move(peer), "s-" + std::to_string(number_),
                       [this](std::string line) { send(std::move(line)); }) {}
+
+  [[nodiscard]] std::uint64_t number() const { return number_; }
+  [[nodiscard]] bool is_local() const { return is_local_; }
+  [[nodiscard]] bool is_stranger() const { return !conversation_.introduced(); }
 
   void begin() {
     within(server_->limits.handshake, [this] { return greeted_; });
@@ -109,9 +92,10 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
 
   void close() {
     if (std::exchange(closed_, true)) return;
+    const auto self = shared_from_this();  // until this is done
     patience_.cancel();
     wire_->close();
-    server_->connections.erase(shared_from_this());
+    server_->connections.erase(number_);
   }
 
  private:
@@ -142,9 +126,15 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
 
   void have(std::size_t count) {
     lines_.add({incoming_.data(), count});
-    while (const auto line = lines_.next()) {
+    work_off();
+  }
+
+  // One line a turn: others, and what they have to halt, come in between.
+  void work_off() {
+    if (closed_) return;
+    if (const auto line = lines_.next()) {
       conversation_.hear(*line);
-      if (closed_) return;
+      return asio::post(server_->context, [self = shared_from_this()] { self->work_off(); });
     }
     if (lines_.overflows()) {
       send(rpc::error_line("null",
@@ -195,6 +185,8 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   }
 
   Parts* server_;
+  std::uint64_t number_;
+  bool is_local_;
   std::unique_ptr<Wire> wire_;
   asio::steady_timer patience_;
   std::array<char, 16384> incoming_{};
@@ -207,15 +199,35 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   Conversation conversation_;
 };
 
+/// Of the socket or of the port, which count apart: who floods the port keeps nobody from the
+/// socket. The oldest that has not said who it is makes room where there are too many such.
+bool SocketServer::Parts::has_room(bool is_local) {
+  std::size_t all = 0, strangers = 0;
+  std::shared_ptr<Connection> oldest;
+  for (const auto& [number, one] : connections) {
+    if (one->is_local() != is_local) continue;
+    ++all;
+    if (!one->is_stranger()) continue;
+    ++strangers;
+    if (!oldest) oldest = one;
+  }
+  const std::size_t most = is_local ? limits.local_connections : limits.connections;
+  if (oldest && (strangers >= limits.strangers || all >= most)) {
+    oldest->close();
+    return true;
+  }
+  return all < most;
+}
+
 void SocketServer::Parts::welcome(stream_protocol::socket socket, Peer peer, TlsServer* through) {
-  if (connections.size() >= limits.connections) {
+  if (!has_room(peer.local)) {
     asio::error_code ignored;
     socket.close(ignored);
     return;
   }
   const auto made =
       std::make_shared<Connection>(*this, make_wire(std::move(socket), through), std::move(peer));
-  connections.insert(made);
+  connections.emplace(made->number(), made);
   made->begin();
 }
 
@@ -261,44 +273,6 @@ void SocketServer::Parts::next_tick(const std::function<void()>& tick) {
 
 namespace {
 
-/// Removes the socket of a daemon that died; refuses everything else that is in the way.
-Status clear_the_way(const std::filesystem::path& path) {
-  struct stat found {};
-  if (lstat(path.c_str(), &found) != 0) return {};
-  if (!S_ISSOCK(found.st_mode))
-    return fail(Errc::invalid_argument, "something else is in the way of the socket", path.string(),
-                "nothing, or an old socket",
-                S_ISLNK(found.st_mode) ? "a symbolic link" : "a file or folder", "Move it away");
-  asio::io_context context;
-  Unix::socket probe(context);
-  asio::error_code error;
-  probe.connect(Unix::endpoint(path.string()), error);
-  if (!error)
-    return fail(Errc::wrong_state, "another daemon listens there", path.string(), {}, {},
-                "Stop it, or choose another --socket");
-  std::error_code removed;
-  std::filesystem::remove(path, removed);
-  if (removed)
-    return fail(Errc::io, "cannot remove the old socket", path.string(), {}, removed.message());
-  return {};
-}
-
-Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
-  constexpr std::size_t longest = 107;  // sun_path
-  if (path.string().size() > longest)
-    return fail(Errc::range, "the socket's path is too long", path.string(), "107 bytes",
-                std::to_string(path.string().size()));
-  if (Status clear = clear_the_way(path); !clear) return clear;
-  asio::error_code error;
-  acceptor.open(Unix(), error);
-  const mode_t before = umask(static_cast<mode_t>(~socket_mode & 0777));
-  if (!error) acceptor.bind(Unix::endpoint(path.string()), error);
-  umask(before);
-  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error) return fail(Errc::io, "cannot listen", path.string(), {}, error.message());
-  return {};
-}
-
 // What the process may open beside what a run needs for its devices and files, and HTTP.
 std::size_t spare_descriptors() {
   constexpr std::size_t needed = 200;
@@ -313,7 +287,7 @@ std::size_t spare_descriptors() {
 SocketServer::SocketServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 SocketServer::~SocketServer() {
-  for (const auto& connection : std::set(parts_->connections)) connection->close();
+  for (const auto& [number, connection] : std::map(parts_->connections)) connection->close();
   std::error_code ignored;
   std::filesystem::remove(parts_->path, ignored);
 }
@@ -321,7 +295,9 @@ SocketServer::~SocketServer() {
 Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Shared& shared,
                                                          const Limits& limits) {
   Limits held = limits;
-  held.connections = std::min(held.connections, spare_descriptors());
+  const std::size_t spare = spare_descriptors();
+  held.local_connections = std::min(held.local_connections, spare / 2);
+  held.connections = std::min(held.connections, spare - held.local_connections);
   auto parts = std::make_unique<Parts>(shared, held, where.socket);
   if (Status ok = open_unix(parts->local, where.socket); !ok) return pass(ok.error());
   parts->tls = where.tls;
@@ -351,9 +327,10 @@ void SocketServer::post(std::function<void()> work) {
 }
 
 void SocketServer::pump() {
-  // one that is closed while it is served leaves the set
-  for (const auto& connection : std::vector(parts_->connections.begin(), parts_->connections.end()))
-    connection->pump();
+  // one that is closed while it is served leaves the map
+  std::vector<std::shared_ptr<Parts::Connection>> all;
+  for (const auto& [number, connection] : parts_->connections) all.push_back(connection);
+  for (const auto& connection : all) connection->pump();
 }
 
 asio::io_context& SocketServer::context() {

@@ -20,11 +20,14 @@ class io_context;
 namespace weft::daemon::server {
 
 struct Limits {
-  std::size_t connections = 2048;  ///< fewer where the process may open fewer files
+  std::size_t connections = 2048;       ///< of the port; fewer where fewer files may be open
+  std::size_t local_connections = 256;  ///< of the Unix socket; likewise
+  /// Of either, that have not introduced themselves: the oldest makes room for one more.
+  std::size_t strangers = 64;
   std::size_t line_bytes = rpc::most_line_bytes;
   std::size_t unsent_bytes = std::size_t{4} << 20;  ///< answers that a client does not read
-  std::chrono::seconds introduction{10};  ///< until session.open, TLS included; then it is closed
-  std::chrono::seconds handshake{5};      ///< of TLS
+  std::chrono::seconds handshake{5};                ///< of TLS; then it is closed
+  std::chrono::seconds introduction{10};  ///< from there to session.open; then it is closed
 };
 
 struct Where {

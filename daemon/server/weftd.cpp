@@ -9,6 +9,7 @@
 #include "daemon/api/services.hpp"
 #include "daemon/loop/rising_utc.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/server/errands.hpp"
 #include "daemon/server/http_server.hpp"
 #include "daemon/server/socket_server.hpp"
 
@@ -74,6 +75,7 @@ class Daemon {
   std::unique_ptr<TlsServer> tls_;  // before those who use it
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
+  std::unique_ptr<Errands> errands_;                   // those below tell the server too
   std::unique_ptr<control::RunDesk> desk_;             // gone first: its threads post to the server
   std::unique_ptr<control::HandOverDesk> hand_overs_;  // likewise, and tells the desk
 };
@@ -110,7 +112,8 @@ void Daemon::wire(const DaemonOptions& options) {
                .data = options.data,
                .epoch = new_epoch(),
                .now = [] { return steady_wall_now(); },
-               .utc_us = [this] { return utc_us(); }};
+               .utc_us = [this] { return utc_us(); },
+               .errand = [this](Errands::Work work) { return errands_->send(std::move(work)); }};
   shared_.methods = &methods_;
   shared_.hub = &hub_;
   shared_.answered = &answered_;
@@ -148,6 +151,8 @@ Status Daemon::begin(const DaemonOptions& options) {
       shared_, {});
   if (!server) return pass(server.error());
   server_ = std::move(*server);
+  errands_ = std::make_unique<Errands>(
+      [this](Errands::Report report) { server_->post(std::move(report)); });
   desk_ = std::make_unique<control::RunDesk>(
       control::RunDesk::Surroundings{
           .rig = options.rig,

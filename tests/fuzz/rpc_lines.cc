@@ -51,7 +51,12 @@ class SmallDaemon {
                  .data = "/no/such/folder",
                  .epoch = "e1",
                  .now = [] { return Clock(); },
-                 .utc_us = [] { return std::int64_t{0}; }};
+                 .utc_us = [] { return std::int64_t{0}; },
+                 .errand =
+                     [](const auto& work) {
+                       work()();
+                       return true;
+                     }};
     api::add_methods(methods_, services_);
     shared_ = {&methods_, &hub_, &answered_, "e1", {}, {}, {}, [] { return Clock(); }};
     shared_.token_owner = [](std::string_view) -> Result<server::TokenOwner> {

@@ -56,7 +56,9 @@ def votes(folder, client):
     assert ended["trials_done"] == 4, ended
     newest = client.call("classify.live", run=run)["vote"]
     assert newest["trial"] == 3 and newest["ends_slide"] and newest["winner"] == newest["fabric"], newest
-    assert abs(sum(newest["probability"].values()) - 1) < 1e-6 and newest["probability"][newest["winner"]] >= 0.8, newest
+    share = {one["label"]: one["probability"] for one in newest["probability"]}
+    assert abs(sum(share.values()) - 1) < 1e-6 and share[newest["winner"]] >= 0.8, newest
+    assert newest["model_bench"] == "simulated", newest
     client.call("session.whoami")  # what was published before its answer has come
     told = [e["delta"] for e in client.events if e["topic"] == "vote:" + run]
     # a delta has what changed: from the last of a trial to the first of the next the length goes back

@@ -130,6 +130,44 @@ TEST_CASE("a staged model comes back from its file as it was, and nothing else i
   CHECK_FALSE(loaded_stages(text_of(swapped)));
 }
 
+TEST_CASE("a rule that waits for a stage's seconds hears that stage, at any sample rate") {
+  for (const double rate : {37.0, 33.3, 49.0, 1000.0 / 30}) {
+    INFO(rate);
+    const auto model = train_staged(slides(), rate, options_of_lda());
+    REQUIRE(model);
+    const auto seconds = stage_seconds(120 / rate);
+    REQUIRE(model->stages.size() == seconds.size());
+    for (std::size_t k = 0; k < seconds.size(); ++k) {
+      CHECK(model->slide_s(k) >= seconds[k]);
+      CHECK(model->slide_s(k) < seconds[k] + 1.001 / rate);
+      const LiveAnswer answer{model->slide_s(k), 0, {1.0}, false};
+      CHECK(is_sure({0.9, seconds[k]}, answer));
+    }
+  }
+}
+
+TEST_CASE(
+    "the head of a staged model is read without what was learnt, and a broken one is refused") {
+  const auto head_of = [](const std::string& text) {
+    std::istringstream in(text);
+    return load_staged_head(in);
+  };
+  const auto model = staged();
+  const std::string text = text_of(*model);
+  const std::size_t learnt = text.find("\nlabels ");
+  for (const std::string& beginning : {text, text.substr(0, learnt + 1)}) {
+    const auto head = head_of(beginning);
+    REQUIRE(head);
+    CHECK(head->sample_rate_hz == model->sample_rate_hz);
+    CHECK(head->first.setup.exploration == "M1");
+    CHECK(head->first.setup.taxels == taxels);
+    CHECK(head->first.provenance.bench == "unknown");
+  }
+  CHECK_FALSE(head_of(text.substr(0, text.find("exploration"))));
+  CHECK(head_of("weft-fabric-model 5\n").error().code == Errc::parse);
+  CHECK(head_of("weft-live-model 1\nsample_rate_hz 0\nstages 1\n").error().code == Errc::corrupt);
+}
+
 TEST_CASE("a vote is sure at its probability and not before its seconds of slide") {
   LiveAnswer answer{2.0, 1, {0.1, 0.9}, false};
   CHECK(is_sure({0.9, 2.0}, answer));

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include "daemon/api/services.hpp"
 #include "daemon/server/hub.hpp"
 
 using namespace weft::daemon::server;
@@ -127,4 +128,29 @@ TEST_CASE("A subscription that is gone costs nothing more") {
   }
   hub.publish("run:1", {{"rep", 1}}, 0);
   CHECK(hub.listeners() == 0);
+}
+
+TEST_CASE("Votes of two explorations' models do not run into each other, merged or not") {
+  const auto vote = [](std::vector<std::pair<std::string, double>> probability) {
+    weft::daemon::VoteMoment moment;
+    moment.winner = probability.empty() ? "denim" : probability.front().first;
+    moment.probability = std::move(probability);
+    return weft::daemon::api::vote_json(moment);
+  };
+  Hub hub;
+  const Opened before = hub.open(wish(Mode::latest, {"vote:*"}));
+  hub.publish("vote:1", vote({{"denim", 0.9}, {"satin", 0.1}}), 10);
+  hub.publish("vote:1", vote({{"felt", 0.7}, {"terry", 0.3}}), 20);
+  const json expected = json::array(
+      {{{"label", "felt"}, {"probability", 0.7}}, {{"label", "terry"}, {"probability", 0.3}}});
+  const auto merged = take_all(*before.subscription, 0ns);
+  REQUIRE(merged.size() == 1);
+  CHECK(merged[0]["delta"]["probability"] == expected);
+  CHECK(
+      json::parse(hub.open(wish(Mode::every, {"vote:*"})).snapshot_json)["vote:1"]["probability"] ==
+      expected);
+  hub.publish("vote:1", vote({}), 30);  // of a model that knows none
+  const json now = json::parse(hub.open(wish(Mode::every, {"vote:*"})).snapshot_json)["vote:1"];
+  CHECK_FALSE(now.contains("probability"));
+  CHECK(now["winner"] == "denim");
 }

@@ -1,78 +1,20 @@
 // Live votes of a campaign on the simulated bench, in virtual time. SIMULATED.
 
-#include <catch2/catch.hpp>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
-#include "classifier/live/staged_model.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/trade/early_stop.hpp"
+#include "tests/unit/daemon/live_bench.hpp"
 #include "tests/unit/daemon/trade_fixture.hpp"
-#include "tests/unit/daemon/trial_bench.hpp"
 
 using namespace weft;
 using namespace weft::daemon;
+using namespace weft::daemon::live_test;
 using nlohmann::json;
 using test::request_in;
 using test::TemporaryFolder;
 
 namespace {
-
-/// Two cloths that anybody tells apart, slides of 16 mm at 4 mm/s.
-json recipe_of(int repetitions) {
-  return json::parse(R"({"schema_version":1,"name":"live","source":"test","seed":3,
-    "fabrics":["pile","nylon"],"repetitions":)" +
-                     std::to_string(repetitions) + R"(,"explorations":{"M1":{"phases":[
-      {"phase":"S","duration_s":0.5},{"phase":"P","force_N":5,"duration_s":0.5},
-      {"phase":"M","speed_mm_s":4,"path":[{"dx_mm":0,"dy_mm":16}]},
-      {"phase":"E","duration_s":0.5}]}}})");
-}
-
-CampaignSummary run(const CampaignRequest& request, const CampaignHooks& hooks = {}) {
-  const Result<CampaignSummary> summary = run_campaign(request, hooks);
-  if (!summary) FAIL(to_string(summary.error()));
-  return *summary;
-}
-
-Dataset recorded(const std::filesystem::path& campaign) {
-  auto all = load_campaign(campaign, {.all_outcomes = true, .streams = false, .transfers = false});
-  REQUIRE(all);
-  return *std::move(all);
-}
-
-std::string model_text(const Dataset& dataset) {
-  classifier::StagedOptions options;
-  options.learner = classifier::Learner::lda;
-  options.exploration = "M1";
-  options.provenance.bench = "simulated";
-  const auto model = classifier::train_staged(dataset.trials, dataset.info.taxel_rate_hz, options);
-  if (!model) FAIL(to_string(model.error()));
-  std::ostringstream out;
-  REQUIRE(classifier::save_staged(*model, out));
-  return out.str();
-}
-
-/// A model from one campaign, beside the recipe of the next.
-struct LiveBench {
-  TemporaryFolder folder;
-  CampaignRequest request;
-  LiveBench() {
-    request = request_in(folder, recipe_of(4).dump());
-    request.error_check = false;
-    const CampaignSummary first = run(request);
-    test::write_file(folder / "m1.model", model_text(recorded(first.campaign_file)));
-  }
-  void ask(const json& vote) {
-    json recipe = recipe_of(1);
-    recipe["explorations"]["M1"]["live_vote"] = vote;
-    test::write_file(request.recipe, recipe.dump());
-    request.out = folder / "live";
-  }
-};
-
-const json stop_early{{"model", "m1.model"},
-                      {"stop_early", {{"sure_probability", 0.8}, {"least_slide_s", 1}}}};
 
 std::map<Phase, int> samples_of(const classifier::Trial& trial) {
   std::map<Phase, int> out;
@@ -143,24 +85,74 @@ TEST_CASE("a vote that ends nothing leaves the campaign as it is without one") {
 
 TEST_CASE("a model that does not fit the recipe is refused before anything moves") {
   LiveBench bench;
-  const auto refused = [&](const json& vote) {
-    bench.ask(vote);
-    const auto checked = check_request(bench.request);
-    REQUIRE_FALSE(checked);
-    CHECK(to_string(checked.error()).find("live_vote") != std::string::npos);
-    return to_string(checked.error());
+  const auto says = [&](const std::string& words) {
+    const std::string refusal = bench.refusal();
+    INFO(refusal);
+    CHECK(refusal.find("/explorations/M") != std::string::npos);
+    CHECK(refusal.find(words) != std::string::npos);
   };
-  refused({{"model", "missing.model"}});
+  bench.ask({{"model", "missing.model"}});
+  says("cannot read the file");
   test::write_file(bench.folder / "text.model", "not a model");
-  refused({{"model", "text.model"}});
+  bench.ask({{"model", "text.model"}});
+  says("not a model for live votes");
+  bench.ask(stop_early);
+  CHECK(bench.refusal() == "none");
+  bench.change_rig([](json& rig) { test::device_of(rig, "taxels")["config"]["taxels"] = 8; });
+  says("another sensor");
+  bench.change_rig([](json&) {});
+  bench.change([](auto& model) { model.sample_rate_hz *= 1.02; });
+  says("another sample rate");
+  bench.change([](auto& model) { model.sample_rate_hz *= 1.005; });
+  CHECK(bench.refusal() == "none");
   json other = recipe_of(1);
   other["explorations"]["M9"] = other["explorations"]["M1"];
   other["explorations"].erase("M1");
   other["explorations"]["M9"]["live_vote"] = stop_early;
   test::write_file(bench.request.recipe, other.dump());
-  const auto checked = check_request(bench.request);
-  REQUIRE_FALSE(checked);
-  CHECK(to_string(checked.error()).find("another exploration") != std::string::npos);
+  says("another exploration");
+}
+
+TEST_CASE(
+    "slides are not ended by a model that is never sure, nor by one of another kind of bench") {
+  LiveBench bench;
+  const auto with_bench = [](std::string_view name) {
+    return [name](auto& model) {
+      for (auto& stage : model.stages) stage.model.provenance.bench = name;
+    };
+  };
+  bench.ask(stop_early);
+  bench.change([](auto& model) { model.stages.back().model.aids.reset(); });
+  CHECK(bench.refusal(false).find("knows no probability") != std::string::npos);
+  bench.change(with_bench("real"));
+  CHECK(bench.refusal().find("another kind of bench") != std::string::npos);
+  bench.change(with_bench("unknown"));
+  CHECK(bench.refusal() == "none");
+  bench.change({});
+  bench.change_rig([](json& rig) { rig["bench"] = "real"; });
+  CHECK(bench.refusal().find("another kind of bench") != std::string::npos);
+  bench.ask({{"model", "m1.model"}});  // votes, and ends nothing
+  CHECK(bench.refusal() == "none");
+  bench.change_rig([](json&) {});
+  bench.change(with_bench("real"));
+  CampaignHooks hooks;
+  std::string told;
+  hooks.vote = [&](const VoteMoment& vote) { told = vote.model_bench; };
+  run(bench.request, hooks);
+  CHECK(told == "real");
+}
+
+TEST_CASE("a model that is broken behind its head is found out before the rig is taken") {
+  LiveBench bench;
+  bench.ask(stop_early);
+  const std::string good = test::read_file(bench.folder / "m1.model");
+  test::write_file(bench.folder / "m1.model", good.substr(0, good.size() / 2));
+  CHECK(bench.refusal(false).find("cut short") != std::string::npos);
+  bool taken = false;
+  CampaignHooks hooks;
+  hooks.rig_taken = [&] { taken = true; };
+  CHECK_FALSE(run_campaign(bench.request, hooks));
+  CHECK_FALSE(taken);
 }
 
 TEST_CASE("a campaign is not gone on with by another model than it was begun with") {

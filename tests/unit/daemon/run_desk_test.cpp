@@ -255,3 +255,27 @@ TEST_CASE("what belongs together is written together or not at all") {
   REQUIRE(store.together([&] { return store.add(run); }));
   CHECK(store.load()->size() == 1);
 }
+
+TEST_CASE("a run is taken into the line by its model's head; the rest is read on its own thread") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  auto recipe = nlohmann::json::parse(test::tiny_recipe(1));
+  auto& exploration = recipe["explorations"].begin().value();
+  const std::string name = recipe["explorations"].begin().key();
+  exploration["live_vote"] = {{"model", "m.live"}};
+  test::write_file(bench.request.recipe, recipe.dump());
+  const std::string head =
+      "weft-live-model 1\nsample_rate_hz 37\nstages 1\nstage 37 999999\nweft-fabric-model 5\n"
+      "bench simulated\ndataset_sha256 0\nsoftware 0\ntraining none\ntaxels 16\nphases SPM\n"
+      "skew peaks\nnorm l2\nspectrum amplitude\nmode_bin_counts 1\nwindow_s 0\nwindow_step_s 0\n"
+      "sample_period_s 0.027\nexploration ";
+  test::write_file(folder / "m.live", head + "another\n");
+  const auto refused = bench.desk->submit({bench.request.recipe, {}, {}, "test"});
+  REQUIRE_FALSE(refused);
+  CHECK(to_string(refused.error()).find("another exploration") != std::string::npos);
+  test::write_file(folder / "m.live", head + name + "\n");
+  const RunView failed = bench.ended(bench.submit().stored.id());
+  CHECK(failed.stored.outcome == "failed");
+  CHECK(failed.stored.error.find("cut short") != std::string::npos);
+  CHECK(failed.stored.rig_fact == "safe");  // nothing was said to a device
+}

@@ -1,0 +1,32 @@
+#include "daemon/server/errands.hpp"
+
+#include <utility>
+
+namespace weft::daemon::server {
+
+Errands::Errands(std::function<void(Report)> post)
+    : post_(std::move(post)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+Errands::~Errands() = default;
+
+bool Errands::send(Work work) {
+  const std::lock_guard lock(mutex_);
+  if (waiting_.size() >= most_waiting) return false;
+  waiting_.push_back(std::move(work));
+  arrived_.notify_one();
+  return true;
+}
+
+void Errands::run(const std::stop_token& stop) {
+  while (true) {
+    std::unique_lock lock(mutex_);
+    if (!arrived_.wait(lock, stop, [this] { return !waiting_.empty(); })) return;
+    const Work work = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    post_(work());
+    if (stop.stop_requested()) return;
+  }
+}
+
+}  // namespace weft::daemon::server

@@ -1,0 +1,40 @@
+#pragma once
+// Work that would keep the server's thread from its clients, a halt among them: done one after the
+// other on a thread of its own.
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace weft::daemon::server {
+
+class Errands {
+ public:
+  /// Errands that may wait while one is under way [count].
+  static constexpr std::size_t most_waiting = 32;
+
+  /// What is left to do on the server's thread once the work is done.
+  using Report = std::function<void()>;
+  using Work = std::function<Report()>;
+  /// `post` takes a report to the server's thread, from any.
+  explicit Errands(std::function<void(Report)> post);
+  ~Errands();  ///< waits for the one under way; those that wait are dropped
+  Errands(const Errands&) = delete;
+  Errands& operator=(const Errands&) = delete;
+
+  /// False where too many wait already. `work` throws nothing.
+  bool send(Work work);
+
+ private:
+  void run(const std::stop_token& stop);
+
+  std::function<void(Report)> post_;
+  std::mutex mutex_;
+  std::condition_variable_any arrived_;
+  std::deque<Work> waiting_;
+  std::jthread thread_;  // last: it uses all the others
+};
+
+}  // namespace weft::daemon::server
