@@ -1,57 +1,14 @@
 #include "daemon/cli/daemon_call.hpp"
 
 #include <CLI/CLI.hpp>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "daemon/report/format.hpp"
-#include "daemon/run/rig_file.hpp"
 
 namespace weft::daemon::cli {
 
 using client::Client;
 using nlohmann::json;
-
-void add_socket(CLI::App& command, SocketArgs& args) {
-  command.add_option("--socket", args.socket, "the daemon's Unix socket")->envname("WEFT_SOCKET");
-  command
-      .add_option("--daemon", args.daemon,
-                  "a daemon elsewhere, in place of the socket: tls://HOST:PORT, or "
-                  "tcp://127.0.0.1:PORT; needs a token")
-      ->envname("WEFT_DAEMON");
-  command
-      .add_option("--tls-ca", args.tls_ca,
-                  "whose certificates are believed (PEM); without it the system's")
-      ->envname("WEFT_TLS_CA");
-  command.add_option("--token-file", args.token_file,
-                     "file that holds your token; without it WEFT_TOKEN is taken");
-}
-
-namespace {
-
-/// A token on the command line would be in everybody's list of processes.
-Result<std::string> token_of(const SocketArgs& args) {
-  if (args.token_file.empty()) {
-    const char* const token = std::getenv("WEFT_TOKEN");
-    return std::string(token == nullptr ? "" : token);
-  }
-  auto text = read_text_file(args.token_file);
-  if (!text) return pass(text.error());
-  text->erase(text->find_last_not_of(" \t\r\n") + 1);
-  return text;
-}
-
-}  // namespace
-
-Result<Client> opened(const SocketArgs& args) {
-  if (args.daemon.empty() && args.socket.empty())
-    return fail(Errc::invalid_argument, "which daemon?", "--socket",
-                "--socket or --daemon, WEFT_SOCKET or WEFT_DAEMON");
-  if (args.daemon.empty()) return Client::open(args.socket);
-  const auto token = token_of(args);
-  if (!token) return pass(token.error());
-  return Client::open(client::Where{args.daemon, args.tls_ca, *token});
-}
 
 void add_run(CLI::App& command, RunOrderArgs& args) {
   add_socket(command, args);

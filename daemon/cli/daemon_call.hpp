@@ -11,11 +11,9 @@
 
 namespace weft::daemon::cli {
 
-void add_socket(CLI::App& command, SocketArgs& args);
 /// The socket's options, and RUN.
 void add_run(CLI::App& command, RunOrderArgs& args);
 
-Result<client::Client> opened(const SocketArgs& args);
 Result<nlohmann::json> call(client::Client& daemon, std::string_view method);
 Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
                             const nlohmann::json& params);

@@ -188,14 +188,15 @@ Result<int> run_abort(const AbortArgs& args, Console& console) {
 }
 
 Result<int> run_halt(const HaltArgs& args, Console& console) {
-  auto daemon = opened(args);
-  if (!daemon) return pass(daemon.error());
-  if (args.daemon.empty()) {
-    if (Status sent = daemon->halt(); !sent) return pass(sent.error());
-  } else if (const auto halted = call(*daemon, "rig.halt"); !halted) {
+  auto found = reached(args);
+  if (!found) return pass(found.error());
+  Client& daemon = found->client;
+  if (found->is_local) {
+    if (Status sent = daemon.halt(); !sent) return pass(sent.error());
+  } else if (const auto halted = call(daemon, "rig.halt"); !halted) {
     return pass(halted.error());  // the raw line is for the local socket
   }
-  const auto rig = call(*daemon, "rig.state");
+  const auto rig = call(daemon, "rig.state");
   if (!rig) return pass(rig.error());
   print(console, "rig " + rig->value("rig", "") + "\n", *rig);
   return rig->value("rig", "") == "latched" ? exit_ok : exit_failure;

@@ -8,21 +8,13 @@
 #include <string>
 
 #include "daemon/cli/console.hpp"
+#include "daemon/cli/which_daemon.hpp"
 
 namespace CLI {
 class App;
 }
 
 namespace weft::daemon::cli {
-
-/// Where the daemon is: --socket or --daemon, or the environment's WEFT_SOCKET
-/// or WEFT_DAEMON.
-struct SocketArgs {
-  std::filesystem::path socket;
-  std::string daemon;                ///< "tls://HOST:PORT" or "tcp://127.0.0.1:PORT"
-  std::filesystem::path tls_ca;      ///< --tls-ca, WEFT_TLS_CA
-  std::filesystem::path token_file;  ///< one token; else the environment's WEFT_TOKEN
-};
 
 struct StatusArgs : SocketArgs {};
 struct StartArgs : SocketArgs {

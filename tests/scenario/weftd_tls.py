@@ -134,6 +134,28 @@ def with_weft(daemon, folder, cert, other_cert, token):
     assert weft("--token-file", file, token="").returncode == 0
     for bad, word in ((weft(token=""), "token"), (weft(ca=other_cert), "handshake")):
         assert bad.returncode != 0 and word in bad.stderr + bad.stdout, bad
+    local = {"socket": folder / "data" / "weftd.sock", "daemon": f"tls://127.0.0.1:{daemon.port}"}
+    which_daemon(local, {"WEFT_TOKEN": token, "WEFT_TLS_CA": str(cert)})
+    elsewhere = subprocess.run([WEFT, "status", "--daemon", "tls://127.0.0.1:1", "--tls-ca", cert], capture_output=True, text=True)
+    assert elsewhere.returncode != 0 and "no daemon answers" in elsewhere.stderr, elsewhere
+
+
+def which_daemon(right, more):
+    """What is typed is meant, whatever the environment says; the environment counts where nothing is typed, and says one thing."""
+    nowhere = {"WEFT_SOCKET": "/no/such.sock", "WEFT_DAEMON": "tls://127.0.0.1:1"}
+
+    def status(*options, **named):
+        clean = {k: v for k, v in os.environ.items() if k not in nowhere}
+        return subprocess.run([WEFT, "status", *options], capture_output=True, text=True, env={**clean, **more, **named}, timeout=PATIENCE_S)
+    for option, place in right.items():
+        assert status(f"--{option}", place, **nowhere).returncode == 0, (option, status(f"--{option}", place, **nowhere))
+        assert status(**{f"WEFT_{option.upper()}": str(place)}).returncode == 0, option
+    both = status("--socket", right["socket"], "--daemon", right["daemon"])
+    assert both.returncode != 0 and "xclude" in both.stderr, both
+    two = status(WEFT_SOCKET=str(right["socket"]), WEFT_DAEMON=right["daemon"])
+    assert two.returncode != 0 and "two daemons" in two.stderr, two
+    none = status()
+    assert none.returncode != 0 and "which daemon" in none.stderr, none
 
 
 def of_another_name(folder, token):
