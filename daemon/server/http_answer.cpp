@@ -89,11 +89,19 @@ json number_or_text(const std::string& text) {
   return whole ? json(number) : json(text);
 }
 
-/// A page of elsewhere whose name was made to mean 127.0.0.1 has its own name as Host.
-bool meant_for_us(const HttpRequest& request) {
-  const std::string_view host = request.header("Host");
-  const std::string_view name = host.substr(0, host.find(':'));
-  return name == "127.0.0.1" || name == "localhost";
+/// Of "name:port" and "[address of IPv6]:port".
+std::string_view name_in(std::string_view host) {
+  if (!host.starts_with('[')) return host.substr(0, host.find(':'));
+  const std::size_t end = host.find(']');
+  const bool ends_well =
+      end != std::string_view::npos && (end + 1 == host.size() || host[end + 1] == ':');
+  return ends_well ? host.substr(1, end - 1) : std::string_view();
+}
+
+/// A page of elsewhere whose name was made to mean our address has its own name as Host.
+bool meant_for(std::string_view address, const HttpRequest& request) {
+  const std::string_view name = name_in(request.header("Host"));
+  return name == address || name == "127.0.0.1" || name == "localhost";
 }
 
 }  // namespace
@@ -141,14 +149,14 @@ std::string refusal_text(int status) {
   }
 }
 
-std::optional<std::string> refusal_of_head(const HttpRequest& request, bool any_host) {
+std::optional<std::string> refusal_of_head(const HttpRequest& request, std::string_view address) {
   const auto text = [&](std::string_view name) { return std::string(request.header(name)); };
-  if (!any_host && !meant_for_us(request))
+  if (!address.empty() && !meant_for(address, request))
     return refused(403, "access.host",
                    {Errc::wrong_state,
                     "this daemon has no such name",
                     "Host",
-                    "127.0.0.1 or localhost",
+                    "localhost or " + std::string(address),
                     text("Host"),
                     {}});
   const bool rpc = request.path() == "/rpc", data = request.path().starts_with(data_path);

@@ -17,9 +17,10 @@ std::string status_line(int status);
 std::string answer_text(int status, std::string_view line, std::string_view more_headers = {});
 /// The answer to what broke a bound or is no HTTP: HttpRequest::refusal(), or 408 (too slow).
 std::string refusal_text(int status);
-/// The answer to a head that no token would help: 403 (another Host, but for
-/// `any_host`), 404, 405, 415.
-std::optional<std::string> refusal_of_head(const HttpRequest& request, bool any_host = false);
+/// The answer to a head that no token would help: 403 (another Host than localhost or `address`,
+/// which the port has; any is heard where it is empty), 404, 405, 415.
+std::optional<std::string> refusal_of_head(const HttpRequest& request,
+                                           std::string_view address = "127.0.0.1");
 /// 503: `what` there are too many of.
 std::string too_many_text(std::string_view what, std::size_t at_most, std::string_view hint);
 /// 503: the daemon ends before it can answer.

@@ -45,6 +45,8 @@ struct HttpServer::Parts {
   HttpLimits limits;
   tcp::acceptor acceptor;
   TlsServer* tls = nullptr;
+  std::string
+      heard_as;  ///< our name as Host; empty: any, for a certificate says whose name is meant
   asio::steady_timer pause;
   Connections connections;
   std::uint64_t next_session = 1;
@@ -147,8 +149,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   /// The head is whole: whoever may not ask is told before the body is taken.
   void admit() {
-    if (const auto refusal = refusal_of_head(request_, server_->tls != nullptr))
-      return leave(*refusal);
+    if (const auto refusal = refusal_of_head(request_, server_->heard_as)) return leave(*refusal);
     // It stays where it is a stream: single requests cannot be sent events.
     const bool stays = request_.path() == "/events";
     conversation_ =
@@ -355,6 +356,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& context, 
                                                      Shared& shared, const HttpLimits& limits) {
   auto parts = std::make_unique<Parts>(context, shared, limits);
   parts->tls = at.tls;
+  if (at.tls == nullptr) parts->heard_as = at.address.to_string();
   if (Status ok = listen_on(parts->acceptor, at.address, at.port); !ok)
     return pass(ok.error(), "HTTP");
   parts->listen();

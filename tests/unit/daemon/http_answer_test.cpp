@@ -46,6 +46,19 @@ TEST_CASE("Another Host, path, method or content type is refused by the head alo
   CHECK(refusal_to("GET /events", "") == "403");
 }
 
+TEST_CASE("A daemon is heard by the address that it listens on, in brackets where that is one") {
+  const auto heard = [](const std::string& host, std::string_view address) {
+    return !refusal_of_head(*request_of("GET /events", "Host: " + host + "\r\n"), address);
+  };
+  for (const char* host : {"[::1]", "[::1]:8080", "localhost:8080", "localhost"})
+    CHECK(heard(host, "::1"));
+  for (const char* host : {"127.0.0.2", "127.0.0.2:8080"}) CHECK(heard(host, "127.0.0.2"));
+  for (const char* host : {"[::1", "[::1]x", "[::2]", "::1", "[]", "[bench.example]:1"})
+    CHECK_FALSE(heard(host, "::1"));
+  CHECK_FALSE(heard("127.0.0.2", "127.0.0.1"));
+  CHECK(heard("bench.example", ""));  // under TLS
+}
+
 TEST_CASE("An answer says how long it is and that the connection ends") {
   const std::string text = answer_text(200, "{}");
   CHECK(text.starts_with("HTTP/1.1 200 OK\r\n"));
