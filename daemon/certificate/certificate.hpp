@@ -46,6 +46,7 @@ struct Certificate {
   std::string recipe_sha256, rig_sha256;  ///< the rig file holds the calibrations
   std::vector<DeviceInfo> devices;        ///< serial, firmware, scale factors
   std::uint64_t trials_planned = 0;
+  std::vector<EndedEarly> ended_early;  ///< left out of the data set, see DatasetInfo
   std::string dataset_sha256;  ///< of the complete trials; empty when there are none
   std::vector<CertifiedTrial> trials;
   std::vector<CertifiedTable> tables;

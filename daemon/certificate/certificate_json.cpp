@@ -93,6 +93,9 @@ json all_of(const Certificate& c) {
     out["devices"].push_back({{"name", device.name},
                               {"driver", device.driver},
                               {"identity_json", device.identity_json}});
+  for (const EndedEarly& some : c.ended_early)
+    out["ended_early"].push_back(
+        {{"label", some.label}, {"exploration", some.exploration}, {"trials", some.trials}});
   for (const CertifiedTrial& trial : c.trials) out["trials"].push_back(trial_json(trial));
   for (const CertifiedTable& table : c.tables)
     out["tables"].push_back({{"name", table.name}, {"sha256", table.sha256}});
@@ -112,6 +115,8 @@ Certificate certificate_from(const json& object) {
   c.dataset_sha256 = object.at("dataset_sha256");
   for (const json& d : object.at("devices"))
     c.devices.push_back({d.at("name"), d.at("driver"), d.at("identity_json")});
+  for (const json& some : object.value("ended_early", json::array()))  // as a rule there are none
+    c.ended_early.push_back({some.at("label"), some.at("exploration"), some.at("trials")});
   for (const json& trial : object.at("trials")) c.trials.push_back(trial_from(trial));
   for (const json& table : object.at("tables"))
     c.tables.push_back({table.at("name"), table.at("sha256")});

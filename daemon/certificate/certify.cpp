@@ -18,6 +18,7 @@ void describe(const DatasetInfo& info, Certificate& out) {
   out.recipe_sha256 = info.recipe_sha256;
   out.rig_sha256 = info.rig_sha256;
   out.devices = info.devices;
+  out.ended_early = info.ended_early;
 }
 
 /// Keeps what is for training, as the data set does.

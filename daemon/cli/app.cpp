@@ -99,7 +99,8 @@ void add_commands(CLI::App& root, Commands& all) {
   add(root, all, "classify", "what a model says of a trial", all.classify, run_classify);
   CLI::App* trade = root.add_subcommand("trade", "what accuracy costs in time, on one picture");
   trade->fallthrough()->require_subcommand(1);
-  add(*trade, all, "classifier", "feature count, learner, slide length, speed, exploration, vote",
+  add(*trade, all, "classifier",
+      "feature count, learner, slide length, speed, exploration, vote, when to stop",
       all.trade_classifier, run_trade_classifier);
   add(*trade, all, "sim", "the plant's levels, integrators and steps on its scenes", all.trade_sim,
       run_trade_sim);

@@ -37,8 +37,13 @@ Result<CampaignReport> write_report(const CampaignSummary& summary,
   if (!dataset) return pass(dataset.error());
   EvaluateOptions options;
   options.repeats = repeats;
-  auto results = evaluate_campaign(*dataset, options, steady_wall_seconds, progress_to(console));
+  // What a live vote has left says nothing of all slides.
+  const bool selected = !dataset->info.ended_early.empty();
+  auto results =
+      selected ? Result<std::vector<ExplorationResult>>()
+               : evaluate_campaign(*dataset, options, steady_wall_seconds, progress_to(console));
   CampaignReport report;
+  report.selected = selected;
   report.html = folder / "report.html";
   report.json = folder / "report.json";
   if (!results) report.not_classified = results.error();

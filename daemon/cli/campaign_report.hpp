@@ -17,10 +17,11 @@ struct CampaignReport {
   std::filesystem::path json;
   /// Why there are no accuracies: a campaign of one fabric, for example, has nothing to tell apart.
   std::optional<Error> not_classified;
+  bool selected = false;  ///< not classified, for a live vote has chosen what is left
 };
 
-/// Reads the data set back, classifies it over `repeats` random splits and writes both documents
-/// into `folder`. Progress goes to the console's `err`.
+/// Reads the data set back, classifies it over `repeats` random splits, unless slides of it ended
+/// early, and writes both documents into `folder`. Progress goes to the console's `err`.
 Result<CampaignReport> write_report(const CampaignSummary& summary,
                                     const std::filesystem::path& folder, std::size_t repeats,
                                     Console& console);

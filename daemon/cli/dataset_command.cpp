@@ -14,6 +14,7 @@
 #include "daemon/imprint/import_imprints.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/json_parts.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -65,7 +66,8 @@ json info_json(const char* command, const std::filesystem::path& file, const Dat
           {"labels", counts.label},
           {"groups", counts.groups},
           {"explorations", counts.explorations},
-          {"outcomes", counts.outcome}};
+          {"outcomes", counts.outcome},
+          {"ended_early", json(ended_early_json(info))}};
 }
 
 std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
@@ -88,7 +90,7 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
   facts.row({"sha256", sha256});
   Table labels;
   for (const auto& [label, trials] : counts.label) labels.row({label, std::to_string(trials)});
-  return bench_banner(dataset.info.kind) + facts.text() + "Trials per label:\n" + labels.text();
+  return bench_banner(dataset.info) + facts.text() + "Trials per label:\n" + labels.text();
 }
 
 std::string left_out_text(const CampaignContents& campaign) {

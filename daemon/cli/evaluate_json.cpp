@@ -115,6 +115,7 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Mea
            {"dataset", args.dataset.string()},
            {"dataset_sha256", chosen.sha256},
            {"bench", to_string(chosen.dataset.info.kind)},
+           {"ended_early", json(ended_early_json(chosen.dataset.info))},
            {"trials", chosen.strokes},
            {"rows", chosen.features.size()},
            {"features", chosen.features.names.size()},

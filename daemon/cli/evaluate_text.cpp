@@ -124,7 +124,7 @@ std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
                         const Measured& measured) {
   Table facts(Align::left);
   for (const auto& [name, value] : facts_of(args, chosen, measured)) facts.row({name, value});
-  std::string out = bench_banner(chosen.dataset.info.kind) + facts.text() +
+  std::string out = bench_banner(chosen.dataset.info) + facts.text() +
                     accuracy_table(measured.outcomes) + simple_wins_text(measured.outcomes);
   for (const Outcome& outcome : measured.outcomes)
     out += "Confusion, " + outcome.name() + " (row: true label, column: answer):\n" +

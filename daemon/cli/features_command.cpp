@@ -24,8 +24,8 @@ Result<int> run_features(const FeaturesArgs& args, Console& console) {
   const std::size_t rows = chosen->features.size();
   const std::size_t columns = chosen->features.names.size();
   print(console,
-        bench_banner(kind) + args.out.string() + ": " + std::to_string(rows) + " rows of " +
-            std::to_string(columns) + " features\n",
+        bench_banner(chosen->dataset.info) + args.out.string() + ": " + std::to_string(rows) +
+            " rows of " + std::to_string(columns) + " features\n",
         {{"command", "features"},
          {"file", args.out.string()},
          {"bench", to_string(kind)},

@@ -68,6 +68,7 @@ json report_json(const CampaignSummary& summary, const CampaignReport& report) {
   out["report_html"] = report.html.string();
   out["report_json"] = report.json.string();
   if (report.not_classified) out["not_classified"] = error_json(*report.not_classified);
+  if (report.selected) out["selected"] = true;
   return out;
 }
 
@@ -165,6 +166,10 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Consol
     console.err << "weft: the campaign was not classified, its data are kept in "
                 << summary.dataset_file.string() << ": " << to_string(*report->not_classified)
                 << '\n';
+  if (report->selected)
+    console.err << "weft: the campaign was not classified: slides of it ended early, and the whole "
+                   "ones are those that the vote was unsure of; weft evaluate does it all the "
+                   "same\n";
   const auto handed = hand_over_of(summary, args.out, console);
   if (handed && handed->failed)
     console.err << "weft: the campaign was not handed over, its data are kept in "
@@ -193,7 +198,7 @@ void add_options(CLI::App& command, RunArgs& args) {
                      "what weft align --json said: the plate is held at the level that was found");
   command
       .add_option("--level-max-age-h", args.level_max_age_h,
-                  "a level that was found longer ago is refused; 0: any age")
+                  "a level that was found longer ago is refused; 0: any age, and by a clock that was ahead")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   command.add_flag("--yes", args.yes,

@@ -11,6 +11,7 @@
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/json_parts.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -27,13 +28,14 @@ json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
   return out;
 }
 
-json summary_json(const TrainArgs& args, const StoredModel& stored,
+json summary_json(const TrainArgs& args, const DatasetInfo& info, const StoredModel& stored,
                   const classifier::Recipe& recipe,
                   const std::vector<classifier::RecipeScore>& scores, std::size_t rows,
                   double train_s) {
   json out{{"command", "train"},
            {"file", args.out.string()},
            {"bench", stored.provenance.bench},
+           {"ended_early", json(ended_early_json(info))},
            {"dataset_sha256", stored.provenance.dataset_sha256},
            {"training", stored.provenance.training},
            {"exploration", stored.setup.exploration},
@@ -113,8 +115,8 @@ std::string stages_text(const TrainArgs& args, const classifier::StagedModel& mo
          std::to_string(slides) + " slides in " + duration(train_s) + "\n";
 }
 
-json stages_json(const TrainArgs& args, const classifier::StagedModel& model, std::size_t slides,
-                 double train_s) {
+json stages_json(const TrainArgs& args, const DatasetInfo& info,
+                 const classifier::StagedModel& model, std::size_t slides, double train_s) {
   json stages = json::array();
   for (std::size_t i = 0; i < model.stages.size(); ++i)
     stages.push_back({{"slide_s", model.slide_s(i)},
@@ -124,6 +126,7 @@ json stages_json(const TrainArgs& args, const classifier::StagedModel& model, st
           {"live", true},
           {"file", args.out.string()},
           {"bench", last.provenance.bench},
+          {"ended_early", json(ended_early_json(info))},
           {"dataset_sha256", last.provenance.dataset_sha256},
           {"training", last.provenance.training},
           {"exploration", last.setup.exploration},
@@ -158,10 +161,9 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   std::ostringstream text;
   if (auto ok = classifier::save_staged(*model, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
-  print(
-      console,
-      bench_banner(dataset->info.kind) + stages_text(args, *model, chosen->trials.size(), train_s),
-      stages_json(args, *model, chosen->trials.size(), train_s));
+  print(console,
+        bench_banner(dataset->info) + stages_text(args, *model, chosen->trials.size(), train_s),
+        stages_json(args, dataset->info, *model, chosen->trials.size(), train_s));
   return exit_ok;
 }
 
@@ -212,9 +214,10 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   const std::size_t rows = chosen->features.size();
   print(console,
-        bench_banner(kind) +
+        bench_banner(chosen->dataset.info) +
             summary_text(args, stored, trained->recipe, trained->scores, rows, train_s),
-        summary_json(args, stored, trained->recipe, trained->scores, rows, train_s));
+        summary_json(args, chosen->dataset.info, stored, trained->recipe, trained->scores, rows,
+                     train_s));
   return exit_ok;
 }
 

@@ -259,4 +259,9 @@ std::string bench_banner(BenchKind kind) {
   return {};
 }
 
+std::string bench_banner(const DatasetInfo& info) {
+  const std::string selected = selection_words(info);
+  return bench_banner(info.kind) + (selected.empty() ? "" : selected + "\n");
+}
+
 }  // namespace weft::daemon::cli

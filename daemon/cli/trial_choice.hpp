@@ -76,5 +76,7 @@ double sample_period_s(const Dataset& dataset);
 
 /// "SIMULATED data ..." or "" for real data: every text with figures starts with it.
 std::string bench_banner(BenchKind kind);
+/// And with selection_words(): nobody trains on what a live vote left without being told.
+std::string bench_banner(const DatasetInfo& info);
 
 }  // namespace weft::daemon::cli

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <unordered_set>
 
 namespace weft::daemon {
@@ -87,6 +88,25 @@ std::string_view to_string(BenchKind kind) {
 
 std::optional<BenchKind> bench_kind_from(std::string_view word) {
   return word_to<BenchKind>(kind_words, word);
+}
+
+std::string selection_words(const DatasetInfo& info) {
+  std::map<std::string, std::uint64_t> by_label;
+  std::uint64_t all = 0;
+  for (const EndedEarly& some : info.ended_early) {
+    by_label[some.label] += some.trials;
+    all += some.trials;
+  }
+  if (all == 0) return {};
+  std::string labels;
+  for (const auto& [label, trials] : by_label)
+    labels += (labels.empty() ? "" : ", ") + label + " " + std::to_string(trials);
+  return "Selected: " + std::to_string(all) +
+         (all == 1 ? " slide that a live vote ended early is"
+                   : " slides that a live vote ended early are") +
+         " left out (" + labels +
+         "). The whole slides of these fabrics are those that the vote was "
+         "unsure of, so neither a model nor an accuracy of them is one of all slides.";
 }
 
 std::string_view to_string(TrialOutcome outcome) {

@@ -140,6 +140,15 @@ struct DeviceInfo {
   bool operator==(const DeviceInfo&) const = default;
 };
 
+/// Trials whose slides a live vote ended early. They are in no data set of whole slides: of such a
+/// cloth that has the ones left that the vote was unsure of.
+struct EndedEarly {
+  std::string label;
+  std::string exploration;
+  std::uint32_t trials = 0;
+  bool operator==(const EndedEarly&) const = default;
+};
+
 struct DatasetInfo {
   BenchKind kind = BenchKind::unknown;
   std::string name;
@@ -156,8 +165,13 @@ struct DatasetInfo {
   BlockFormat acceleration, sound;
   std::vector<Axis> axes;  ///< of every StageStream
   std::vector<DeviceInfo> devices;
+  std::vector<EndedEarly> ended_early;  ///< left out; by label, then exploration; as a rule none
   bool operator==(const DatasetInfo&) const = default;
 };
+
+/// "Selected: 12 slides that a live vote ended early are left out (denim 5, satin 7). ...", or
+/// nothing.
+std::string selection_words(const DatasetInfo& info);
 
 /// `trials` and `records` go together, index by index.
 struct Dataset {

@@ -51,6 +51,19 @@ Status read_provenance(Reader& in, DatasetInfo& info) {
   return {};
 }
 
+Status read_selection(Reader& in, DatasetInfo& info) {
+  if (!in.has("/ended_early")) return {};
+  const auto labels = in.texts("/ended_early/label");
+  const auto explorations = in.texts("/ended_early/exploration");
+  const auto trials = in.column<std::uint32_t>("/ended_early/trials");
+  in.require(explorations.size() == labels.size() && trials.size() == labels.size(), "/ended_early",
+             "columns of different length");
+  if (!in.status()) return in.status();
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    info.ended_early.push_back({labels[i], explorations[i], trials[i]});
+  return {};
+}
+
 Status read_axes(Reader& in, DatasetInfo& info) {
   const auto names = in.texts("/stages/axis");
   const auto units = in.texts("/stages/unit");
@@ -304,6 +317,7 @@ Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOption
   Dataset dataset;
   Status done = read_root(*in, dataset.info);
   if (done) done = read_provenance(*in, dataset.info);
+  if (done) done = read_selection(*in, dataset.info);
   if (done) done = read_axes(*in, dataset.info);
   if (done) done = read_trial_table(*in, dataset);
   if (done) done = read_taxels(*in, dataset);

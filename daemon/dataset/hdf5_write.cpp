@@ -43,6 +43,23 @@ void write_provenance(Writer& out, const DatasetInfo& info) {
   out.column("/provenance/device_identity_json", identities);
 }
 
+/// A set of which nothing was left out for this reason has no group for it.
+void write_selection(Writer& out, const DatasetInfo& info) {
+  if (info.ended_early.empty()) return;
+  std::vector<std::string> labels, explorations;
+  std::vector<std::uint32_t> trials;
+  for (const EndedEarly& some : info.ended_early) {
+    labels.push_back(some.label);
+    explorations.push_back(some.exploration);
+    trials.push_back(some.trials);
+  }
+  out.group("/ended_early");
+  out.attribute("/ended_early", "meaning", selection_words(info));
+  out.column("/ended_early/label", labels);
+  out.column("/ended_early/exploration", explorations);
+  out.column("/ended_early/trials", trials);
+}
+
 /// One value of every trial.
 template <class Value>
 auto gather(const Dataset& dataset, Value value) {
@@ -293,6 +310,7 @@ Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::pa
   Writer out = Writer::create(atomic.temporary(), options.deflate_level);
   write_root(out, dataset, digest.dataset_sha256);
   write_provenance(out, dataset.info);
+  write_selection(out, dataset.info);
   write_trial_table(out, dataset, digest);
   write_taxels(out, dataset);
   write_phase_runs(out, dataset);

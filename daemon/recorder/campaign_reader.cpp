@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <map>
 #include <utility>
 
 #include "daemon/recorder/chunk.hpp"
@@ -258,10 +259,13 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
       "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
       "outcome, force_rms_error_n, force_in_band_fraction FROM trial ORDER BY plan_index, attempt");
   if (!query) return pass(std::move(query).error());
+  std::map<std::pair<std::string, std::string>, std::uint32_t> ended_early;
   auto row = query->step();
   for (; row && *row; row = query->step()) {
     auto record = read_trial_row(*query);
     if (!record) return pass(std::move(record).error());
+    if (record->outcome == TrialOutcome::ended_early)
+      ++ended_early[{record->spec.label, record->spec.exploration}];
     if (record->outcome != TrialOutcome::complete && !options.all_outcomes) continue;
     if (options.stop_asked && options.stop_asked())
       return pass(stopped_early(trial_name(record->spec)));
@@ -276,6 +280,8 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
     dataset.records.push_back(std::move(*record));
   }
   if (!row) return pass(std::move(row).error());
+  for (const auto& [what, trials] : ended_early)
+    dataset.info.ended_early.push_back({what.first, what.second, trials});
   return {};
 }
 

@@ -74,6 +74,14 @@ ordered_json tally_json(const ForceTally& tally) {
            ratio(static_cast<double>(tally.in_band), static_cast<double>(tally.samples))}};
 }
 
+ordered_json ended_early_json(const DatasetInfo& info) {
+  ordered_json out = ordered_json::array();
+  for (const EndedEarly& some : info.ended_early)
+    out.push_back(
+        {{"label", some.label}, {"exploration", some.exploration}, {"trials", some.trials}});
+  return out;
+}
+
 ordered_json run_json(const CampaignSummary& run) {
   ordered_json out;
   out["name"] = run.name;

@@ -18,6 +18,9 @@ nlohmann::ordered_json core_json(const CoreLine& line);
 
 nlohmann::ordered_json tally_json(const ForceTally& tally);
 
+/// [{"label", "exploration", "trials"}]: what a live vote left out; empty as a rule.
+nlohmann::ordered_json ended_early_json(const DatasetInfo& info);
+
 /// How the run went. "error" is the first problem's sentence, or null.
 nlohmann::ordered_json run_json(const CampaignSummary& run);
 

@@ -51,6 +51,7 @@ void add_provenance(const ReportInput& input, ordered_json& out) {
   const DatasetInfo& info = input.dataset.info;
   out["level"] = input.run.level;
   out["seed"] = info.seed;
+  out["ended_early"] = ended_early_json(info);
   out["recipe_sha256"] = info.recipe_sha256;
   out["rig_sha256"] = info.rig_sha256;
   out["software_version"] = info.software_version;

@@ -78,6 +78,14 @@ std::string rejected_note(const CampaignSummary& run) {
          "<code>rejected</code>; no figure here counts it.</p></div>\n";
 }
 
+std::string selection_note(const ReportInput& input) {
+  const std::string words = selection_words(input.dataset.info);
+  if (words.empty()) return {};
+  return "<div class=\"note alarm\"><p>" + escape(words) +
+         " Every figure here but the trials' number is of the whole slides alone, and nothing was "
+         "classified.</p></div>\n";
+}
+
 std::string lead(const ReportInput& input) {
   std::set<std::string> fabrics, explorations;
   for (const TrialRecord& record : input.dataset.records) {
@@ -109,7 +117,7 @@ std::string heading_section(const ReportInput& input) {
   const BenchKind kind = input.dataset.info.kind;
   std::string out = "<header>" + badge_html(input) + "\n<h1>Campaign " + escape(input.run.name) +
                     "</h1>\n" + lead(input) + "</header>\n";
-  out += unfinished_note(input.run) + rejected_note(input.run);
+  out += unfinished_note(input.run) + rejected_note(input.run) + selection_note(input);
   if (kind == BenchKind::simulated) out += simulated_note() + fidelity_note(input.run.simulation);
   return out + tiles(input);
 }
