@@ -53,14 +53,16 @@ Status of_these_days(const FoundLevel& found, std::chrono::nanoseconds now_utc,
                      std::chrono::seconds oldest) {
   constexpr std::int64_t clocks_differ_s = 60;
   const std::int64_t now_s = std::chrono::duration_cast<std::chrono::seconds>(now_utc).count();
-  const std::int64_t age_s = now_s - found.measured_unix_s;
   const auto seconds = [](std::int64_t s) { return std::to_string(s) + " s"; };
-  if (age_s < -clocks_differ_s)
-    return fail(Errc::wrong_state, "the level was found in the future", "/measured_unix_s", {},
-                seconds(-age_s) + " from now", "Set this machine's clock");
-  if (oldest.count() > 0 && age_s > oldest.count())
+  if (oldest.count() <= 0) return {};
+  // no difference: any number may stand in a file
+  if (found.measured_unix_s > now_s + clocks_differ_s)
+    return fail(Errc::wrong_state, "the level was found in the future", "/measured_unix_s",
+                "at most " + seconds(now_s), seconds(found.measured_unix_s),
+                "Set this machine's clock, or say --level-max-age-h 0");
+  if (found.measured_unix_s < now_s - oldest.count())
     return fail(Errc::wrong_state, "the level is too old", "/measured_unix_s",
-                "at most " + seconds(oldest.count()), seconds(age_s),
+                "at least " + seconds(now_s - oldest.count()), seconds(found.measured_unix_s),
                 "Run weft align again, or say --level-max-age-h");
   return {};
 }

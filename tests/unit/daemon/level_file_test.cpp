@@ -2,6 +2,7 @@
 
 #include "daemon/run/level_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -43,6 +44,27 @@ std::string refused(const json& level, std::int64_t age_s = 60) {
   return text.error().message + " " + text.error().where;
 }
 
+/// The farthest that a rotary axis was from `angle_rad` while phases were recorded [rad].
+double farthest_rad(const Dataset& data, const std::string& axis, double angle_rad) {
+  const auto& axes = data.info.axes;
+  const auto found = std::ranges::find(axes, axis, &Axis::name);
+  REQUIRE(found != axes.end());
+  const auto column = static_cast<std::size_t>(found - axes.begin());
+  double farthest = 0;
+  std::size_t rows = 0;
+  for (const TrialRecord& record : data.records)
+    for (std::size_t i = 0; i < record.stages.samples(); ++i) {
+      const std::int64_t t_ns = record.stages.t_ns[i];
+      if (t_ns < record.t_ns.front() || t_ns > record.t_ns.back()) continue;
+      ++rows;
+      const double at_rad =
+          record.stages.quanta[i * axes.size() + column] / found->quanta_per_unit();
+      farthest = std::max(farthest, std::abs(at_rad - angle_rad));
+    }
+  CHECK(rows > 100);  // at 20 Hz, of two trials of some seconds
+  return farthest;
+}
+
 json changed(const char* pointer, const json& value) {
   json level = found_level();
   level[json::json_pointer(pointer)] = value;
@@ -62,7 +84,8 @@ TEST_CASE("a level that was found goes into the rig file, with when and how well
   CHECK(limits->level.rx_rad == -0.02);
   CHECK(limits->level.ry_rad == 0.015);
   CHECK(limits->clear_z_m() < recipes::parse_rig_limits(test::bench17().dump())->clear_z_m());
-  CHECK(merged(found_level(), 1'000'000, 0s));  // any age
+  CHECK(merged(found_level(), 1'000'000, 0s));   // any age
+  CHECK(merged(found_level(), -1'000'000, 0s));  // the clock was set back since
 }
 
 TEST_CASE("a level of another rig, of another bench, of long ago or of no success is refused") {
@@ -76,6 +99,11 @@ TEST_CASE("a level of another rig, of another bench, of long ago or of no succes
   CHECK(refused(changed("/after/lean_rad", 1)) == "the plate was not levelled /outcome");
   CHECK(refused(found_level(), 25 * 3600) == "the level is too old /measured_unix_s");
   CHECK(refused(found_level(), -3600) == "the level was found in the future /measured_unix_s");
+  using Limit = std::numeric_limits<std::int64_t>;
+  CHECK(refused(changed("/measured_unix_s", Limit::min())) ==
+        "the level is too old /measured_unix_s");
+  CHECK(refused(changed("/measured_unix_s", Limit::max())) ==
+        "the level was found in the future /measured_unix_s");
   const auto twice = with_level(*merged(found_level()), found_level().dump(),
                                 std::chrono::seconds(measured_s), 24h);
   CHECK(twice.error().where == "/plate/level");
@@ -110,4 +138,7 @@ TEST_CASE("a campaign on a plate askew runs at the level that weft align found, 
   const json level = json::parse(data.info.rig_json)["plate"]["level"];
   CHECK(level["rx_rad"].get<double>() == Approx(-1.2 * rad_per_deg).margin(2e-4));
   CHECK(level["ry_rad"].get<double>() == Approx(-0.9 * rad_per_deg).margin(2e-4));
+  constexpr double stage_step_rad = 1e-5;  // of the rotary stages' counts
+  CHECK(farthest_rad(data, "rx", level["rx_rad"]) < stage_step_rad);
+  CHECK(farthest_rad(data, "ry", level["ry_rad"]) < stage_step_rad);
 }

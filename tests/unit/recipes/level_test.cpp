@@ -62,6 +62,24 @@ TEST_CASE("a leg ends where a transfer to its end would have put the stages, lev
 }
 
 TEST_CASE(
+    "a transfer to a start brings the rotary stages to the level, and the face over its point") {
+  Exploration exploration;
+  exploration.start_m = {0.04, 0.07};
+  for (const RigLimits& limits : {levelled(0, 0), levelled(0.02, -0.015)}) {
+    const Plan plan = one_leg(limits);
+    const Joints above = above_start(plan, exploration).value();
+    const auto moves = transfer(plan, above);
+    CHECK(target(moves, Axis::rx) == limits.level.rx_rad);
+    CHECK(target(moves, Axis::ry) == limits.level.ry_rad);
+    Joints there = above;
+    for (const AxisMove& move : moves) there[move.axis] = move.target;
+    const ProbePose pose = forward(limits.geometry, there);
+    CHECK(pose.contact_m.x_m == Approx(0.04).margin(1e-12));
+    CHECK(pose.contact_m.y_m == Approx(0.07).margin(1e-12));
+  }
+}
+
+TEST_CASE(
     "a plate that leans with the probe is cleared at its higher edge and sought at its lower") {
   const RigLimits flat = levelled(0.02, 0), leaning = levelled(0.02, -0.015);
   CHECK(flat.level_rise_m() == 0);
