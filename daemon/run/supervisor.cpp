@@ -101,7 +101,7 @@ void Supervisor::carry_out(const recipes::ReleaseForce&) {
 }
 
 void Supervisor::carry_out(const recipes::SetPhase& effect) {
-  recording_->set_phase(effect.phase);
+  recording_->set_phase(effect.phase, loop_->now());
   if (effect.phase == Phase::none && recording_->trial_bad())
     dispatch(recipes::TakeRejected{*recording_->trial_bad()});
 }

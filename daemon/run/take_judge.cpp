@@ -8,6 +8,9 @@ namespace weft::daemon {
 namespace {
 
 constexpr std::uint16_t full_scale = 0xFFFF;
+// Lines hand over some samples at a time: so long a silence is no loss yet.
+constexpr double patience_s = 0.1;
+constexpr double patience_samples = 4;
 
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
@@ -27,24 +30,43 @@ Error bad(std::string what, std::string where, std::string expected, std::string
 
 }  // namespace
 
-TakeJudge::TakeJudge(const recipes::RepeatBad& limits, double taxel_rate_hz)
+TakeJudge::TakeJudge(const recipes::RepeatBad& limits, double taxel_rate_hz, double wrench_rate_hz)
     : limits_(limits),
-      still_frames_(static_cast<std::uint32_t>(std::ceil(limits.still_taxel_s * taxel_rate_hz))) {}
+      still_frames_(static_cast<std::uint32_t>(std::ceil(limits.still_taxel_s * taxel_rate_hz))) {
+  frames_.rate_hz = taxel_rate_hz;
+  readings_.rate_hz = wrench_rate_hz;
+}
+
+void TakeJudge::Arrived::add(const Sample& sample) {
+  ++samples;
+  lost += sample.lost;
+  last = sample.host;
+}
+
+void TakeJudge::Arrived::pause(TimePoint now) {
+  if (samples == 0) return;
+  const double silent_s = to_seconds(now - last);
+  if (silent_s > std::max(patience_s, patience_samples / rate_hz))
+    lost += static_cast<std::uint64_t>(silent_s * rate_hz);
+}
 
 void TakeJudge::begin() {
   taxels_.clear();
-  frames_ = readings_ = {};
+  for (Arrived* const sensor : {&frames_, &readings_}) *sensor = {.rate_hz = sensor->rate_hz};
 }
 
 void TakeJudge::look(const Sample& sample) {
   if (const auto* frame = std::get_if<TaxelSample>(&sample.value)) {
-    ++frames_.samples;
-    frames_.lost += sample.lost;
+    frames_.add(sample);
     look(*frame);
   } else if (std::holds_alternative<WrenchSample>(sample.value)) {
-    ++readings_.samples;
-    readings_.lost += sample.lost;
+    readings_.add(sample);
   }
+}
+
+void TakeJudge::pause(TimePoint now) {
+  frames_.pause(now);
+  readings_.pause(now);
 }
 
 void TakeJudge::look(const TaxelSample& frame) {

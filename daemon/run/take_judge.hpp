@@ -15,12 +15,15 @@ namespace weft::daemon {
 /// taxel.
 class TakeJudge {
  public:
-  TakeJudge(const recipes::RepeatBad& limits, double taxel_rate_hz);
+  TakeJudge(const recipes::RepeatBad& limits, double taxel_rate_hz, double wrench_rate_hz);
 
   void begin();
   void look(const Sample& sample);
-  /// Why the take is bad, the first of: lost samples, a dead taxel, a saturated one, force out of
-  /// its band. `in_band_fraction`: of phase M.
+  /// The recording pauses: a sensor that has been silent for a while has lost what was due by
+  /// `now`. The sample that would tell how many comes when nobody looks any more.
+  void pause(TimePoint now);
+  /// Why the take is bad, the first of: lost samples; taxel by taxel a saturated one, a dead one;
+  /// force out of its band. `in_band_fraction`: of phase M.
   [[nodiscard]] std::optional<Error> verdict(double in_band_fraction) const;
 
  private:
@@ -30,7 +33,11 @@ class TakeJudge {
     std::uint32_t full = 0;                      ///< frames at the end of the range
   };
   struct Arrived {
+    double rate_hz = 0;
     std::uint64_t samples = 0, lost = 0;
+    TimePoint last = {};
+    void add(const Sample& sample);
+    void pause(TimePoint now);
   };
   void look(const TaxelSample& frame);
   [[nodiscard]] std::optional<Error> lost_samples() const;

@@ -104,10 +104,12 @@ void TrialRecording::stages(const Snapshot& snapshot, TimePoint now) {
 
 TrialRecording::TrialRecording(Recorder& recorder, const recipes::Plan& plan)
     : recorder_(&recorder), plan_(&plan) {
-  if (plan.repeat_bad) judge_.emplace(*plan.repeat_bad, plan.limits.taxel_rate_hz);
+  if (plan.repeat_bad)
+    judge_.emplace(*plan.repeat_bad, plan.limits.taxel_rate_hz, plan.limits.wrench_rate_hz);
 }
 
-void TrialRecording::set_phase(Phase phase) {
+void TrialRecording::set_phase(Phase phase, TimePoint now) {
+  if (judge_ && phase_ != Phase::none && phase == Phase::none) judge_->pause(now);
   const bool whole = phase_ == Phase::end && phase == Phase::none;
   phase_ = phase;
   if (whole && judge_ && !trial_bad_)

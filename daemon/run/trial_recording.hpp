@@ -29,7 +29,7 @@ class TrialRecording {
   TrialRecording(Recorder& recorder, const recipes::Plan& plan);
 
   void begin(std::size_t trial, TimePoint now);
-  void set_phase(Phase phase);
+  void set_phase(Phase phase, TimePoint now);
   void sensor(const Sample& sample);
   void stages(const Snapshot& snapshot, TimePoint now);
   /// `ended_early`: complete, but for its slide.

@@ -16,7 +16,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-constexpr double judged_rate_hz = 40;
+constexpr double judged_rate_hz = 40, judged_force_rate_hz = 100;
 
 recipes::RepeatBad take_limits() {
   recipes::RepeatBad out;
@@ -27,13 +27,14 @@ recipes::RepeatBad take_limits() {
 /// A hundred frames of four taxels; `count` gives taxel 2's.
 TakeJudge frames_of(const std::function<std::uint16_t(int)>& count,
                     std::uint32_t lost_before_each = 0) {
-  TakeJudge judge(take_limits(), judged_rate_hz);
+  TakeJudge judge(take_limits(), judged_rate_hz, judged_force_rate_hz);
   judge.begin();
   for (int i = 0; i < 100; ++i) {
     const auto noisy = static_cast<std::uint16_t>(1000 + i % 3);
     const std::array<std::uint16_t, 4> counts{noisy, noisy, count(i), noisy};
     Sample sample;
     sample.lost = lost_before_each;
+    sample.host = TimePoint(from_seconds(i / judged_rate_hz));
     TaxelSample frame;
     frame.counts = counts;
     sample.value = frame;
@@ -116,6 +117,33 @@ TEST_CASE("a take is bad where samples are lost, a taxel is dead or full, or the
   CHECK(said_of(frames_of(live_count, 1)) == ": taxel frames were lost");
   CHECK(said_of(frames_of(live_count), 0.81) == "");
   CHECK(said_of(frames_of(live_count), 0.79) == "phase M: the force was out of its band");
+}
+
+TEST_CASE("lost force readings are a bad take's too, and so is what never came at a phase's end") {
+  TakeJudge judge = frames_of(live_count);
+  Sample reading;
+  reading.value = WrenchSample{};
+  for (int i = 0; i < 200; ++i) {
+    reading.host = TimePoint(from_seconds(i / judged_force_rate_hz));
+    judge.look(reading);
+  }
+  CHECK(said_of(judge) == "");
+  TakeJudge torn = judge;
+  reading.lost = 3;  // of 204
+  torn.look(reading);
+  CHECK(said_of(torn) == ": force readings were lost");
+  // The last frame came at 2.475 s, the last reading at 1.99 s.
+  const auto paused = [](TakeJudge at, double now_s) {
+    at.pause(TimePoint(from_seconds(now_s)));
+    return said_of(at);
+  };
+  CHECK(paused(judge, 2.07) == "");
+  CHECK(paused(judge, 2.2) == ": force readings were lost");
+  const TakeJudge frames_alone = frames_of(live_count);
+  CHECK(paused(frames_alone, 2.55) == "");
+  CHECK(paused(frames_alone, 2.6) == ": taxel frames were lost");
+  judge.begin();
+  CHECK(paused(judge, 9) == "");  // of another take
 }
 
 TEST_CASE(
