@@ -32,11 +32,16 @@ def daemon_with_a_recipe(weftd, root, folder):
     assert daemon.end() == 0
 
 
+def sentence(text):
+    """With a capital; the rest stays as it is, for names have capitals of their own."""
+    return text[:1].upper() + text[1:]
+
+
 def rows(methods):
     for method in methods:
         yield f"### {method['name']}\n"
         role = f"Least role: {method['x-role']}. " + ("Changes something. " if method["x-changes"] else "")
-        yield f"{method['summary'].capitalize()}. {role}Result: {method['result']['description']}.\n"
+        yield f"{sentence(method['summary'])}. {role}Result: {method['result']['description']}.\n"
         if method["params"]:
             yield "| parameter | type | |\n|---|---|---|"
             for p in method["params"]:

@@ -44,6 +44,9 @@ Event random_event(const Bench& bench, std::mt19937& random) {
     case 10:
     case 11:
       return TakeRejected{some_error()};
+    case 12:
+    case 13:
+      return EndSlide{};
     default:
       break;
   }
@@ -103,22 +106,33 @@ TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says oth
   const Plan plain = test::plan_of(test::small_recipe);
   const Plan asks = test::plan_of(test::small_with("\"repetitions\": 2", asking));
   std::mt19937 random(20260101);
-  int safe = 0, complete = 0;
+  int safe = 0, complete = 0, ended_early = 0;
   for (int run = 0; run < 100'000; ++run) {
     Bench b(run % 3 == 0 ? asks : plain);
     b.plan.on_trial_failure = run % 2 == 0 ? OnTrialFailure::stop : OnTrialFailure::carry_on;
     b.plan.repeat_bad.emplace().at_most = 2;
+    const bool may_end_early = run % 5 < 3;
+    for (Exploration& exploration : b.plan.explorations)
+      exploration.live_vote =
+          LiveVote{"m.live", may_end_early ? std::optional(StopEarly{0.9, 1}) : std::nullopt};
     play(b, random);
     if (!b.end) FAIL("it has not said how it ended");
     const bool up = b.commanded_z_m == b.plan.limits.clear_z_m();
     const bool is_safe = b.end->rig == RigFact::safe && !b.trials.empty();
     if (is_safe && !up) FAIL("safe, and the probe is not up");
+    for (const TrialDone& trial : b.trials) {
+      if (!trial.ended_early) continue;
+      ++ended_early;
+      if (!may_end_early) FAIL("a slide ended early, and nobody asked for that");
+      if (trial.outcome != Outcome::complete) FAIL("ended early, and not complete");
+    }
     safe += is_safe ? 1 : 0;
     complete += b.end->outcome == Outcome::complete ? 1 : 0;
     if (b.end->outcome == Outcome::complete && b.state.failed > 0) FAIL("not every trial is");
   }
   CHECK(safe > 50'000);
   CHECK(complete > 1000);
+  CHECK(ended_early > 1000);
 }
 
 TEST_CASE("When nobody answers, timers alone bring the campaign to its end") {
