@@ -47,7 +47,7 @@ struct Certificate {
   std::vector<DeviceInfo> devices;        ///< serial, firmware, scale factors
   std::uint64_t trials_planned = 0;
   std::vector<EndedEarly> ended_early;  ///< left out of the data set, see DatasetInfo
-  std::string dataset_sha256;  ///< of the complete trials; empty when there are none
+  std::string dataset_sha256;           ///< of the complete trials; empty when there are none
   std::vector<CertifiedTrial> trials;
   std::vector<CertifiedTable> tables;
   std::vector<FilePrint> files;  ///< the campaign file, and the data set where there is one

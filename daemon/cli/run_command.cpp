@@ -197,8 +197,9 @@ void add_options(CLI::App& command, RunArgs& args) {
   command.add_option("--level", args.level,
                      "what weft align --json said: the plate is held at the level that was found");
   command
-      .add_option("--level-max-age-h", args.level_max_age_h,
-                  "a level that was found longer ago is refused; 0: any age, and by a clock that was ahead")
+      .add_option(
+          "--level-max-age-h", args.level_max_age_h,
+          "a level that was found longer ago is refused; 0: any age, and by a clock that was ahead")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   command.add_flag("--yes", args.yes,

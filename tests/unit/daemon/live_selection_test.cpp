@@ -1,5 +1,9 @@
 // What a live vote leaves is a selection, and everything that is made of it says so. SIMULATED.
 
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/certificate/verify.hpp"
 #include "daemon/cli/app.hpp"
@@ -9,6 +13,9 @@
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::live_test;
+using nlohmann::json;
+using test::request_in;
+using test::TemporaryFolder;
 
 namespace {
 
@@ -31,7 +38,7 @@ Said weft_says(std::vector<std::string> arguments) {
 json half_selected(int repetitions) {
   json recipe = recipe_of(repetitions);
   recipe["explorations"]["M2"] = recipe["explorations"]["M1"];
-  recipe["explorations"]["M1"]["live_vote"] = stop_early;
+  recipe["explorations"]["M1"]["live_vote"] = stop_early();
   return recipe;
 }
 
@@ -43,7 +50,7 @@ bool has(const std::string& text, const std::string& words) {
 
 TEST_CASE("what a live vote left out is counted in the data set, its certificate and every tool") {
   LiveBench bench;
-  test::write_file(bench.request.recipe, half_selected(2).dump());
+  test::write_file(bench.request.recipe, half_selected(3).dump());
   const std::string out = (bench.folder / "live").string();
   const Said ran =
       weft_says({"run", bench.request.recipe.string(), "--rig", bench.request.rig.string(), "--out",
@@ -55,15 +62,15 @@ TEST_CASE("what a live vote left out is counted in the data set, its certificate
   const std::string file = out + "/dataset.h5";
   const auto dataset = read_hdf5(file);
   REQUIRE(dataset);
-  CHECK(dataset->trials.size() == 4);
-  const std::vector<EndedEarly> expected{{"nylon", "M1", 2}, {"pile", "M1", 2}};
+  CHECK(dataset->trials.size() == 6);
+  const std::vector<EndedEarly> expected{{"nylon", "M1", 3}, {"pile", "M1", 3}};
   CHECK(dataset->info.ended_early == expected);
   const auto certificate = read_certificate(out);
   REQUIRE(certificate);
   CHECK((*certificate)->ended_early == expected);
   CHECK(certificate_from_json(to_json(**certificate)).value() == **certificate);
   CHECK(verify(out)->holds());
-  const std::string words = "4 slides that a live vote ended early are left out (nylon 2, pile 2)";
+  const std::string words = "6 slides that a live vote ended early are left out (nylon 3, pile 3)";
   CHECK(has(test::read_file(out + "/report.html"), words));
   const json report = json::parse(test::read_file(out + "/report.json"));
   CHECK(report["results"].empty());
@@ -77,7 +84,7 @@ TEST_CASE("what a live vote left out is counted in the data set, its certificate
       {"train", file, "--learner", "lda", "-o", model},
       {"train", file, "--live", "--learner", "lda", "-o", model},
       {"features", file, "-o", csv},
-      {"evaluate", file, "--learner", "lda", "--train-fraction", "0.5", "--repeats", "1"}};
+      {"evaluate", file, "--learner", "lda", "--train-fraction", "0.4", "--repeats", "1"}};
   for (const auto& tool : tools) {
     const Said said = weft_says(tool);
     INFO(tool[0] << ' ' << tool[1] << ": " << said.out << said.err);

@@ -1,6 +1,8 @@
 // Live votes of a campaign on the simulated bench, in virtual time. SIMULATED.
 
+#include <catch2/catch.hpp>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/trade/early_stop.hpp"
@@ -26,7 +28,7 @@ std::map<Phase, int> samples_of(const classifier::Trial& trial) {
 
 TEST_CASE("a slide ends once its vote is sure, is marked, and is in no data set of whole ones") {
   LiveBench bench;
-  bench.ask(stop_early);
+  bench.ask(stop_early());
   std::vector<VoteMoment> votes;
   CampaignHooks hooks;
   hooks.vote = [&](const VoteMoment& vote) { votes.push_back(vote); };
@@ -96,7 +98,7 @@ TEST_CASE("a model that does not fit the recipe is refused before anything moves
   test::write_file(bench.folder / "text.model", "not a model");
   bench.ask({{"model", "text.model"}});
   says("not a model for live votes");
-  bench.ask(stop_early);
+  bench.ask(stop_early());
   CHECK(bench.refusal() == "none");
   bench.change_rig([](json& rig) { test::device_of(rig, "taxels")["config"]["taxels"] = 8; });
   says("another sensor");
@@ -108,7 +110,7 @@ TEST_CASE("a model that does not fit the recipe is refused before anything moves
   json other = recipe_of(1);
   other["explorations"]["M9"] = other["explorations"]["M1"];
   other["explorations"].erase("M1");
-  other["explorations"]["M9"]["live_vote"] = stop_early;
+  other["explorations"]["M9"]["live_vote"] = stop_early();
   test::write_file(bench.request.recipe, other.dump());
   says("another exploration");
 }
@@ -121,7 +123,7 @@ TEST_CASE(
       for (auto& stage : model.stages) stage.model.provenance.bench = name;
     };
   };
-  bench.ask(stop_early);
+  bench.ask(stop_early());
   bench.change([](auto& model) { model.stages.back().model.aids.reset(); });
   CHECK(bench.refusal(false).find("knows no probability") != std::string::npos);
   bench.change(with_bench("real"));
@@ -144,7 +146,7 @@ TEST_CASE(
 
 TEST_CASE("a model that is broken behind its head is found out before the rig is taken") {
   LiveBench bench;
-  bench.ask(stop_early);
+  bench.ask(stop_early());
   const std::string good = test::read_file(bench.folder / "m1.model");
   test::write_file(bench.folder / "m1.model", good.substr(0, good.size() / 2));
   CHECK(bench.refusal(false).find("cut short") != std::string::npos);
@@ -157,7 +159,7 @@ TEST_CASE("a model that is broken behind its head is found out before the rig is
 
 TEST_CASE("a campaign is not gone on with by another model than it was begun with") {
   LiveBench bench;
-  bench.ask(stop_early);
+  bench.ask(stop_early());
   CampaignHooks hooks;
   RunOrders orders;
   hooks.orders = &orders;

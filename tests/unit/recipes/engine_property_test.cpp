@@ -46,6 +46,10 @@ Event random_event(const Bench& bench, std::mt19937& random) {
       return TakeRejected{some_error()};
     case 12:
     case 13:
+    case 14:
+    case 15:
+    case 16:
+    case 17:
       return EndSlide{};
     default:
       break;
