@@ -54,7 +54,7 @@ using Remote = LineClient<asio::ip::tcp::socket>;
 
 /// Runs on a thread of its own, as in weftd; members are looked at once it has ended.
 struct SocketBench {
-  explicit SocketBench(const Limits& limits = {}) {
+  explicit SocketBench(const Limits& most = {}) {
     shared = {&methods, &hub, &answered, "e1", {}, {}, {}, [] { return Clock(); }};
     shared.token_owner = [](std::string_view) -> Result<TokenOwner> {
       return TokenOwner{"somebody", access::Role::operator_};
@@ -62,7 +62,7 @@ struct SocketBench {
     shared.readiness_json = [] { return std::string("{}"); };
     shared.halt = [this](const rpc::Caller&) { happened.emplace_back("halt"); };
     add_session_open(methods);
-    auto opened = SocketServer::open({folder / "s.sock", std::uint16_t{0}}, shared, limits);
+    auto opened = SocketServer::open({folder / "s.sock", std::uint16_t{0}}, shared, most);
     REQUIRE(opened);
     server = std::move(*opened);
   }
@@ -145,11 +145,11 @@ TEST_CASE("A halt is answered while an errand of another client is under way") {
 }
 
 TEST_CASE("Who floods the port with clients that never say who they are keeps nobody out") {
-  Limits limits;
-  limits.connections = 6;
-  limits.strangers = 4;
-  limits.local_connections = 2;
-  SocketBench bench(limits);
+  Limits most;
+  most.connections = 6;
+  most.strangers = 4;
+  most.local_connections = 2;
+  SocketBench bench(most);
   bench.begin();
   Remote known(bench.port());
   REQUIRE(known.read());
@@ -170,14 +170,14 @@ TEST_CASE("Who floods the port with clients that never say who they are keeps no
   CHECK(known.ask("session.open", open_params).at("error").at("data").at("kind") ==
         "session.again");
   bench.end();
-  CHECK(bench.server->connections() <= limits.connections + 1);
+  CHECK(bench.server->connections() <= most.connections + 1);
 }
 
 TEST_CASE("Clients that are known keep their places: a full port refuses, the socket does not") {
-  Limits limits;
-  limits.connections = 2;
-  limits.local_connections = 1;
-  SocketBench bench(limits);
+  Limits most;
+  most.connections = 2;
+  most.local_connections = 1;
+  SocketBench bench(most);
   bench.begin();
   std::list<Remote> known;
   for (int i = 0; i < 2; ++i) {
