@@ -46,6 +46,16 @@ Split split_by(const WindowSet& windows, const Tests& tests) {
   return out;
 }
 
+// Without groups that train, all others do.
+Result<Split> split_by_groups(const std::vector<std::string>& groups,
+                              std::vector<std::string> train,
+                              const std::vector<std::string>& test) {
+  if (train.empty())
+    for (const std::string& group : std::set<std::string>(groups.begin(), groups.end()))
+      if (std::find(test.begin(), test.end(), group) == test.end()) train.push_back(group);
+  return grouped_split(groups, train, test);
+}
+
 std::set<std::string> labels_in(const WindowSet& windows, const std::vector<std::size_t>& rows) {
   std::set<std::string> out;
   for (const std::size_t r : rows) out.insert(windows.matrix.labels[r]);
@@ -108,14 +118,9 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
     for (std::size_t b = 0; b < options.blocks; ++b)
       out.push_back(split_by(windows, [&](std::size_t r) { return windows.places[r].block == b; }));
   } else {
-    const auto& groups = windows.matrix.groups;
-    for (const std::string& group : options.test_groups)
-      if (std::find(groups.begin(), groups.end(), group) == groups.end())
-        return fail(Errc::not_found, "no recording has this group", "--test-groups", {}, group);
-    out.push_back(split_by(windows, [&](std::size_t r) {
-      return std::find(options.test_groups.begin(), options.test_groups.end(), groups[r]) !=
-             options.test_groups.end();
-    }));
+    auto split = split_by_groups(windows.matrix.groups, options.train_groups, options.test_groups);
+    if (!split) return pass(split.error());
+    out.push_back(std::move(*split));
   }
   for (const Split& split : out)
     if (auto ok = check_split(windows, split); !ok) return pass(ok.error());

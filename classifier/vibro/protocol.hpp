@@ -16,7 +16,7 @@ enum class Protocol {
   random,  ///< the paper's: windows anywhere in a recording, 80 % of them train. A test window
            ///< shares most of its samples with training windows: its figures are too good
   blocks,  ///< contiguous parts of every recording, each left out in turn: no sample is shared
-  groups   ///< whole recordings: the named groups test, all others train
+  groups   ///< whole recordings: the named groups test, the others (or those named) train
 };
 std::string_view to_string(Protocol protocol);
 Result<Protocol> protocol_from(std::string_view text);
@@ -24,12 +24,13 @@ Result<Protocol> protocol_from(std::string_view text);
 struct ProtocolOptions {
   Protocol protocol = Protocol::blocks;
   double window_s = 2.0;
-  double step_s = 0.25;                       ///< blocks, groups: from one window to the next
-  std::size_t blocks = 5;                     ///< 2 and more
-  std::size_t per_recording = 100;            ///< random: windows of each recording
-  double test_share = 0.2;                    ///< random: of each recording's windows
-  std::size_t repeats = 1;                    ///< random: splits
-  std::vector<std::string> test_groups = {};  ///< groups
+  double step_s = 0.25;                        ///< blocks, groups: from one window to the next
+  std::size_t blocks = 5;                      ///< 2 and more
+  std::size_t per_recording = 100;             ///< random: windows of each recording
+  double test_share = 0.2;                     ///< random: of each recording's windows
+  std::size_t repeats = 1;                     ///< random: splits
+  std::vector<std::string> train_groups = {};  ///< groups; empty: all that do not test
+  std::vector<std::string> test_groups = {};
   std::uint64_t seed = 1;
 };
 

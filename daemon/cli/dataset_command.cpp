@@ -13,6 +13,7 @@
 #include "daemon/dataset/import.hpp"
 #include "daemon/imprint/import_imprints.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
+#include "daemon/recordings/import_recordings.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/json_parts.hpp"
 
@@ -159,6 +160,74 @@ Result<Dataset> import(const ImportArgs& args) {
   return import_manifest(args.source);
 }
 
+json recordings_json(const char* command, const std::filesystem::path& file,
+                     const RecordingSet& set, const std::string& sha256) {
+  std::map<std::string, std::size_t> labels;
+  std::set<std::string> groups;
+  for (const auto& r : set.recordings) {
+    ++labels[r.label];
+    groups.insert(r.group);
+  }
+  json channels = json::array();
+  for (const auto& c : set.recordings.front().channels)
+    channels.push_back({{"name", c.name}, {"rate_hz", c.rate_hz}, {"unit", c.unit}});
+  return {{"command", command},       {"file", file.string()},
+          {"kind", "recordings"},     {"name", set.name},
+          {"source", set.source},     {"bench", to_string(set.kind)},
+          {"dataset_sha256", sha256}, {"recordings", set.recordings.size()},
+          {"channels", channels},     {"labels", labels},
+          {"groups", groups}};
+}
+
+std::string recordings_text(const std::filesystem::path& file, const RecordingSet& set,
+                            const std::string& sha256) {
+  Table facts(Align::left);
+  facts.row({"file", file.string()});
+  facts.row({"source", set.source + " \"" + set.name + "\""});
+  facts.row({"bench", std::string(to_string(set.kind))});
+  double seconds = 0.0;
+  std::set<std::string> labels, groups;
+  for (const auto& r : set.recordings) {
+    seconds += r.duration_s();
+    labels.insert(r.label);
+    groups.insert(r.group);
+  }
+  facts.row({"recordings", thousands(set.recordings.size()) + " of " +
+                               std::to_string(labels.size()) + " labels, " + fixed(seconds, 1) +
+                               " s"});
+  for (const auto& c : set.recordings.front().channels)
+    facts.row({"channel", c.name + " at " + fixed(c.rate_hz, 2) + " Hz [" + c.unit + "]"});
+  facts.row({"groups", joined(groups)});
+  facts.row({"sha256", sha256});
+  return bench_banner(set.kind) + facts.text();
+}
+
+bool makes_recordings(const std::string& format) {
+  return format == "recordings" || format == "vibtac12" || format == "lmt_sound" ||
+         format == "hapmat";
+}
+
+Result<RecordingSet> import_set(const ImportArgs& args) {
+  if (args.format == "vibtac12") return import_vibtac12(args.source, args.channels);
+  if (args.format == "lmt_sound") return import_lmt_sound(args.source);
+  if (args.format == "hapmat") return import_hapmat(args.source);
+  return import_recordings(args.source);
+}
+
+Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
+  const auto set = import_set(args);
+  if (!set) return pass(set.error());
+  if (auto ok = refuse_same_file(args.source, args.out); !ok) return pass(ok.error());
+  for (const auto& r : set->recordings)
+    if (auto ok = refuse_same_file(args.source.parent_path() / r.file, args.out); !ok)
+      return pass(ok.error());
+  const auto sha256 = write_recordings(*set, args.out);
+  if (!sha256) return pass(sha256.error());
+  print(console, recordings_text(args.out, *set, *sha256),
+        recordings_json("dataset import", args.out, *set, *sha256));
+  return exit_ok;
+}
+
 }  // namespace
 
 void add_options(CLI::App& command, ImportArgs& args) {
@@ -172,8 +241,16 @@ void add_options(CLI::App& command, ImportArgs& args) {
   command
       .add_option("--format", args.format,
                   "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
-                  "imprint-table: an imprint a line, label,group,values")
-      ->check(CLI::IsMember({"manifest", "fabricslide", "imprints", "imprint-table"}))
+                  "imprint-table: an imprint a line, label,group,values; recordings: a manifest "
+                  "of sound files and tables of sound and vibration")
+      ->check(CLI::IsMember({"manifest", "fabricslide", "imprints", "imprint-table", "recordings",
+                             "vibtac12", "lmt_sound", "hapmat"}))
+      ->capture_default_str();
+  command
+      .add_option("--channels", args.channels,
+                  "vibtac12: some of X,Y,Z,S; with S only textures that have a sound track")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   command.add_option("--filter", args.filter,
                      "fabricslide: only files whose name matches, with * and ?");
@@ -183,6 +260,7 @@ void add_options(CLI::App& command, ImportArgs& args) {
 }
 
 Result<int> run_import(const ImportArgs& args, Console& console) {
+  if (makes_recordings(args.format)) return run_import_recordings(args, console);
   if (args.format != "fabricslide" && args.filter != "*")
     return fail(Errc::invalid_argument, "a manifest has no file names to filter", "--filter", {},
                 {}, "Leave lines out of the manifest instead");
@@ -228,6 +306,14 @@ void add_options(CLI::App& command, InfoArgs& args) {
 }
 
 Result<int> run_info(const InfoArgs& args, Console& console) {
+  if (is_recordings_file(args.dataset)) {
+    const auto set = read_recordings(args.dataset);
+    if (!set) return pass(set.error());
+    const std::string sha256 = recordings_sha256(*set);
+    print(console, recordings_text(args.dataset, *set, sha256),
+          recordings_json("dataset info", args.dataset, *set, sha256));
+    return exit_ok;
+  }
   if (is_campaign_file(args.dataset)) {
     const Result<CampaignContents> campaign = open_campaign(args.dataset);
     if (!campaign) return pass(campaign.error());

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "daemon/cli/console.hpp"
 
@@ -17,8 +18,9 @@ struct ImportArgs {
   std::filesystem::path out;
   std::string format = "manifest";
   std::string filter = "*";
-  std::string shape;  ///< imprint-table: "28x50"
-  std::string group;  ///< fabricslide: empty is "repetition"
+  std::string shape;                                    ///< imprint-table: "28x50"
+  std::string group;                                    ///< fabricslide: empty is "repetition"
+  std::vector<std::string> channels = {"X", "Y", "Z"};  ///< vibtac12
 };
 void add_options(CLI::App& command, ImportArgs& args);
 Result<int> run_import(const ImportArgs& args, Console& console);

@@ -79,7 +79,9 @@ void add_split_options(CLI::App& command, EvaluateArgs& args) {
 }  // namespace
 
 void add_options(CLI::App& command, EvaluateArgs& args) {
-  command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
+  command
+      .add_option("DATASET", args.dataset, "data set, or recordings of sound and vibration (HDF5)")
+      ->required();
   add_split_options(command, args);
   command
       .add_option(
@@ -108,6 +110,7 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
   add_trial_options(command, args.trials);
   add_level_option(command, args.trials);
   add_train_options(command, args.training);
+  add_recording_options(command, args.recordings);
 }
 
 Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
@@ -131,6 +134,7 @@ Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
 }
 
 Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
+  if (is_about_recordings(args)) return run_evaluate_recordings(args, console);
   if (!args.report.empty())
     if (Status ok = refuse_same_file(args.dataset, args.report); !ok) return pass(ok.error());
   const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true, true);

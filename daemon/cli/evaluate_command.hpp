@@ -7,6 +7,7 @@
 
 #include "classifier/evaluate/splits.hpp"
 #include "daemon/cli/console.hpp"
+#include "daemon/cli/evaluate_recordings.hpp"
 #include "daemon/cli/train_options.hpp"
 #include "daemon/cli/trial_choice.hpp"
 
@@ -28,6 +29,7 @@ struct EvaluateArgs {
   std::size_t curve_draws = 5;     ///< of each split and number
   TrialChoice trials;
   TrainChoice training;
+  RecordingChoice recordings;
 };
 void add_options(CLI::App& command, EvaluateArgs& args);
 

@@ -53,6 +53,11 @@ set_tests_properties(scenario_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TI
 set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_resume scenario_cli_real_fabrics
                      PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# Real recordings of sound and vibration, imported and evaluated.
+add_test(NAME scenario_cli_recordings
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_recordings.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
+set_tests_properties(scenario_cli_recordings PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # What is left of the accuracy on simulated data when the labels are in random order.
 add_test(NAME scenario_permuted_labels
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

@@ -1,0 +1,247 @@
+#include "daemon/cli/evaluate_recordings.hpp"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "classifier/vibro/assess.hpp"
+#include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/evaluate_command.hpp"
+#include "daemon/cli/table.hpp"
+#include "daemon/loop/wall_clock.hpp"
+#include "daemon/recordings/recording_set.hpp"
+#include "daemon/report/format.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+namespace vibro = classifier::vibro;
+using nlohmann::json;
+
+// Quick to train, so that choosing among them costs little; simple ones first.
+constexpr std::array candidates = {vibro::Method::lda, vibro::Method::logistic,
+                                   vibro::Method::svm, vibro::Method::knn,
+                                   vibro::Method::nb,  vibro::Method::forest};
+
+struct Plan {
+  vibro::FeatureChoice features;
+  vibro::ProtocolOptions protocol;
+  vibro::PipelineOptions pipeline;
+  std::vector<vibro::Method> methods;
+  bool best = false;
+};
+
+Status choose_methods(const RecordingChoice& choice, Plan& plan) {
+  for (const std::string& word : choice.methods) {
+    if (word == "best") {
+      plan.best = true;
+    } else if (word == "every") {
+      plan.methods = vibro::all_methods();
+      plan.best = true;
+    } else if (const auto method = vibro::method_from(word)) {
+      plan.methods.push_back(*method);
+    } else {
+      return pass(method.error(), "--method");
+    }
+  }
+  plan.best = plan.best || choice.methods.empty();
+  return {};
+}
+
+Result<Plan> plan_of(const EvaluateArgs& args) {
+  const RecordingChoice& choice = args.recordings;
+  Plan out;
+  const auto family = vibro::family_from(choice.features);
+  if (!family) return pass(family.error(), "--features");
+  const auto combine = vibro::combine_from(choice.combine);
+  if (!combine) return pass(combine.error(), "--combine");
+  const auto protocol = vibro::protocol_from(choice.protocol);
+  if (!protocol) return pass(protocol.error(), "--protocol");
+  out.features = {*family, *combine};
+  out.protocol.protocol = args.test_groups.empty() ? *protocol : vibro::Protocol::groups;
+  if (args.trials.window_s > 0.0) out.protocol.window_s = args.trials.window_s;
+  out.protocol.step_s = choice.step_s;
+  out.protocol.blocks = choice.blocks;
+  out.protocol.per_recording = choice.per_recording;
+  out.protocol.repeats = out.protocol.protocol == vibro::Protocol::random ? args.repeats : 1;
+  out.protocol.train_groups = args.train_groups;
+  out.protocol.test_groups = args.test_groups;
+  out.protocol.seed = args.training.seed;
+  out.pipeline.components = choice.components;
+  out.pipeline.learner.seed = args.training.seed;
+  out.pipeline.learner.threads = args.training.threads;
+  if (auto ok = choose_methods(choice, out); !ok) return pass(ok.error());
+  return out;
+}
+
+Result<RecordingSet> open_recordings(const std::filesystem::path& path) {
+  if (is_recordings_file(path)) return read_recordings(path);
+  const auto dataset = open_dataset(path);
+  if (!dataset) return pass(dataset.error());
+  return recordings_of(*dataset);
+}
+
+std::string words_of(const Plan& plan) {
+  const vibro::ProtocolOptions& p = plan.protocol;
+  const std::string windows = fixed(p.window_s, 2) + " s windows";
+  if (p.protocol == vibro::Protocol::random)
+    return windows + ", " + std::to_string(p.per_recording) + " at random from each recording, " +
+           percent(p.test_share, 0) + " % of them test (the paper's protocol)";
+  const std::string every = windows + " every " + fixed(p.step_s, 2) + " s";
+  if (p.protocol == vibro::Protocol::groups)
+    return every + ", recordings of groups " + joined(p.test_groups, ",") + " test";
+  return every + ", " + std::to_string(p.blocks) +
+         " contiguous parts of each recording, each left out in turn";
+}
+
+std::string leak_words(double leak) {
+  if (leak == 0.0) return "No sample of a test window is in a training window.\n";
+  return "LEAK: half of all test windows share " + percent(leak, 0) +
+         " % or more of their samples with a training window; the figures are too good.\n";
+}
+
+json method_json(const vibro::Assessment& a) {
+  json chosen = json::array();
+  for (const vibro::Method m : a.chosen) chosen.push_back(vibro::to_string(m));
+  return {{"accuracy", a.accuracy},         {"accuracy_of_splits", a.split_accuracy},
+          {"f_score", a.f_score},           {"recordings_accuracy", a.voted_accuracy},
+          {"recordings_tested", a.voted},   {"windows_tested", a.confusion.total()},
+          {"explained", a.explained},       {"train_s", a.train_s},
+          {"answer_s", a.answer_s},         {"labels", a.confusion.labels},
+          {"confusion", a.confusion.count}, {"chosen", chosen}};
+}
+
+std::vector<std::string> method_row(const std::string& name, const vibro::Assessment& a) {
+  std::string chosen;
+  for (const vibro::Method m : a.chosen)
+    chosen += (chosen.empty() ? "" : ",") + std::string(vibro::to_string(m));
+  return {name,
+          percent(a.accuracy, 2),
+          fixed(a.f_score, 3),
+          percent(a.voted_accuracy, 2) + " of " + std::to_string(a.voted),
+          duration(a.train_s),
+          duration(a.answer_s),
+          chosen};
+}
+
+// Fills table and results; what this build has no library for is left out by name.
+Status measure_all(const Plan& plan, const vibro::WindowSet& windows,
+                   const std::vector<classifier::Split>& splits, Table& table, json& results,
+                   Console& console) {
+  for (const vibro::Method method : plan.methods) {
+    const std::string name(vibro::to_string(method));
+    if (!vibro::available(method) && plan.methods.size() > 1) {
+      console.err << name << ": left out, this build of Weft has no library for it" << std::endl;
+      continue;
+    }
+    vibro::PipelineOptions options = plan.pipeline;
+    options.method = method;
+    const auto got = vibro::assess(windows, splits, options, steady_wall_seconds);
+    if (!got) return pass(got.error());
+    table.row(method_row(name, *got));
+    results[name] = method_json(*got);
+  }
+  if (!plan.best) return {};
+  const auto got = vibro::assess_chosen(windows, splits, plan.protocol.protocol, candidates,
+                                        plan.pipeline, steady_wall_seconds);
+  if (!got) return pass(got.error());
+  table.row(method_row("best", *got));
+  results["best"] = method_json(*got);
+  return {};
+}
+
+}  // namespace
+
+void add_recording_options(CLI::App& command, RecordingChoice& choice) {
+  const std::string group = "Recordings of sound and vibration";
+  command
+      .add_option("--method", choice.methods,
+                  "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores; best: chosen "
+                  "on training windows; every: all of them")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->group(group);
+  command
+      .add_option("--protocol", choice.protocol,
+                  "blocks: contiguous parts left out; random: the paper's, which leaks")
+      ->check(CLI::IsMember({"blocks", "random"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--features", choice.features,
+                  "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours)")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--components", choice.components,
+                  "principal components, the paper's 3; 0: the features themselves")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--step-s", choice.step_s, "from one window to the next")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--blocks", choice.blocks, "contiguous parts of every recording")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--per-recording", choice.per_recording, "windows at random")
+      ->check(CLI::Range(2, 100000))
+      ->capture_default_str()
+      ->group(group);
+}
+
+bool is_about_recordings(const EvaluateArgs& args) {
+  return !args.recordings.methods.empty() || is_recordings_file(args.dataset);
+}
+
+Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
+  const auto plan = plan_of(args);
+  if (!plan) return pass(plan.error());
+  const auto set = open_recordings(args.dataset);
+  if (!set) return pass(set.error());
+  const double begun = steady_wall_seconds();
+  const auto windows = vibro::cut_and_extract(set->recordings, plan->protocol.window_s,
+                                              vibro::places_of(plan->protocol), plan->features);
+  if (!windows) return pass(windows.error(), args.dataset.string());
+  const double features_s = steady_wall_seconds() - begun;
+  const auto splits = vibro::split_windows(*windows, plan->protocol);
+  if (!splits) return pass(splits.error(), args.dataset.string());
+  const double leak = vibro::leak_of(*windows, *splits);
+  Table table;
+  table.row({"learner", "windows %", "F-score", "recordings %", "training", "answer", "chosen"});
+  json results = json::object();
+  if (auto ok = measure_all(*plan, *windows, *splits, table, results, console); !ok)
+    return pass(ok.error(), args.dataset.string());
+  const std::string columns = std::to_string(windows->matrix.names.size());
+  const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
+                           std::string(to_string(set->kind)) +
+                           "): " + std::to_string(set->recordings.size()) + " recordings, " +
+                           thousands(windows->matrix.size()) + " windows, " + columns +
+                           " columns of " + std::string(vibro::to_string(plan->features.family)) +
+                           "\n" + words_of(*plan) + "\n" + leak_words(leak) + table.text();
+  print(console, text,
+        {{"command", "evaluate"},
+         {"kind", "recordings"},
+         {"dataset", args.dataset.string()},
+         {"dataset_sha256", recordings_sha256(*set)},
+         {"bench", to_string(set->kind)},
+         {"protocol", vibro::to_string(plan->protocol.protocol)},
+         {"protocol_words", words_of(*plan)},
+         {"window_s", plan->protocol.window_s},
+         {"leak", leak},
+         {"features", vibro::to_string(plan->features.family)},
+         {"combine", vibro::to_string(plan->features.combine)},
+         {"components", plan->pipeline.components},
+         {"columns", windows->matrix.names},
+         {"windows", windows->matrix.size()},
+         {"features_s_per_window", features_s / static_cast<double>(windows->matrix.size())},
+         {"results", results}});
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

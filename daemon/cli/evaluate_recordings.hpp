@@ -1,0 +1,37 @@
+#pragma once
+// `weft evaluate` on recordings of sound and vibration.
+
+#include <string>
+#include <vector>
+
+#include "daemon/cli/console.hpp"
+#include "protocols/base/result.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace weft::daemon::cli {
+
+struct EvaluateArgs;
+
+/// What evaluate needs to know of recordings beside the options that it has for slides.
+struct RecordingChoice {
+  std::vector<std::string> methods;  ///< learners; "every", "best"; empty: best
+  std::string protocol = "blocks";
+  std::string features = "SMMRPFFT";
+  std::string combine = "concat";
+  std::size_t components = 0;
+  double step_s = 0.25;
+  std::size_t blocks = 5;
+  std::size_t per_recording = 100;
+};
+void add_recording_options(CLI::App& command, RecordingChoice& choice);
+
+/// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
+/// with --method.
+bool is_about_recordings(const EvaluateArgs& args);
+
+Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console);
+
+}  // namespace weft::daemon::cli

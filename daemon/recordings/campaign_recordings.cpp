@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "daemon/recordings/recording_set.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::vibro::Channel;
+using classifier::vibro::Recording;
+
+struct Span {
+  std::int64_t from_ns = 0, to_ns = 0;
+};
+
+// Where phase M lies on the host clock; nothing without one.
+std::optional<Span> motion_of(const classifier::Trial& trial, const TrialRecord& record) {
+  std::optional<Span> out;
+  for (std::size_t i = 0; i < trial.samples(); ++i) {
+    if (trial.phase[i] != Phase::motion) continue;
+    if (!out) out = Span{record.t_ns[i], record.t_ns[i]};
+    out->to_ns = record.t_ns[i];
+  }
+  return out;
+}
+
+// Samples of the blocks that lie in M whole, an array per axis.
+Status take_blocks(const BlockStream& stream, const BlockFormat& format, std::size_t axes,
+                   double per_unit, Span motion, std::vector<std::vector<double>>& out) {
+  const std::size_t first_channel = out.size();
+  out.resize(first_channel + axes);
+  const auto block_ns =
+      static_cast<std::int64_t>(1e9 * static_cast<double>(format.readings) / format.rate_hz);
+  bool begun = false;
+  for (std::size_t b = 0; b < stream.blocks(); ++b) {
+    if (stream.t_ns[b] - block_ns < motion.from_ns || stream.t_ns[b] > motion.to_ns) continue;
+    if (begun && stream.lost[b] > 0)
+      return fail(Errc::invalid_argument, "blocks were lost while the probe slid", {}, "0",
+                  std::to_string(stream.lost[b]));
+    begun = true;
+    for (std::size_t r = 0; r < format.readings; ++r)
+      for (std::size_t a = 0; a < axes; ++a)
+        out[first_channel + a].push_back(stream.quanta[(b * format.readings + r) * axes + a] /
+                                         per_unit);
+  }
+  if (!begun) return fail(Errc::invalid_argument, "no whole block while the probe slid");
+  return {};
+}
+
+}  // namespace
+
+Result<RecordingSet> recordings_of(const Dataset& dataset) {
+  const DatasetInfo& info = dataset.info;
+  std::vector<Channel> channels;
+  if (info.sound.readings > 0) channels.push_back({"S", info.sound.rate_hz, "Pa"});
+  if (info.acceleration.readings > 0)
+    for (const char* axis : {"X", "Y", "Z"})
+      channels.push_back({axis, info.acceleration.rate_hz, "m/s2"});
+  if (channels.empty())
+    return fail(Errc::not_found, "the data set has neither sound nor acceleration", info.name, {},
+                {}, "Its rig needs a device of role vibro");
+  RecordingSet out{info.name, "campaign", info.kind, {}};
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    const classifier::Trial& trial = dataset.trials[i];
+    const TrialRecord& record = dataset.records[i];
+    if (record.outcome != TrialOutcome::complete) continue;
+    Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
+    const auto motion = motion_of(trial, record);
+    if (!motion) return fail(Errc::invalid_argument, "a trial without phase M", trial.file);
+    Status done;
+    if (info.sound.readings > 0)
+      done = take_blocks(record.sound, info.sound, 1, sound_quanta_per_pa, *motion, own.samples);
+    if (done && info.acceleration.readings > 0)
+      done = take_blocks(record.acceleration, info.acceleration, acceleration_axes,
+                         acceleration_quanta_per_mps2, *motion, own.samples);
+    if (!done) return pass(done.error(), trial.file);
+    out.recordings.push_back(std::move(own));
+  }
+  if (auto fine = check(out); !fine) return pass(fine.error(), info.name);
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,221 @@
+#include "daemon/recordings/import_recordings.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <regex>
+
+#include "daemon/dataset/csv.hpp"
+#include "daemon/recordings/sound_file.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::vibro::Channel;
+using classifier::vibro::Recording;
+
+std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> out;
+  std::error_code gone;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, gone))
+    out.push_back(entry.path());
+  std::ranges::sort(out);
+  return out;
+}
+
+Status check_folder(const std::filesystem::path& folder) {
+  if (std::filesystem::is_directory(folder)) return {};
+  return fail(Errc::not_found, "no such folder", folder.string());
+}
+
+// Evenly sampled columns beside a column of times.
+Status read_table(const std::filesystem::path& path, const std::string& time,
+                  const std::string& unit, Recording& out) {
+  auto csv = CsvReader::open(path);
+  if (!csv) return pass(csv.error());
+  const auto& header = csv->header();
+  const auto at = std::ranges::find(header, time);
+  if (at == header.end()) return csv->complaint("the column " + time + " is missing");
+  const auto time_column = static_cast<std::size_t>(at - header.begin());
+  for (std::size_t c = 0; c < header.size(); ++c)
+    if (c != time_column) out.channels.push_back({header[c], 0.0, unit});
+  if (out.channels.empty()) return csv->complaint("a table without a channel");
+  out.samples.resize(out.channels.size());
+  std::vector<double> times;
+  for (;;) {
+    const auto more = csv->next();
+    if (!more) return pass(more.error());
+    if (!*more) break;
+    for (std::size_t c = 0, channel = 0; c < header.size(); ++c) {
+      const auto value = csv->number(c);
+      if (!value) return pass(value.error());
+      (c == time_column ? times : out.samples[channel++]).push_back(*value);
+    }
+  }
+  if (times.size() < 2 || !(times.back() > times.front()))
+    return csv->complaint("the times do not tell the sampling rate");
+  const auto steps = static_cast<double>(times.size() - 1);
+  // Times are written with few decimals: what they tell is the rate to four digits.
+  const double rate = steps / (times.back() - times.front());
+  for (Channel& c : out.channels) c.rate_hz = std::round(rate * 100.0) / 100.0;
+  return {};
+}
+
+Status read_sound(const std::filesystem::path& path, Recording& out) {
+  auto sound = read_sound_file(path);
+  if (!sound) return pass(sound.error());
+  const bool several = sound->channels.size() > 1;
+  for (std::size_t c = 0; c < sound->channels.size(); ++c)
+    out.channels.push_back({several ? "S" + std::to_string(c + 1) : "S", sound->rate_hz, "1"});
+  out.samples = std::move(sound->channels);
+  return {};
+}
+
+// Lines of numbers, of any length, without a header.
+Result<std::vector<std::vector<double>>> read_lines(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return fail(Errc::not_found, "no such file", path.string());
+  std::vector<std::vector<double>> out;
+  std::size_t number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.ends_with('\r')) line.pop_back();
+    if (line.empty()) continue;
+    out.emplace_back();
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    for (;;) {
+      double value = 0.0;
+      const auto [next, problem] = std::from_chars(at, end, value);
+      if (problem != std::errc() || !std::isfinite(value) || (next != end && *next != ','))
+        return fail(Errc::parse, "not a finite number",
+                    path.string() + ":" + std::to_string(number) + ": field " +
+                        std::to_string(out.back().size() + 1),
+                    "a number",
+                    std::string(at, std::min<std::size_t>(20, static_cast<std::size_t>(end - at))));
+      out.back().push_back(value);
+      if (next == end) break;
+      at = next + 1;
+    }
+  }
+  return out;
+}
+
+std::string texture_name(std::size_t number) {
+  return std::string("texture") + (number < 10 ? "0" : "") + std::to_string(number);
+}
+
+// One channel of every texture; where there is no sound track, nothing.
+Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::path& folder,
+                                                        const std::string& name, Channel& channel) {
+  constexpr std::size_t textures = 12;
+  if (name != "S") {
+    channel = {name, 200.0, "count"};
+    auto lines = read_lines(folder / (name + ".csv"));
+    if (lines && lines->size() != textures)
+      return fail(Errc::parse, "another number of textures", (folder / (name + ".csv")).string(),
+                  std::to_string(textures), std::to_string(lines->size()));
+    return lines;
+  }
+  std::vector<std::vector<double>> out(textures);
+  for (std::size_t t = 0; t < textures; ++t) {
+    const auto path = folder / ("Texture" + std::to_string(t + 1) + ".wav");
+    if (!std::filesystem::exists(path)) continue;
+    auto sound = read_sound_file(path);
+    if (!sound) return pass(sound.error());
+    channel = {"S", sound->rate_hz, "1"};
+    out[t] = std::move(sound->channels.front());
+  }
+  return out;
+}
+
+Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& from) {
+  if (auto fine = check(set); !fine) return pass(fine.error(), from.string());
+  return set;
+}
+
+}  // namespace
+
+Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
+  auto manifest = CsvReader::open(path);
+  if (!manifest) return pass(manifest.error());
+  const auto& header = manifest->header();
+  const auto column = [&](const char* name) {
+    return static_cast<std::size_t>(std::ranges::find(header, name) - header.begin());
+  };
+  const std::size_t file = column("file"), label = column("label"), group = column("group");
+  if (file == header.size() || label == header.size())
+    return manifest->complaint("the columns file and label must be there");
+  RecordingSet set{path.stem().string(), "recordings", BenchKind::unknown, {}};
+  for (;;) {
+    const auto more = manifest->next();
+    if (!more) return pass(more.error());
+    if (!*more) break;
+    const auto& fields = manifest->fields();
+    Recording own{fields[file], fields[label], group < fields.size() ? fields[group] : "", {}, {}};
+    const auto from = path.parent_path() / own.file;
+    const Status done =
+        from.extension() == ".csv" ? read_table(from, "t_s", "1", own) : read_sound(from, own);
+    if (!done) return pass(done.error(), manifest->where());
+    set.recordings.push_back(std::move(own));
+  }
+  return finished(std::move(set), path);
+}
+
+Result<RecordingSet> import_vibtac12(const std::filesystem::path& folder,
+                                     const std::vector<std::string>& channels) {
+  if (auto ok = check_folder(folder); !ok) return pass(ok.error());
+  RecordingSet set{"vibtac12", "vibtac12", BenchKind::real, {}};
+  std::vector<Channel> own(channels.size());
+  std::vector<std::vector<std::vector<double>>> samples;  // [channel][texture]
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c] != "S" && channels[c] != "X" && channels[c] != "Y" && channels[c] != "Z")
+      return fail(Errc::invalid_argument, "no such channel", "vibtac12", "S, X, Y or Z",
+                  channels[c]);
+    auto of_texture = vibtac_channel(folder, channels[c], own[c]);
+    if (!of_texture) return pass(of_texture.error());
+    samples.push_back(std::move(*of_texture));
+  }
+  for (std::size_t t = 0; !samples.empty() && t < samples.front().size(); ++t) {
+    if (std::ranges::any_of(samples, [&](const auto& s) { return s[t].empty(); })) continue;
+    Recording r{texture_name(t + 1), texture_name(t + 1), "1", own, {}};
+    for (auto& of_channel : samples) r.samples.push_back(std::move(of_channel[t]));
+    set.recordings.push_back(std::move(r));
+  }
+  return finished(std::move(set), folder);
+}
+
+Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder) {
+  if (auto ok = check_folder(folder); !ok) return pass(ok.error());
+  static const std::regex pattern(R"((.+)_([0-9]+)\.wav)");
+  RecordingSet set{"lmt_sound", "lmt_sound", BenchKind::real, {}};
+  for (const auto& material : files_in(folder)) {
+    if (!std::filesystem::is_directory(material)) continue;
+    for (const auto& path : files_in(material)) {
+      std::smatch parts;
+      const std::string name = path.filename().string();
+      if (!std::regex_match(name, parts, pattern))
+        return fail(Errc::parse, "not a name of this layout", path.string(),
+                    "<Material>_<number>.wav", name);
+      Recording own{name, material.filename().string(), parts[2], {}, {}};
+      if (auto done = read_sound(path, own); !done) return pass(done.error());
+      set.recordings.push_back(std::move(own));
+    }
+  }
+  return finished(std::move(set), folder);
+}
+
+Result<RecordingSet> import_hapmat(const std::filesystem::path& folder) {
+  if (auto ok = check_folder(folder); !ok) return pass(ok.error());
+  RecordingSet set{"hapmat", "hapmat", BenchKind::real, {}};
+  for (const auto& path : files_in(folder)) {
+    if (path.extension() != ".csv") continue;
+    Recording own{path.filename().string(), path.stem().string(), "1", {}, {}};
+    if (auto done = read_table(path, "time", "1", own); !done) return pass(done.error());
+    set.recordings.push_back(std::move(own));
+  }
+  return finished(std::move(set), folder);
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,166 @@
+// Sound and vibration: features of a window and answers of the learners, beside numpy, scipy,
+// scikit-learn and XGBoost's Python on the same data in the same run (vibro_peers.py). Data are
+// made up: noise of twelve classes.
+
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+
+#include "classifier/learn/random.hpp"
+#include "classifier/vibro/extract.hpp"
+#include "classifier/vibro/learn/pipeline.hpp"
+#include "tests/bench/figures.hpp"
+
+namespace {
+
+using namespace weft;
+using namespace weft::classifier;
+using namespace weft::classifier::vibro;
+using bench::Figure;
+
+const std::filesystem::path scratch = "out/bench";
+constexpr std::size_t classes = 12, per_class = 100, components = 3;
+
+double seconds_of(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median_of(std::size_t count, const std::function<void()>& work) {
+  work();  // warms caches and tables
+  std::vector<double> s;
+  for (std::size_t i = 0; i < count; ++i) s.push_back(seconds_of(work));
+  return bench::median(s);
+}
+
+// What vibro_peers.py prints; nothing where there is no scikit-learn.
+nlohmann::json run_peer(const std::string& arguments) {
+  const std::string command =
+      "OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 /usr/bin/python3 tests/bench/vibro_peers.py " +
+      arguments + " 2>/dev/null";
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), &pclose);
+  std::string out;
+  for (int c = 0; pipe && (c = std::fgetc(pipe.get())) != EOF;) out.push_back(static_cast<char>(c));
+  return nlohmann::json::parse(out, nullptr, false);
+}
+
+// Roughly normal: the sum of four uniform ones.
+std::vector<double> noise(std::size_t n, RandomEngine& engine) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < n; ++i) {
+    double sum = 0.0;
+    for (int k = 0; k < 4; ++k) sum += static_cast<double>(engine() >> 11U) * 0x1p-53 - 0.5;
+    out.push_back(sum);
+  }
+  return out;
+}
+
+std::vector<Channel> channels_of(const std::string& source) {
+  std::vector<Channel> out;
+  for (const char c : source) out.push_back({std::string(1, c), c == 'S' ? 8000.0 : 200.0, "1"});
+  return out;
+}
+
+void add(std::vector<Figure>& figures, const std::string& name, double ours,
+         const nlohmann::json& peers, const std::string& key, const std::string& peer) {
+  const double theirs = peers.is_object() ? peers.value(key, 0.0) : 0.0;
+  figures.push_back({name, 1e6 * ours, "us", peer, 1e6 * theirs,
+                     theirs > 0 ? "peer takes " + std::to_string(theirs / ours) + " times as long"
+                                : "no peer here"});
+}
+
+void measure_features(std::vector<Figure>& figures, const nlohmann::json& peers) {
+  RandomEngine engine(1);
+  for (const std::string source : {"S", "XYZ", "SXYZ"}) {
+    for (const double window_s : {1.0, 2.0}) {
+      const auto channels = channels_of(source);
+      std::vector<std::vector<double>> samples;
+      WindowView window;
+      for (const Channel& c : channels)
+        samples.push_back(noise(samples_in(window_s, c.rate_hz), engine));
+      for (const auto& s : samples) window.emplace_back(s);
+      auto extractor = WindowExtractor::make(channels, {Family::all, Combine::concat}).value();
+      const double own = median_of(301, [&] { (void)extractor.features(window); });
+      const std::string key = source + (window_s == 1.0 ? " 1 s" : " 2 s");
+      add(figures, "features of a window, " + key, own, peers, "features " + key,
+          "numpy, the reference");
+    }
+  }
+}
+
+struct Set {
+  Matrix train, test;
+  std::vector<std::size_t> of_train;
+};
+
+// Nine features as wide as the classes lie apart.
+Set made_up_set() {
+  RandomEngine engine(2);
+  constexpr std::size_t features = 9, rows = classes * per_class, trains = rows * 4 / 5;
+  Set out{Matrix(trains, features), Matrix(rows - trains, features), {}};
+  const std::vector<double> centre = noise(classes * features, engine);
+  for (std::size_t r = 0; r < rows; ++r) {
+    const std::size_t c = r % classes;
+    const auto spread = noise(features, engine);
+    auto to = r < trains ? out.train.row(r) : out.test.row(r - trains);
+    for (std::size_t f = 0; f < features; ++f) to[f] = centre[c * features + f] + 0.5 * spread[f];
+    if (r < trains) out.of_train.push_back(c);
+  }
+  return out;
+}
+
+void write_set(const Set& set, const std::filesystem::path& path) {
+  std::ofstream out(path);
+  out.precision(17);
+  for (std::size_t r = 0; r < set.train.rows() + set.test.rows(); ++r) {
+    const bool trains = r < set.train.rows();
+    out << (trains ? 1 : 0) << ',' << r % classes;
+    for (const double v : trains ? set.train.row(r) : set.test.row(r - set.train.rows()))
+      out << ',' << v;
+    out << '\n';
+  }
+}
+
+void measure_learners(std::vector<Figure>& figures, const Set& set, const nlohmann::json& peers) {
+  for (const Method method : all_methods()) {
+    const std::string name(to_string(method));
+    if (!available(method)) {
+      std::printf("%s: left out, no library for it in this build\n", name.c_str());
+      continue;
+    }
+    PipelineOptions options{method, components, {}};
+    options.learner.threads = 1;
+    std::unique_ptr<Pipeline> trained;
+    const double fit = median_of(3, [&] {
+      trained = std::make_unique<Pipeline>(
+          Pipeline::train({&set.train, set.of_train, classes}, options).value());
+    });
+    std::size_t row = 0;
+    const double answer =
+        median_of(501, [&] { (void)trained->classify(set.test.row(row++ % set.test.rows())); });
+    add(figures, name + ": training, 960 rows", fit, peers, name + " fit",
+        "scikit-learn or XGBoost");
+    add(figures, name + ": one answer", answer, peers, name + " answer", "scikit-learn or XGBoost");
+  }
+}
+
+}  // namespace
+
+int main() {
+  std::filesystem::create_directories(scratch);
+  std::vector<Figure> figures;
+  const Set set = made_up_set();
+  const auto path = scratch / "vibro_set.csv";
+  write_set(set, path);
+  const auto peers = run_peer(path.string() + " ../shared/oracle");
+  measure_features(figures, peers);
+  measure_learners(figures, set, peers);
+  return bench::report("vibro", figures);
+}

@@ -1,0 +1,234 @@
+// Recordings of sound and vibration: file, imports, what a campaign gives.
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <filesystem>
+
+#include "daemon/recordings/import_recordings.hpp"
+#include "daemon/recordings/sound_file.hpp"
+#include "tests/unit/dataset/support.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using classifier::vibro::Recording;
+
+using test::TemporaryFolder;
+using test::write_file;
+
+RecordingSet small_set() {
+  RecordingSet out{"small", "recordings", BenchKind::real, {}};
+  for (int r = 0; r < 3; ++r) {
+    Recording own{"r" + std::to_string(r),
+                  r < 2 ? "felt" : "foil",
+                  std::to_string(r),
+                  {{"S", 8000.0, "Pa"}, {"X", 200.0, "m/s2"}},
+                  {{0.5, -0.25, 1e-9}, {}}};
+    for (int i = 0; i <= r; ++i) own.samples[1].push_back(0.1 * i);
+    out.recordings.push_back(std::move(own));
+  }
+  return out;
+}
+
+TEST_CASE("Recordings come back from their file as they were, digest and all") {
+  const TemporaryFolder folder;
+  const RecordingSet set = small_set();
+  const auto digest = write_recordings(set, folder / "a.h5");
+  REQUIRE(digest);
+  CHECK(*digest == recordings_sha256(set));
+  CHECK(is_recordings_file(folder / "a.h5"));
+  const auto back = read_recordings(folder / "a.h5");
+  REQUIRE(back);
+  CHECK(back->name == "small");
+  CHECK(back->kind == BenchKind::real);
+  REQUIRE(back->recordings.size() == 3);
+  CHECK(back->recordings[2].samples == set.recordings[2].samples);
+  CHECK(back->recordings[2].channels == set.recordings[2].channels);
+  CHECK(back->recordings[2].label == "foil");
+  CHECK(recordings_sha256(*back) == *digest);
+  RecordingSet simulated = set;
+  simulated.kind = BenchKind::simulated;
+  CHECK(recordings_sha256(simulated) != *digest);
+}
+
+TEST_CASE("Recordings that break a promise are not written, damaged files are not read") {
+  const TemporaryFolder folder;
+  const auto refuses = [&](auto change) {
+    RecordingSet set = small_set();
+    change(set);
+    return !write_recordings(set, folder / "b.h5") && !std::filesystem::exists(folder / "b.h5");
+  };
+  CHECK(refuses([](RecordingSet& s) { s.recordings.clear(); }));
+  CHECK(refuses([](RecordingSet& s) { s.recordings[1].file = "r0"; }));
+  CHECK(refuses([](RecordingSet& s) { s.recordings[1].label.clear(); }));
+  CHECK(refuses([](RecordingSet& s) { s.recordings[1].channels[0].rate_hz = 44100.0; }));
+  CHECK(refuses([](RecordingSet& s) { s.recordings[1].samples[0][1] = std::nan(""); }));
+  CHECK(refuses([](RecordingSet& s) { s.recordings[1].samples[0].clear(); }));
+  CHECK(refuses([](RecordingSet& s) {
+    for (auto& r : s.recordings) r.channels[1].rate_hz = 0.0;
+  }));
+
+  REQUIRE(write_recordings(small_set(), folder / "a.h5"));
+  const auto size = std::filesystem::file_size(folder / "a.h5");
+  std::filesystem::copy(folder / "a.h5", folder / "cut.h5");
+  std::filesystem::resize_file(folder / "cut.h5", size / 2);
+  CHECK_FALSE(read_recordings(folder / "cut.h5"));
+  CHECK_FALSE(is_recordings_file(folder / "none.h5"));
+  write_file(folder / "text.h5", "no HDF5");
+  CHECK_FALSE(read_recordings(folder / "text.h5"));
+}
+
+// 16 bits, mono or stereo, by the format's own description.
+std::string wav(int channels, int rate, const std::vector<int>& samples) {
+  std::string out;
+  const auto number = [&](std::uint32_t v, int bytes) {
+    for (int i = 0; i < bytes; ++i) out.push_back(static_cast<char>(v >> (8 * i) & 0xffU));
+  };
+  const auto bytes = static_cast<std::uint32_t>(2 * samples.size());
+  out += "RIFF";
+  number(36 + bytes, 4);
+  out += "WAVEfmt ";
+  number(16, 4);
+  number(1, 2);
+  number(static_cast<std::uint32_t>(channels), 2);
+  number(static_cast<std::uint32_t>(rate), 4);
+  number(static_cast<std::uint32_t>(rate * channels * 2), 4);
+  number(static_cast<std::uint32_t>(channels * 2), 2);
+  number(16, 2);
+  out += "data";
+  number(bytes, 4);
+  for (const int s : samples) number(static_cast<std::uint32_t>(s), 2);
+  return out;
+}
+
+bool have_sound() {
+  const TemporaryFolder folder;
+  write_file(folder / "a.wav", wav(1, 8000, {1, 2}));
+  const auto sound = read_sound_file(folder / "a.wav");
+  return sound || sound.error().code != Errc::unsupported;
+}
+
+TEST_CASE("Sound files are read at full scale, broken ones refused") {
+  if (!have_sound()) {
+    WARN("built without libsndfile: not tested");
+    return;
+  }
+  const TemporaryFolder folder;
+  write_file(folder / "a.wav", wav(2, 44100, {16384, -32768, 0, 1}));
+  const auto sound = read_sound_file(folder / "a.wav");
+  REQUIRE(sound);
+  CHECK(sound->rate_hz == 44100.0);
+  CHECK(sound->channels == std::vector<std::vector<double>>{{0.5, 0.0}, {-1.0, 1.0 / 32768.0}});
+  write_file(folder / "b.wav", "RIFF");
+  CHECK_FALSE(read_sound_file(folder / "b.wav"));
+  write_file(folder / "c.wav", wav(1, 8000, {}));
+  CHECK_FALSE(read_sound_file(folder / "c.wav"));
+  CHECK(read_sound_file(folder / "d.wav").error().code == Errc::not_found);
+}
+
+TEST_CASE("A manifest of tables and sound files is imported, its mistakes are named by line") {
+  const TemporaryFolder folder;
+  write_file(folder / "one.csv", "t_s,X,Y\n0,1,2\n0.005,3,4\n0.01,5,6\n");
+  write_file(folder / "two.csv", "t_s,X,Y\n0,7,8\n0.005,9,10\n");
+  write_file(folder / "m.csv", "file,label,group\none.csv,felt,a\ntwo.csv,foil,b\n");
+  const auto set = import_recordings(folder / "m.csv");
+  REQUIRE(set);
+  REQUIRE(set->recordings.size() == 2);
+  CHECK(set->kind == BenchKind::unknown);
+  CHECK(set->recordings[0].channels[1].name == "Y");
+  CHECK(set->recordings[0].channels[1].rate_hz == 200.0);
+  CHECK(set->recordings[0].samples[1] == std::vector{2.0, 4.0, 6.0});
+  CHECK(set->recordings[1].group == "b");
+
+  write_file(folder / "m2.csv", "file,label\none.csv,felt\nnone.csv,foil\n");
+  const auto missing = import_recordings(folder / "m2.csv");
+  REQUIRE_FALSE(missing);
+  CHECK(missing.error().where.find("m2.csv:3") != std::string::npos);
+  write_file(folder / "m3.csv", "file\none.csv\n");
+  CHECK_FALSE(import_recordings(folder / "m3.csv"));
+  write_file(folder / "still.csv", "t_s,X\n0,1\n0,2\n");
+  write_file(folder / "m4.csv", "file,label\nstill.csv,felt\n");
+  CHECK_FALSE(import_recordings(folder / "m4.csv"));
+}
+
+TEST_CASE("VibTac-12 needs twelve lines of numbers") {
+  const TemporaryFolder folder;
+  std::string lines;
+  for (int t = 0; t < 12; ++t) lines += std::to_string(t) + ",1.0,2e0\n";
+  for (const char* name : {"X.csv", "Y.csv", "Z.csv"}) write_file(folder / name, lines);
+  const auto set = import_vibtac12(folder.path(), {"X", "Z"});
+  REQUIRE(set);
+  REQUIRE(set->recordings.size() == 12);
+  CHECK(set->recordings[3].label == "texture04");
+  CHECK(set->recordings[3].samples[0] == std::vector{3.0, 1.0, 2.0});
+  CHECK(set->recordings[3].channels[1].name == "Z");
+  CHECK_FALSE(import_vibtac12(folder.path(), {"Q"}));
+  CHECK_FALSE(import_vibtac12(folder.path(), {"S"}));  // no sound track there
+  CHECK_FALSE(import_vibtac12(folder / "none", {"X"}));
+  write_file(folder / "Y.csv", lines + "1,2,3\n");
+  CHECK_FALSE(import_vibtac12(folder.path(), {"Y"}));
+  write_file(folder / "Y.csv", lines.substr(0, lines.size() - 3) + "x\n");
+  const auto odd = import_vibtac12(folder.path(), {"Y"});
+  REQUIRE_FALSE(odd);
+  CHECK(odd.error().where.find("Y.csv:12: field 3") != std::string::npos);
+}
+
+// A trial whose phase M lasts from 100 ms to 200 ms of the host clock, with a sound block of four
+// readings at 200 Hz every 20 ms.
+Dataset campaign() {
+  Dataset out;
+  out.info.kind = BenchKind::simulated;
+  out.info.sound = {200.0, 4};
+  classifier::Trial trial;
+  trial.file = "t0";
+  trial.label = "felt";
+  trial.taxels = 1;
+  TrialRecord record;
+  record.spec.repetition = 2;
+  for (std::int64_t ms = 0; ms <= 300; ms += 10) {
+    trial.counts.push_back(0.0);
+    trial.phase.push_back(ms >= 100 && ms <= 200 ? Phase::motion : Phase::press);
+    record.t_ns.push_back(ms * 1'000'000);
+  }
+  for (std::int64_t ms = 20; ms <= 300; ms += 20) {
+    record.sound.t_ns.push_back(ms * 1'000'000);
+    record.sound.device_us.push_back(static_cast<std::uint32_t>((ms - 20) * 1000));
+    record.sound.lost.push_back(0);
+    record.sound.clipped.push_back(0);
+    for (int i = 0; i < 4; ++i) record.sound.quanta.push_back(static_cast<int>(ms) * 1'000'000);
+  }
+  out.trials.push_back(trial);
+  out.records.push_back(record);
+  return out;
+}
+
+TEST_CASE("Of a campaign the whole blocks of phase M are taken, and lost ones refused") {
+  Dataset dataset = campaign();
+  const auto set = recordings_of(dataset);
+  REQUIRE(set);
+  CHECK(set->kind == BenchKind::simulated);
+  REQUIRE(set->recordings.size() == 1);
+  const Recording& r = set->recordings[0];
+  CHECK(r.group == "2");
+  CHECK(r.channels == std::vector<classifier::vibro::Channel>{{"S", 200.0, "Pa"}});
+  // Blocks that end at 120, 140 ... 200 ms.
+  REQUIRE(r.samples[0].size() == 20);
+  CHECK(r.samples[0].front() == 120.0);
+  CHECK(r.samples[0].back() == 200.0);
+
+  dataset.records[0].sound.lost[7] = 1;  // ends at 160 ms
+  const auto refused = recordings_of(dataset);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().where == "t0");
+  dataset.records[0].sound.lost[7] = 0;
+  dataset.records[0].sound.lost[2] = 1;  // before M
+  CHECK(recordings_of(dataset));
+  dataset.records[0].outcome = TrialOutcome::aborted;
+  CHECK_FALSE(recordings_of(dataset));
+  dataset.info.sound = {};
+  CHECK_FALSE(recordings_of(dataset));
+}
+
+}  // namespace
+}  // namespace weft::daemon
