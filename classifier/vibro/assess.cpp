@@ -93,14 +93,14 @@ class Assessor {
     }
     for (std::size_t i = 0; i < own.count.size(); ++i) out_.confusion.count[i] += own.count[i];
     out_.split_accuracy.push_back(own.accuracy());
-    out_.f_score += vibro::f_score(own);
+    out_.split_f_score.push_back(vibro::f_score(own));
     return {};
   }
 
   Assessment finished() {
     const auto n = static_cast<double>(out_.split_accuracy.size());
     out_.accuracy = mean_of(out_.split_accuracy);
-    out_.f_score /= n;
+    out_.f_score = mean_of(out_.split_f_score);
     out_.train_s /= n;
     out_.explained = (out_.explained - 1.0) / n;  // it began with 1
     out_.voted_accuracy = static_cast<double>(voted_right_) / static_cast<double>(out_.voted);

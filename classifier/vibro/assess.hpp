@@ -18,7 +18,7 @@ struct Assessment {
   Confusion confusion;    ///< of windows, summed over the splits
   double accuracy = 0.0;  ///< of windows, mean over the splits
   double f_score = 0.0;   ///< macro, mean over the splits
-  std::vector<double> split_accuracy{};
+  std::vector<double> split_accuracy{}, split_f_score{};
   /// Of test recordings (parts of one, with blocks) by the most frequent answer of their windows,
   /// the lowest of several.
   double voted_accuracy = 0.0;

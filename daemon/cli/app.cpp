@@ -21,6 +21,7 @@
 #include "daemon/cli/run_command.hpp"
 #include "daemon/cli/trade_command.hpp"
 #include "daemon/cli/trade_sim_command.hpp"
+#include "daemon/cli/trade_vibro_command.hpp"
 #include "daemon/cli/train_command.hpp"
 #include "daemon/cli/verify_command.hpp"
 
@@ -46,6 +47,7 @@ struct Commands {
   ImprintSceneArgs imprint_scene;
   ImprintTablesArgs imprint_tables;
   ImprintSearchArgs imprint_search;
+  TradeVibroArgs trade_vibro;
   StatusArgs status;
   StartArgs start;
   WatchArgs watch;
@@ -102,6 +104,8 @@ void add_commands(CLI::App& root, Commands& all) {
   add(*trade, all, "classifier",
       "feature count, learner, slide length, speed, exploration, vote, when to stop",
       all.trade_classifier, run_trade_classifier);
+  add(*trade, all, "vibro", "learner, features, window and source of sound and vibration",
+      all.trade_vibro, run_trade_vibro);
   add(*trade, all, "sim", "the plant's levels, integrators and steps on its scenes", all.trade_sim,
       run_trade_sim);
 }

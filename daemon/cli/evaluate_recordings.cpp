@@ -75,13 +75,6 @@ Result<Plan> plan_of(const EvaluateArgs& args) {
   return out;
 }
 
-Result<RecordingSet> open_recordings(const std::filesystem::path& path) {
-  if (is_recordings_file(path)) return read_recordings(path);
-  const auto dataset = open_dataset(path);
-  if (!dataset) return pass(dataset.error());
-  return recordings_of(*dataset);
-}
-
 std::string words_of(const Plan& plan) {
   const vibro::ProtocolOptions& p = plan.protocol;
   const std::string windows = fixed(p.window_s, 2) + " s windows";
@@ -152,6 +145,13 @@ Status measure_all(const Plan& plan, const vibro::WindowSet& windows,
 }
 
 }  // namespace
+
+Result<RecordingSet> open_recordings(const std::filesystem::path& path) {
+  if (is_recordings_file(path)) return read_recordings(path);
+  const auto dataset = open_dataset(path);
+  if (!dataset) return pass(dataset.error());
+  return recordings_of(*dataset);
+}
 
 void add_recording_options(CLI::App& command, RecordingChoice& choice) {
   const std::string group = "Recordings of sound and vibration";

@@ -1,10 +1,12 @@
 #pragma once
 // `weft evaluate` on recordings of sound and vibration.
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "daemon/cli/console.hpp"
+#include "daemon/recordings/recording_set.hpp"
 #include "protocols/base/result.hpp"
 
 namespace CLI {
@@ -31,6 +33,9 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice);
 /// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
 /// with --method.
 bool is_about_recordings(const EvaluateArgs& args);
+
+/// A file of recordings, or those of a data set with a vibration sensor.
+Result<RecordingSet> open_recordings(const std::filesystem::path& path);
 
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console);
 

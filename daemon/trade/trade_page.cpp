@@ -148,7 +148,7 @@ Result<std::string> trade_html(const TradeReport& report) {
     if (!one) return pass(one.error());
     out += *one;
   }
-  return page_around(report.title, out + provenance(report));
+  return page_around(report.title, out + report.tables_html + provenance(report));
 }
 
 }  // namespace weft::daemon

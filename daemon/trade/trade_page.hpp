@@ -16,6 +16,7 @@ struct TradeReport {
   std::vector<TradeCost> costs;    ///< a panel and a front each
   std::vector<TradeSet> sets;      ///< a section each, in this order
   std::vector<std::string> notes;  ///< how to read it; for people
+  std::string tables_html;         ///< further sections of the page; of simulated data with badges
   std::string timing;              ///< how times were taken
   std::string training;            ///< options of the training
   std::string machine;

@@ -28,22 +28,11 @@ namespace {
 using namespace weft;
 using namespace weft::classifier;
 using bench::Figure;
+using bench::median_of;
+using bench::seconds_of;
 
 constexpr std::size_t runs = 5;
 const std::filesystem::path scratch = "out/bench";
-
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median_of(std::size_t count, const std::function<void()>& work) {
-  work();  // warms caches and tables
-  std::vector<double> s;
-  for (std::size_t i = 0; i < count; ++i) s.push_back(seconds_of(work));
-  return bench::median(s);
-}
 
 std::string load_average() {
   std::ifstream in("/proc/loadavg");
@@ -60,12 +49,8 @@ std::string text(double v, const char* format = "%.4g") {
 
 // What classifier_peers.py prints; nothing where there is no python or no scikit-learn.
 nlohmann::json run_peer(const std::string& arguments) {
-  const std::string command =
-      "/usr/bin/python3 tests/bench/classifier_peers.py " + arguments + " 2>/dev/null";
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), &pclose);
-  std::string out;
-  for (int c = 0; pipe && (c = std::fgetc(pipe.get())) != EOF;) out.push_back(static_cast<char>(c));
-  return nlohmann::json::parse(out, nullptr, false);
+  return bench::json_of("/usr/bin/python3 tests/bench/classifier_peers.py " + arguments +
+                        " 2>/dev/null");
 }
 
 // Training part (8 of 20 trials of each fabric) and the rest.

@@ -1,10 +1,12 @@
 #include "tests/bench/figures.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -23,6 +25,26 @@ std::string cpu_model() {
 double median(std::vector<double>& values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
+}
+
+double seconds_of(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double median_of(std::size_t count, const std::function<void()>& work) {
+  work();
+  std::vector<double> s;
+  for (std::size_t i = 0; i < count; ++i) s.push_back(seconds_of(work));
+  return median(s);
+}
+
+nlohmann::json json_of(const std::string& command) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), &pclose);
+  std::string out;
+  for (int c = 0; pipe && (c = std::fgetc(pipe.get())) != EOF;) out.push_back(static_cast<char>(c));
+  return nlohmann::json::parse(out, nullptr, false);
 }
 
 int report(const std::string& name, const std::vector<Figure>& figures) {

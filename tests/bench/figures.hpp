@@ -1,6 +1,9 @@
 #pragma once
 // What a benchmark prints and writes: a table on the terminal and out/bench/NAME.json.
 
+#include <cstddef>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -19,6 +22,15 @@ struct Figure {
 
 /// Median of an odd number of runs; the list is sorted.
 double median(std::vector<double>& values);
+
+/// Wall time of one call.
+double seconds_of(const std::function<void()>& work);
+/// Median of `count` calls after one that warms caches and tables.
+double median_of(std::size_t count, const std::function<void()>& work);
+
+/// The JSON that a command prints; discarded() where it prints none, or where its program or what
+/// that needs is absent.
+nlohmann::json json_of(const std::string& command);
 
 /// Prints the table, writes the file, returns the exit status.
 int report(const std::string& name, const std::vector<Figure>& figures);

@@ -1,16 +1,19 @@
 // Sound and vibration: features of a window and answers of the learners, beside numpy, scipy,
 // scikit-learn and XGBoost's Python on the same data in the same run (vibro_peers.py). Data are
-// made up: noise of twelve classes.
+// made up: noise of twelve classes. Times are processor times of one thread, so that other work of
+// the machine counts for neither side.
 
 #include <nlohmann/json.hpp>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "classifier/learn/random.hpp"
 #include "classifier/vibro/extract.hpp"
@@ -27,28 +30,30 @@ using bench::Figure;
 const std::filesystem::path scratch = "out/bench";
 constexpr std::size_t classes = 12, per_class = 100, components = 3;
 
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-double median_of(std::size_t count, const std::function<void()>& work) {
+// Median of one call's time over `count` batches of `calls`; reading the clock costs as much as the
+// quickest answers.
+double median_of(std::size_t count, std::size_t calls, const std::function<void()>& work) {
   work();  // warms caches and tables
   std::vector<double> s;
-  for (std::size_t i = 0; i < count; ++i) s.push_back(seconds_of(work));
+  for (std::size_t i = 0; i < count; ++i) {
+    const double begun = processor_seconds();
+    for (std::size_t k = 0; k < calls; ++k) work();
+    s.push_back((processor_seconds() - begun) / static_cast<double>(calls));
+  }
   return bench::median(s);
 }
 
 // What vibro_peers.py prints; nothing where there is no scikit-learn.
 nlohmann::json run_peer(const std::string& arguments) {
-  const std::string command =
+  return bench::json_of(
       "OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 /usr/bin/python3 tests/bench/vibro_peers.py " +
-      arguments + " 2>/dev/null";
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), &pclose);
-  std::string out;
-  for (int c = 0; pipe && (c = std::fgetc(pipe.get())) != EOF;) out.push_back(static_cast<char>(c));
-  return nlohmann::json::parse(out, nullptr, false);
+      arguments + " 2>/dev/null");
 }
 
 // Roughly normal: the sum of four uniform ones.
@@ -87,7 +92,7 @@ void measure_features(std::vector<Figure>& figures, const nlohmann::json& peers)
         samples.push_back(noise(samples_in(window_s, c.rate_hz), engine));
       for (const auto& s : samples) window.emplace_back(s);
       auto extractor = WindowExtractor::make(channels, {Family::all, Combine::concat}).value();
-      const double own = median_of(301, [&] { (void)extractor.features(window); });
+      const double own = median_of(101, 3, [&] { (void)extractor.features(window); });
       const std::string key = source + (window_s == 1.0 ? " 1 s" : " 2 s");
       add(figures, "features of a window, " + key, own, peers, "features " + key,
           "numpy, the reference");
@@ -138,13 +143,13 @@ void measure_learners(std::vector<Figure>& figures, const Set& set, const nlohma
     PipelineOptions options{method, components, {}};
     options.learner.threads = 1;
     std::unique_ptr<Pipeline> trained;
-    const double fit = median_of(3, [&] {
+    const double fit = median_of(3, 1, [&] {
       trained = std::make_unique<Pipeline>(
           Pipeline::train({&set.train, set.of_train, classes}, options).value());
     });
     std::size_t row = 0;
     const double answer =
-        median_of(501, [&] { (void)trained->classify(set.test.row(row++ % set.test.rows())); });
+        median_of(101, 20, [&] { (void)trained->classify(set.test.row(row++ % set.test.rows())); });
     add(figures, name + ": training, 960 rows", fit, peers, name + " fit",
         "scikit-learn or XGBoost");
     add(figures, name + ": one answer", answer, peers, name + " answer", "scikit-learn or XGBoost");
@@ -155,7 +160,7 @@ void measure_learners(std::vector<Figure>& figures, const Set& set, const nlohma
 
 int main() {
   std::filesystem::create_directories(scratch);
-  std::vector<Figure> figures;
+  std::vector<bench::Figure> figures;
   const Set set = made_up_set();
   const auto path = scratch / "vibro_set.csv";
   write_set(set, path);

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """What people use today, timed: the reference's features with numpy, scikit-learn and XGBoost on three components.
 
-    vibro_peers.py SET.csv ORACLE      one JSON object: seconds of each, medians. SET: 1 trains or 0, class, features
+    vibro_peers.py SET.csv ORACLE      one JSON object: processor seconds of each, medians. SET: 1 trains or 0, class, features
 """
 import json
 import pathlib
@@ -13,12 +13,12 @@ import numpy as np
 
 
 def median(count, work):
-    work()
+    work()  # warms caches
     seconds = []
     for _ in range(count):
-        start = time.perf_counter()
+        start = time.process_time()
         work()
-        seconds.append(time.perf_counter() - start)
+        seconds.append(time.process_time() - start)
     return float(np.median(seconds))
 
 

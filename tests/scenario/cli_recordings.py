@@ -34,6 +34,25 @@ def vibtac12(t, d):
     t.expect(papers["leak"] > 0.9, "random windows share nearly all of their samples with training windows")
     same = evaluated(t, d, "vibtac12", "--window-s", "2", "--components", "3", "--combine", "mean", "--method", "kNN,Tree")
     t.expect(same["results"]["kNN"]["f_score"] < papers["results"]["kNN"]["f_score"], "the paper's protocol flatters")
+    trade(t, d)
+
+
+def trade(t, d):
+    data = t.run("trade", "vibro", "vibtac12.h5", "-o", "trade.html", "--data", "trade.json", "--method", "NB,kNN", "--json", cwd=d)
+    t.expect(data.returncode == 0, f"trade: {data.stderr}")
+    sets = json.loads((pathlib.Path(d) / "trade.json").read_text())["data_sets"]
+    page = (pathlib.Path(d) / "trade.html").read_text()
+    t.expect([len(s["points"]) for s in sets] == [12, 12], "learners x features x windows, a section for each protocol")
+    t.expect("share" in sets[0]["facts"]["leak"] and "no sample" in sets[1]["facts"]["leak"], "the leak is named")
+    t.expect(all(s["bench"] == "real" for s in sets) and "SIMULATED" not in page, "real data alone")
+    mean = [sum(p["accuracy"] for p in s["points"]) / 12 for s in sets]
+    t.expect(mean[0] > mean[1], f"the paper's protocol flatters: {mean}")
+    for s in sets:  # the front worked out again
+        for p in s["points"]:
+            beaten = any(q["accuracy"] >= p["accuracy"] and q["answer_s"] <= p["answer_s"] and
+                         (q["accuracy"], -q["answer_s"]) != (p["accuracy"], -p["answer_s"]) for q in s["points"])
+            t.expect(p["front"]["answer_s"] != beaten, f"front of {p['name']}")
+    t.expect("Table 1" in page and "Table 2" in page and "Figure 4" in page, "the paper's tables")
 
 
 def hapmat(t, d):

@@ -1,0 +1,179 @@
+#include "daemon/cli/trade_vibro_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/cli/campaign_report.hpp"
+#include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/evaluate_recordings.hpp"
+#include "daemon/cli/table.hpp"
+#include "daemon/cli/trial_choice.hpp"
+#include "daemon/dataset/atomic_file.hpp"
+#include "daemon/loop/wall_clock.hpp"
+#include "daemon/report/format.hpp"
+#include "daemon/trade/measure_vibro.hpp"
+#include "daemon/trade/page_parts.hpp"
+#include "daemon/trade/trade_page.hpp"
+#include "daemon/trade/vibro_tables.hpp"
+#include "weft_build_stamp.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+namespace vibro = classifier::vibro;
+
+Status refuse_over_inputs(const TradeVibroArgs& args) {
+  for (const std::filesystem::path& out : {args.out, args.data}) {
+    if (out.empty()) continue;
+    for (const auto& dataset : args.datasets)
+      if (Status ok = refuse_same_file(dataset, out); !ok) return ok;
+  }
+  if (args.out.lexically_normal() == args.data.lexically_normal())
+    return fail(Errc::invalid_argument, "page and data cannot be one file", "--data", {},
+                args.data.string(), "Choose another name");
+  return {};
+}
+
+Result<VibroTradeOptions> vibro_options(const TradeVibroArgs& args) {
+  VibroTradeOptions out;
+  if (!args.methods.empty()) out.methods.clear();
+  for (const std::string& word : args.methods) {
+    const auto method = vibro::method_from(word);
+    if (!method) return pass(method.error(), "--method");
+    out.methods.push_back(*method);
+  }
+  if (!args.families.empty()) out.families.clear();
+  for (const std::string& word : args.families) {
+    const auto family = vibro::family_from(word);
+    if (!family) return pass(family.error(), "--features");
+    out.families.push_back(*family);
+  }
+  out.windows_s = args.windows_s;
+  out.protocol.blocks = args.blocks;
+  out.protocol.step_s = args.step_s;
+  out.protocol.per_recording = args.per_recording;
+  out.protocol.repeats = args.repeats;
+  out.protocol.seed = args.seed;
+  out.learner.seed = args.seed;
+  out.timings = args.timings;
+  return out;
+}
+
+TradeReport vibro_report(const TradeVibroArgs& args) {
+  TradeReport out;
+  out.title = "Sound and vibration: F-score against time";
+  out.command = "trade vibro";
+  out.costs = classifier_costs();
+  out.costs.back().title = "window [s]";
+  out.costs.back().words = "window";
+  out.notes = {
+      "Every mark is a learner with a set of features, a window and a source; accuracy is the "
+      "macro "
+      "F-score. Scaling and three principal components are learnt from training windows alone.",
+      "Each set of recordings has two sections. Windows at random are the paper's protocol: nearly "
+      "every sample of a test window is in some training window, so its figures are too good. "
+      "Contiguous parts of a recording share no sample; with one recording of each material even "
+      "they do not prove that another recording would be recognised."};
+  out.timing = "an answer: features of one window, median of " + std::to_string(args.timings) +
+               ", and the learner with scaling and components, median over the test windows; one "
+               "thread";
+  out.training = "defaults of scikit-learn and XGBoost; seed " + std::to_string(args.seed);
+  out.machine = machine_text();
+  out.software = WEFT_VERSION;
+  out.commit = WEFT_COMMIT;
+  return out;
+}
+
+// The best of each learner, with its time, under each protocol.
+std::string vibro_summary(const TradeSet& set) {
+  Table table;
+  table.row({"best of", "choice", "F-score", "95 % interval", "answer"});
+  for (const std::string& learner : families_of(std::span(&set, 1))) {
+    const TradePoint* best = nullptr;
+    for (const TradePoint& p : set.points)
+      if (p.family == learner && (best == nullptr || p.accuracy > best->accuracy)) best = &p;
+    table.row({learner, best->name, fixed(best->accuracy, 3),
+               fixed(best->ci95.low, 3) + " to " + fixed(best->ci95.high, 3),
+               duration(best->answer_s)});
+  }
+  return bench_banner(set.bench) + set.dataset + "\n  " + daemon::text_of(set.facts.back()) + "\n" +
+         table.text();
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, TradeVibroArgs& args) {
+  command
+      .add_option("DATASET", args.datasets,
+                  "recordings of `weft dataset import`, or campaigns with a vibration sensor")
+      ->required();
+  command.add_option("-o,--output", args.out, "page to write (HTML)")->required();
+  command.add_option("--data", args.data, "the figures behind it to write (JSON)");
+  command
+      .add_option("--method", args.methods,
+                  "some of NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command
+      .add_option("--features", args.families,
+                  "some of SMMRP, FFT, SMMRPFFT (these without it), SMMRP10, ALL, BANDS, WIDE")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command.add_option("--window-s", args.windows_s, "lengths of windows")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(0.01, 1e4))
+      ->capture_default_str();
+  command.add_option("--blocks", args.blocks, "contiguous parts of every recording")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  command.add_option("--step-s", args.step_s, "from one window of a part to the next")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str();
+  command.add_option("--per-recording", args.per_recording, "windows at random")
+      ->check(CLI::Range(10, 100000))
+      ->capture_default_str();
+  command.add_option("--repeats", args.repeats, "splits of windows at random")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  command.add_option("--timings", args.timings, "windows of which the median is shown")
+      ->check(CLI::Range(5, 100000))
+      ->capture_default_str();
+  command.add_option("--seed", args.seed, "of windows, splits and learners")->capture_default_str();
+}
+
+Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
+  if (Status ok = refuse_over_inputs(args); !ok) return pass(ok.error());
+  const auto options = vibro_options(args);
+  if (!options) return pass(options.error());
+  TradeReport report = vibro_report(args);
+  std::string text;
+  const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
+    console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
+  };
+  for (const auto& path : args.datasets) {
+    const auto set = open_recordings(path);
+    if (!set) return pass(set.error());
+    const auto trade = measure_vibro_trade(*set, *options, steady_wall_seconds, progress);
+    if (!trade) return pass(trade.error(), path.string());
+    for (const vibro::Protocol protocol : {vibro::Protocol::random, vibro::Protocol::blocks}) {
+      report.sets.push_back(vibro_trade_set(*trade, *set, path.string(), protocol));
+      text += vibro_summary(report.sets.back());
+    }
+    report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path.string()) +
+                          "</h2>\n" + vibro_tables_html(*trade, bench_badge(set->kind)) +
+                          "</section>\n";
+  }
+  const auto page = trade_html(report);
+  if (!page) return pass(page.error());
+  const auto data = trade_json(report);
+  if (!data) return pass(data.error());
+  if (Status ok = write_text_file(args.out, *page); !ok) return pass(ok.error());
+  if (!args.data.empty())
+    if (Status ok = write_text_file(args.data, data->dump(2) + "\n"); !ok) return pass(ok.error());
+  print(console, text + "page: " + args.out.string() + "\n", nlohmann::json(*data));
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

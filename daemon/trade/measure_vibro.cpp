@@ -1,0 +1,194 @@
+#include "daemon/trade/measure_vibro.hpp"
+
+#include <algorithm>
+
+#include "daemon/report/format.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace vibro = classifier::vibro;
+
+constexpr const char* sound = "S";
+
+std::string other_channels(const RecordingSet& set) {
+  std::string out;
+  std::size_t count = 0;
+  for (const auto& c : set.recordings.front().channels) {
+    if (c.name == sound) continue;
+    out += c.name;
+    ++count;
+  }
+  return count > 3 ? std::to_string(count) + " channels" : out;
+}
+
+bool has_sound(const RecordingSet& set) {
+  return std::ranges::any_of(set.recordings.front().channels,
+                             [](const auto& c) { return c.name == sound; });
+}
+
+// Of one window on this thread, the median over windows in turn.
+Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordings,
+                                   const vibro::WindowSet& windows, vibro::FeatureChoice choice,
+                                   std::size_t timings, const classifier::SecondsNow& now) {
+  auto extractor = vibro::WindowExtractor::make(recordings.front().channels, choice);
+  if (!extractor) return pass(extractor.error());
+  std::vector<double> seconds;
+  for (std::size_t i = 0; i <= timings; ++i) {
+    const std::size_t row = i * 7919 % windows.places.size();  // a prime: all over the set
+    const auto window = vibro::window_at(recordings[windows.recording[row]],
+                                         windows.places[row].start_s, windows.window_s);
+    if (!window) return pass(window.error());
+    const double begun = now();
+    const auto row_features = extractor->features(*window);
+    const double ended = now();
+    if (!row_features) return pass(row_features.error());
+    if (i > 0) seconds.push_back(ended - begun);  // the first one makes tables
+  }
+  return median_of(std::move(seconds));
+}
+
+// What all learners of one source, window, set of features and protocol share.
+struct Bed {
+  std::string source;
+  const std::vector<vibro::Recording>* recordings = nullptr;
+  vibro::Family family{};
+  vibro::ProtocolOptions protocol;
+};
+
+Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
+                   const classifier::SecondsNow& now, VibroTrade& out) {
+  const vibro::FeatureChoice choice{bed.family, options.combine};
+  const auto windows = vibro::cut_and_extract(*bed.recordings, bed.protocol.window_s,
+                                              vibro::places_of(bed.protocol), choice);
+  if (!windows) return pass(windows.error());
+  const auto splits = vibro::split_windows(*windows, bed.protocol);
+  if (!splits) return pass(splits.error());
+  const auto features_s =
+      vibro_features_time(*bed.recordings, *windows, choice, options.timings, now);
+  if (!features_s) return pass(features_s.error());
+  double& leak =
+      bed.protocol.protocol == vibro::Protocol::random ? out.random_leak : out.blocks_leak;
+  leak = std::max(leak, vibro::leak_of(*windows, *splits));
+  for (const vibro::Method method : options.methods) {
+    if (!vibro::available(method)) continue;
+    auto got = vibro::assess(*windows, *splits, {method, options.components, options.learner}, now);
+    if (!got) return pass(got.error(), vibro::to_string(method));
+    const auto tested = splits->front().test.size();
+    auto interval =
+        got->split_f_score.size() > 1
+            ? classifier::split_interval(got->split_f_score, splits->front().train.size(), tested)
+            : classifier::wilson_interval(got->confusion.correct(), tested);
+    out.points.push_back({method, bed.family, bed.protocol.window_s, bed.source,
+                          bed.protocol.protocol, std::move(*got), *features_s,
+                          std::move(interval)});
+  }
+  return {};
+}
+
+std::string point_name(const VibroPoint& p) {
+  return std::string(vibro::to_string(p.method)) + " " + std::string(vibro::to_string(p.family)) +
+         " " + fixed(p.window_s, 0) + " s " + p.source;
+}
+
+}  // namespace
+
+std::vector<std::string> sources_of(const RecordingSet& set) {
+  const std::string others = other_channels(set);
+  if (!has_sound(set)) return {others};
+  if (others.empty()) return {sound};
+  return {sound, others, sound + others};
+}
+
+std::vector<vibro::Recording> of_source(const RecordingSet& set, const std::string& source) {
+  const std::string others = other_channels(set);
+  std::vector<vibro::Recording> out;
+  for (const vibro::Recording& whole : set.recordings) {
+    vibro::Recording own{whole.file, whole.label, whole.group, {}, {}};
+    for (std::size_t c = 0; c < whole.channels.size(); ++c) {
+      const bool is_sound = whole.channels[c].name == sound;
+      if (is_sound ? source == others : source == sound) continue;
+      own.channels.push_back(whole.channels[c]);
+      own.samples.push_back(whole.samples[c]);
+    }
+    out.push_back(std::move(own));
+  }
+  return out;
+}
+
+Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options,
+                                       const classifier::SecondsNow& seconds_now,
+                                       const TradeProgress& progress) {
+  if (options.timings < 5)
+    return fail(Errc::invalid_argument, "too few timings for a median", "--timings", "at least 5",
+                std::to_string(options.timings));
+  if (auto fine = check(set); !fine) return pass(fine.error());
+  VibroTrade out;
+  for (const vibro::Method method : options.methods)
+    if (!vibro::available(method)) out.left_out.emplace_back(vibro::to_string(method));
+  const auto sources = sources_of(set);
+  const std::size_t steps = 2 * sources.size() * options.windows_s.size() * options.families.size();
+  std::size_t step = 0;
+  for (const std::string& source : sources) {
+    const auto recordings = of_source(set, source);
+    for (const double window_s : options.windows_s) {
+      for (const vibro::Family family : options.families) {
+        for (const vibro::Protocol protocol : {vibro::Protocol::random, vibro::Protocol::blocks}) {
+          Bed bed{source, &recordings, family, options.protocol};
+          bed.protocol.protocol = protocol;
+          bed.protocol.window_s = window_s;
+          if (progress)
+            progress(step++, steps,
+                     source + ", " + fixed(window_s, 2) + " s, " +
+                         std::string(vibro::to_string(family)) + ", " +
+                         std::string(vibro::to_string(protocol)));
+          if (auto ok = measure_bed(bed, options, seconds_now, out); !ok) return pass(ok.error());
+        }
+      }
+    }
+  }
+  return out;
+}
+
+TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const std::string& file,
+                         vibro::Protocol protocol) {
+  constexpr double least_s = 1e-9;  // the clock's step: a time must be positive to be drawn
+  const bool random = protocol == vibro::Protocol::random;
+  TradeSet out;
+  out.dataset = file + (random ? ", windows at random (the paper's protocol)"
+                               : ", contiguous parts of each recording left out");
+  out.sha256 = recordings_sha256(set);
+  out.bench = set.kind;
+  const double leak = random ? trade.random_leak : trade.blocks_leak;
+  out.facts = {{"recordings", static_cast<double>(set.recordings.size())},
+               {"leak", leak == 0.0 ? "no sample of a test window is in a training window"
+                                    : "half of all test windows share " + percent(leak, 0) +
+                                          " % or more of their samples with a training window"}};
+  for (const std::string& name : trade.left_out)
+    out.left_out.emplace_back(name, "this build of Weft has no library for it");
+  for (const VibroPoint& p : trade.points) {
+    if (p.protocol != protocol) continue;
+    TradePoint point;
+    point.name = point_name(p);
+    point.family = vibro::to_string(p.method);
+    point.settings = {{"learner", std::string(vibro::to_string(p.method))},
+                      {"features", std::string(vibro::to_string(p.family))},
+                      {"window_s", p.window_s},
+                      {"source", p.source},
+                      {"accuracy of windows", p.result.accuracy}};
+    point.bench = set.kind;
+    point.accuracy = p.result.f_score;
+    point.ci95 = p.ci95;
+    point.tested = p.result.confusion.total();
+    point.features_s = p.features_s;
+    point.vote_s = p.result.answer_s;
+    point.answer_s = std::max(p.features_s + p.result.answer_s, least_s);
+    point.timings_s = {point.answer_s};
+    point.contact_s = p.window_s;
+    point.train_s = p.result.train_s;
+    out.points.push_back(std::move(point));
+  }
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,67 @@
+#pragma once
+// `weft trade vibro`: learner x features x window x source on recordings of sound and vibration,
+// under the paper's protocol and an honest one.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "classifier/vibro/assess.hpp"
+#include "daemon/recordings/recording_set.hpp"
+#include "daemon/trade/measure_classifier.hpp"
+#include "daemon/trade/trade_point.hpp"
+
+namespace weft::daemon {
+
+struct VibroTradeOptions {
+  std::vector<classifier::vibro::Method> methods = classifier::vibro::all_methods();
+  std::vector<classifier::vibro::Family> families = {classifier::vibro::Family::smmrp,
+                                                     classifier::vibro::Family::fft,
+                                                     classifier::vibro::Family::smmrpfft};
+  std::vector<double> windows_s = {1.0, 2.0};
+  classifier::vibro::Combine combine = classifier::vibro::Combine::mean;
+  std::size_t components = 3;  ///< the paper's
+  /// Its window and protocol are set for each choice.
+  classifier::vibro::ProtocolOptions protocol;
+  classifier::vibro::MethodOptions learner;
+  std::size_t timings = 101;  ///< of the features of a window, at least 5
+};
+
+/// One choice and what came of it.
+struct VibroPoint {
+  classifier::vibro::Method method{};
+  classifier::vibro::Family family{};
+  double window_s = 0.0;
+  std::string source;  ///< "S", "XYZ", "SXYZ"
+  classifier::vibro::Protocol protocol{};
+  classifier::vibro::Assessment result;
+  double features_s = 0.0;    ///< of one window, one thread
+  classifier::Interval ci95;  ///< of the F-score
+};
+
+struct VibroTrade {
+  std::vector<VibroPoint> points;
+  /// Per protocol, in the order random, blocks: median share of a test window that is trained on,
+  /// over all choices the largest.
+  double random_leak = 0.0, blocks_leak = 0.0;
+  std::vector<std::string> left_out;  ///< learners that this build has no library for
+};
+
+/// "S", "XYZ" and both where the recordings have sound and something else; else the one there is.
+std::vector<std::string> sources_of(const RecordingSet& set);
+/// The recordings with the channels of that source alone.
+std::vector<classifier::vibro::Recording> of_source(const RecordingSet& set,
+                                                    const std::string& source);
+
+/// All choices under both protocols. Refuses what extraction, splitting and training refuse, and
+/// fewer than 5 timings.
+Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options,
+                                       const classifier::SecondsNow& seconds_now,
+                                       const TradeProgress& progress = {});
+
+/// The choices of one protocol as a set of the trade's page: accuracy is the macro F-score. `file`:
+/// how the recordings were named.
+TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const std::string& file,
+                         classifier::vibro::Protocol protocol);
+
+}  // namespace weft::daemon

@@ -1,0 +1,109 @@
+// The trade of sound and vibration on made-up recordings.
+
+#include <catch2/catch.hpp>
+
+#include <set>
+
+#include "daemon/trade/measure_vibro.hpp"
+#include "daemon/trade/vibro_tables.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace vibro = classifier::vibro;
+
+// Three materials whose noise differs in level, on a slow sound and three axes.
+RecordingSet three_materials() {
+  RecordingSet out{"made up", "recordings", BenchKind::simulated, {}};
+  std::uint64_t state = 1;
+  const auto noise = [&] {
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(state >> 33U) / 2147483648.0 - 0.5;
+  };
+  for (int m = 0; m < 3; ++m) {
+    vibro::Recording r{"m" + std::to_string(m), "material" + std::to_string(m), "1", {}, {}};
+    for (const char* name : {"S", "X", "Y", "Z"}) {
+      const double rate = name == std::string("S") ? 1000.0 : 200.0;
+      r.channels.push_back({name, rate, "1"});
+      r.samples.emplace_back();
+      for (int i = 0; i < static_cast<int>(rate * 12); ++i)
+        r.samples.back().push_back((1.0 + m) * noise());
+    }
+    out.recordings.push_back(std::move(r));
+  }
+  return out;
+}
+
+VibroTradeOptions few() {
+  VibroTradeOptions out;
+  out.methods = {vibro::Method::nb, vibro::Method::knn};
+  out.protocol.blocks = 3;
+  out.protocol.per_recording = 30;
+  out.protocol.repeats = 2;
+  out.timings = 5;
+  return out;
+}
+
+double ticks() {
+  static double now = 0.0;
+  return now += 1e-6;
+}
+
+TEST_CASE("Sources are sound, the other channels, and both") {
+  RecordingSet set = three_materials();
+  CHECK(sources_of(set) == std::vector<std::string>{"S", "XYZ", "SXYZ"});
+  CHECK(of_source(set, "S").front().channels.size() == 1);
+  CHECK(of_source(set, "XYZ").front().channels.front().name == "X");
+  CHECK(of_source(set, "SXYZ").front().samples == set.recordings.front().samples);
+  for (auto& r : set.recordings) {
+    r.channels.erase(r.channels.begin());
+    r.samples.erase(r.samples.begin());
+  }
+  CHECK(sources_of(set) == std::vector<std::string>{"XYZ"});
+  CHECK(of_source(set, "XYZ").front().samples == set.recordings.front().samples);
+}
+
+TEST_CASE("Every choice is measured under both protocols, and only one of them leaks") {
+  const RecordingSet set = three_materials();
+  const auto trade = measure_vibro_trade(set, few(), ticks);
+  REQUIRE(trade);
+  // learners x features x windows x sources x protocols
+  CHECK(trade->points.size() == 2 * 3 * 2 * 3 * 2);
+  CHECK(trade->random_leak > 0.8);
+  CHECK(trade->blocks_leak == 0.0);
+  std::set<std::string> names;
+  for (const vibro::Protocol protocol : {vibro::Protocol::random, vibro::Protocol::blocks}) {
+    const TradeSet own = vibro_trade_set(*trade, set, "made-up.h5", protocol);
+    CHECK(own.points.size() == trade->points.size() / 2);
+    CHECK(own.bench == BenchKind::simulated);
+    for (const TradePoint& p : own.points) {
+      CHECK(p.answer_s > 0.0);
+      CHECK(p.ci95.low <= p.accuracy);
+      CHECK(p.accuracy <= p.ci95.high);
+      names.insert(p.name);
+    }
+    for (const TradeCost& cost : classifier_costs()) CHECK(front_of(own, cost));
+    const bool random = protocol == vibro::Protocol::random;
+    CHECK((own.dataset.find("random") != std::string::npos) == random);
+    CHECK((text_of(own.facts.back()).find("share") != std::string::npos) == random);
+  }
+  CHECK(names.size() == trade->points.size() / 2);
+
+  const std::string tables = vibro_tables_html(*trade, "<b>SIMULATED</b>");
+  for (const char* words :
+       {"Table 1", "Figure 4", "Table 2", "the paper", "material2", "0.99", "<b>SIMULATED</b>"})
+    CHECK(tables.find(words) != std::string::npos);
+}
+
+TEST_CASE("Too few timings and recordings too short for their blocks are refused") {
+  VibroTradeOptions options = few();
+  options.timings = 4;
+  CHECK_FALSE(measure_vibro_trade(three_materials(), options, ticks));
+  options = few();
+  options.protocol.blocks = 20;
+  CHECK_FALSE(measure_vibro_trade(three_materials(), options, ticks));
+  CHECK_FALSE(measure_vibro_trade(RecordingSet{}, few(), ticks));
+}
+
+}  // namespace
+}  // namespace weft::daemon
