@@ -218,10 +218,13 @@ def flood(daemon):
             waiting.pop(0).close()
         if i % 1000 == 0:
             old.call("system.ready")
-    spent = daemon.cpu_s()
-    time.sleep(1)
-    spent = daemon.cpu_s() - spent
-    assert spent < 0.1, f"it spins while clients wait: {spent:.2f} s of processor in a second"
+    for _ in range(5):  # those that stood in the queue are heard and sent away first
+        spent = daemon.cpu_s()
+        time.sleep(1)
+        spent = daemon.cpu_s() - spent
+        if spent < 0.05:
+            break
+    assert spent < 0.05, f"it spins while clients wait: {spent:.2f} s of processor in a second"
     assert daemon.descriptors() < DESCRIPTORS - 50, "nothing is left for devices and files"
     old.call("system.ready")
     for wire in waiting:
