@@ -89,6 +89,7 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params,
   if (!law) return pass(law.error(), fabric.name);
   Patch patch;
   patch.seed = mix(mix(0, fabric.name), patch_seed);
+  patch.grain_m = fabric.grain_m;
   ContactMaterial& material = patch.material;
   material.law = *law;
   material.thickness_m = fabric.thickness_m;

@@ -13,7 +13,7 @@
 
 namespace weft::sim {
 
-/// A row of sim/fabrics.json in SI.
+/// A row of sim/fabrics.json or sim/textures.json in SI.
 struct Fabric {
   std::string name;
   double thickness_m = 0;
@@ -23,6 +23,7 @@ struct Fabric {
   double roughness_m = 0;         ///< SMD
   double warp_per_m = 0;          ///< yarns, wales or ribs per metre along x; 0 without a lattice
   double weft_per_m = 0;          ///< along y
+  double grain_m = 0;             ///< longest distance between asperities; 0: that of RubbingParams
   Structure structure;
 };
 
@@ -72,6 +73,7 @@ struct Patch {
   double skew_rad = 0;
   double gain_scale = 1;
   double tilt_x = 0, tilt_y = 0;  ///< added to the rig's own
+  double grain_m = 0;             ///< the fabric's; level L3 alone has a use for it
   std::uint64_t seed = 0;         ///< names the trial's noise
 };
 

@@ -92,6 +92,7 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
   reader.required("SMD_um", fabric.roughness_m, 0, 500, m_per_um);
   reader.number("warp_per_cm", fabric.warp_per_m, 0.5, 200, per_m_per_cm);
   reader.number("weft_per_cm", fabric.weft_per_m, 0.5, 200, per_m_per_cm);
+  reader.number("grain_um", fabric.grain_m, 5, 5000, m_per_um);
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (fabric.name.empty()) return fail(Errc::parse, "a fabric without a name", where + "/name");
   const auto found = structures.find(structure);

@@ -57,7 +57,9 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
 }
 
 void Plant::listen(const Patch& patch, TimePoint now) {
-  auto made = SoundingContact::make(*dynamic_, params_.vibration, patch.field, patch.skew_rad,
+  VibrationParams heard = params_.vibration;
+  heard.rubbing = with_grain(heard.rubbing, patch.grain_m);
+  auto made = SoundingContact::make(*dynamic_, heard, patch.field, patch.skew_rad,
                                     mix(mix(rig_seed_, "vibration"), patch.seed), now);
   WEFT_ASSERT(made.has_value());  // check() has passed
   sounding_ = std::move(*made);

@@ -60,6 +60,13 @@ Vector2 limited(const Vector2& value, double largest) {
 
 }  // namespace
 
+RubbingParams with_grain(RubbingParams params, double grain_m) {
+  if (!(grain_m > 0)) return params;
+  params.asperity_share = std::min(1.0, grain_m / (2 * params.face_half_width_m));
+  params.coarsest_m = grain_m;
+  return params;
+}
+
 FaceWaves::FaceWaves(std::span<const HeightField::Term> terms, double skew_rad,
                      double face_half_width_m, std::size_t most) {
   struct Kept {

@@ -24,6 +24,11 @@ struct RubbingParams {
   double finest_share = 0.5;     ///< amplitude of one octave against the next coarser (Hurst 1)
 };
 
+/// On a surface of grains that are `grain_m` apart (0: `params` as they are, for a cloth). The face
+/// rests on n = (side/grain)^2 of them; the force of each comes and goes by itself, so that the sum
+/// varies by 1/sqrt(n) = grain/side of the whole: no number is estimated but the grain.
+RubbingParams with_grain(RubbingParams params, double grain_m);
+
 /// Sum of plane waves' means over a square face that is pressed on them: sinc(k_x a) sinc(k_y a).
 /// Many at once, by position, without memory.
 class FaceWaves {

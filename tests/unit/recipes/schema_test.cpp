@@ -61,7 +61,7 @@ struct Case {
 }  // namespace
 
 TEST_CASE("The library's recipes pass schema and parser") {
-  for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016", "vibro-slide"}) {
+  for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016", "vibro-slide", "vibrotactile"}) {
     const std::string recipe = source_file("recipes/library/" + std::string(name) + ".json");
     INFO(name);
     CHECK(schema_accepts(recipe));
