@@ -65,8 +65,9 @@ Replayed play(const PlantParams& params, std::uint64_t rig_seed, const BenchMoti
     plant.advance(lead.led(pose, dt_s), dt_s);
     before = now;
     if (point.ends_frame()) {
-      out.normal_n.push_back(plant.contact().normal_n);
-      out.friction_n.push_back(plant.contact().friction_n);
+      const ContactState contact = plant.contact_now();
+      out.normal_n.push_back(contact.normal_n);
+      out.friction_n.push_back(contact.friction_n);
       out.counts.push_back(plant.pad_counts());
       lead.look(out.normal_n.size() - 1, out.normal_n.back());
     } else {

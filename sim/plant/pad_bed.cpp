@@ -37,6 +37,20 @@ void PadBed::remember(int stage, const ContactState& contact) {
   }
 }
 
+void PadBed::remember(int stage, const Pose& pose, const ContactState& before,
+                      const ContactState& after, double share) {
+  const auto on_way = [share](double from, double to) { return from + share * (to - from); };
+  const auto first = static_cast<std::size_t>(stage);
+  for (const std::size_t pad : {first, first + std::size_t{pad_timing::stages}}) {
+    faces_.x_m[pad] = pose.x_m;
+    faces_.y_m[pad] = pose.y_m;
+    faces_.indentation_m[pad] = on_way(before.indentation_m, after.indentation_m);
+    faces_.slope_x[pad] = after.slope_x;
+    faces_.slope_y[pad] = after.slope_y;
+    faces_.load_ratio[pad] = on_way(before.load_ratio, after.load_ratio);
+  }
+}
+
 void PadBed::press(int first, int last, Values& pressure_pa) {
   const auto asked = [&](std::size_t pad) {
     const int stage = static_cast<int>(pad) % pad_timing::stages;

@@ -22,6 +22,10 @@ class PadBed {
 
   /// The two pads of a stage are converted with the face as it is in `contact`.
   void remember(int stage, const ContactState& contact);
+  /// The same with the stages at `pose`, at a share of the time between two states in which the
+  /// face touches and leans alike.
+  void remember(int stage, const Pose& pose, const ContactState& before, const ContactState& after,
+                double share);
   /// Pressure of the pads of stages [first, last) as they were remembered [Pa]; others keep theirs.
   void press(int first, int last, Values& pressure_pa);
 

@@ -1,12 +1,21 @@
 #include "sim/plant/plant.hpp"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/random.hpp"
 
 namespace weft::sim {
+
+namespace {
+
+constexpr double rounding = 1e-9;  // of sums of steps
+/// A face whose exponent moves further between two balances sinks in too unevenly.
+constexpr double even_exponent = 0.1;
+
+}  // namespace
 
 Status check(const PlantParams& params, const ContactMaterial& material) {
   if (Status s = check(params.geometry, params.mount, material, params.dynamics); !s) return s;
@@ -52,6 +61,7 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now) {
   pressure_pa_ = {};
   contact_ = {};
   contact_.pose = pose;
+  gathered_.moved = false;
   if (params_.watched.contact)
     contact_ = algebraic_ ? algebraic_->probe.step(contact_, pose) : model_.step(contact_, pose, 0);
 }
@@ -73,17 +83,75 @@ ContactState Plant::peek(const Pose& pose, double dt_s) const {
   }
   if (algebraic_) return algebraic_->probe.step(contact_, pose);
   if (sounding_) return sounding_->peek(contact_, pose, from_seconds(dt_s));
-  return dynamic_ ? dynamic_->step(contact_, pose, dt_s) : quasistatic(pose, dt_s);
+  if (dynamic_) return dynamic_->step(contact_, pose, dt_s);
+  return quasistatic(pose, gathered_.moved ? gathered_.dt_s + dt_s : dt_s);
 }
 
 void Plant::advance(const Pose& pose, double dt_s) {
   if (sounding_ && params_.watched.contact)
     contact_ = sounding_->advance(contact_, pose, from_seconds(dt_s));
+  else if (gathers())
+    gather(pose, dt_s);
   else if (params_.watched.contact && params_.level == Level::quasistatic && dt_s >= 0 &&
            dt_s <= params_.quasistatic_step_s)
     model_.advance(contact_, pose, relaxation_over(dt_s));
   else
     contact_ = peek(pose, dt_s);
+}
+
+/// Whether a balance spans conversions.
+bool Plant::gathers() const {
+  constexpr double conversion_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
+  return params_.watched.contact && params_.level == Level::quasistatic &&
+         params_.quasistatic_step_s >= 2 * conversion_s * (1 - rounding);
+}
+
+void Plant::gather(const Pose& pose, double dt_s) {
+  if (!(dt_s >= 0 && dt_s <= std::numeric_limits<double>::max()) || !reachable(pose)) return;
+  const double most_s = params_.quasistatic_step_s * (1 + rounding);
+  if (gathered_.moved && gathered_.dt_s + dt_s > most_s) balance();
+  if (dt_s > most_s) {
+    contact_ = quasistatic(pose, dt_s);
+    return;
+  }
+  gathered_.dt_s = (gathered_.moved ? gathered_.dt_s : 0) + dt_s;
+  gathered_.pose = pose;
+  gathered_.moved = true;
+}
+
+/// One step over all that was gathered. Where the face touches before and after and sinks in
+/// evenly, the conversions on the way see it at their own place and time; else each is balanced.
+void Plant::balance() {
+  if (!gathered_.moved) return;
+  const ContactState before = contact_;
+  model_.advance(contact_, gathered_.pose, relaxation_over(gathered_.dt_s));
+  const bool touches = before.normal_n > 0 && contact_.normal_n > 0;
+  const bool even = std::abs(contact_.exponent - before.exponent) <= even_exponent &&
+                    before.slope_x == contact_.slope_x && before.slope_y == contact_.slope_y;
+  if (!(touches && even) && gathered_.count > 0) {
+    contact_ = before;
+    balance_each();
+  } else {
+    const double per_s = gathered_.dt_s > 0 ? 1 / gathered_.dt_s : 0;
+    for (int i = 0; i < gathered_.count; ++i) {
+      const auto& [stage, pose, after_s] = gathered_.conversions[static_cast<std::size_t>(i)];
+      bed_.remember(stage, pose, before, contact_, after_s * per_s);
+    }
+  }
+  gathered_.moved = false;
+  gathered_.count = 0;
+}
+
+void Plant::balance_each() {
+  double from_s = 0;
+  for (int i = 0; i < gathered_.count; ++i) {
+    const auto& [stage, pose, after_s] = gathered_.conversions[static_cast<std::size_t>(i)];
+    model_.advance(contact_, pose, relaxation_over(after_s - from_s));
+    bed_.remember(stage, contact_);
+    from_s = after_s;
+  }
+  if (gathered_.dt_s > from_s || gathered_.pose != contact_.pose)
+    model_.advance(contact_, gathered_.pose, relaxation_over(gathered_.dt_s - from_s));
 }
 
 VibrationReadings Plant::take_vibration() {
@@ -116,6 +184,9 @@ void Plant::convert(int stage, std::uint64_t frame) {
   scan_last_ = stage + 1;
   if (algebraic_)
     press_linear(stage);
+  else if (gathered_.moved)
+    gathered_.conversions[static_cast<std::size_t>(gathered_.count++)] = {stage, gathered_.pose,
+                                                                          gathered_.dt_s};
   else
     bed_.remember(stage, contact_);
   if (scan_last_ == pad_timing::stages) finish_stages();
@@ -123,6 +194,7 @@ void Plant::convert(int stage, std::uint64_t frame) {
 
 void Plant::finish_stages() {
   if (scan_first_ == scan_last_) return;
+  balance();
   if (!algebraic_) bed_.press(scan_first_, scan_last_, pressure_pa_);
   pads_.convert_stages(pressure_pa_, scan_frame_, scan_first_, scan_last_);
   scan_first_ = scan_last_ = 0;

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 #include "sim/plant/algebraic/algebraic_probe.hpp"
@@ -28,8 +27,11 @@ struct PlantParams {
   Level level = Level::quasistatic;  ///< L0 to L3; L3's vibrations are in modal/
   Watched watched;
   double set_point_n = 5;  ///< used at L0: the force of a pressed probe
-  /// Used at L1: a longer advance() is made of equal steps of at most this.
-  double quasistatic_step_s = std::numeric_limits<double>::infinity();
+  /// Used at L1: a longer advance() is made of equal steps of at most this, and shorter ones of one
+  /// scan are put together up to it. The default balances the contact at every conversion; a step
+  /// as long as a scan balances it once per scan, and between two balances the pads see a face that
+  /// sinks in evenly.
+  double quasistatic_step_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
   DynamicsParams dynamics;    ///< used from L2 on
   VibrationParams vibration;  ///< used at L3: sensors that are set are computed
   ContactGeometry geometry;
@@ -62,14 +64,19 @@ class Plant {
   /// 7; counts appear with the frame's last.
   void convert(int stage, std::uint64_t frame);
 
+  /// At L1 with a step longer than a conversion: as of the last balance, at most that step ago.
   [[nodiscard]] const ContactState& contact() const { return contact_; }
+  /// As of now, whatever the step.
+  [[nodiscard]] ContactState contact_now() const {
+    return gathered_.moved ? quasistatic(gathered_.pose, gathered_.dt_s) : contact_;
+  }
   /// Of the last frame that was converted to its end, and of stages that a mount cut short.
   [[nodiscard]] const std::array<std::uint16_t, pad_count>& pad_counts() const {
     return pads_.counts();
   }
-  /// Of each pad at its own last conversion.
+  /// Of each pad at its own last conversion, as of the last balance.
   [[nodiscard]] const std::array<double, pad_count>& pad_pressures_pa() const {
-    if (!algebraic_) bed_.press(scan_first_, scan_last_, pressure_pa_);
+    if (!algebraic_ && gathered_.count == 0) bed_.press(scan_first_, scan_last_, pressure_pa_);
     return pressure_pa_;
   }
   [[nodiscard]] std::size_t texture_tiles() const {
@@ -84,7 +91,24 @@ class Plant {
     double skew_cos, skew_sin;
     std::array<TextureMap::Cursor, pad_count> cursors{};
   };
+  /// What waits, at L1 with a long step, for the next balance.
+  struct Gathered {
+    struct Conversion {
+      int stage;
+      Pose pose;
+      double after_s;
+    };
+    bool moved = false;
+    Pose pose;        ///< where the stages are
+    double dt_s = 0;  ///< since the last balance
+    int count = 0;    ///< of the conversions
+    std::array<Conversion, pad_timing::stages> conversions;
+  };
   void listen(const Patch& patch, TimePoint now);
+  [[nodiscard]] bool gathers() const;
+  void gather(const Pose& pose, double dt_s);
+  void balance();
+  void balance_each();
   [[nodiscard]] ContactState quasistatic(const Pose& pose, double dt_s) const;
   void press_linear(int stage);
   void finish_stages();
@@ -103,6 +127,7 @@ class Plant {
   mutable std::array<double, pad_count> pressure_pa_{};  ///< of pads that wait: not yet
   std::uint64_t scan_frame_ = 0;  // stages [first, last) of it wait for their counts
   int scan_first_ = 0, scan_last_ = 0;
+  Gathered gathered_;
   /// A scan has steps of two lengths: what relaxes over them is kept.
   struct PreparedStep {
     double dt_s;

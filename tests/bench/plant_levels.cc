@@ -104,6 +104,25 @@ std::vector<Pose> scripted_path(const Patch& patch) {
   return path;
 }
 
+/// Every pad's count of every scan along the path, nine poses a scan.
+std::vector<double> counts_along(const PlantParams& params, const Patch& patch,
+                                 const std::vector<Pose>& path) {
+  constexpr int points = pad_timing::stages + 1;
+  constexpr double scan_s = static_cast<double>(pad_timing::frame_ns) * 1e-9;
+  Plant plant(params, 1);
+  plant.mount(patch, path.front());
+  std::vector<double> counts;
+  for (std::size_t i = 0; i + points <= path.size(); i += points) {
+    for (int stage = 0; stage < pad_timing::stages; ++stage) {
+      plant.advance(path[i + static_cast<std::size_t>(stage)], grid_s);
+      plant.convert(stage, i / points);
+    }
+    plant.advance(path[i + points - 1], scan_s - pad_timing::stages * grid_s);
+    for (const std::uint16_t count : plant.pad_counts()) counts.push_back(count);
+  }
+  return counts;
+}
+
 struct Trace {
   double cpu_s = 0;
   std::vector<double> normal_n, friction_n;
@@ -194,6 +213,22 @@ class Bench {
     add(name, bench::scene_s / warm_s, "x real time", target, note);
   }
 
+  /// Counts of the pads along the scripted path, against a balance at every conversion.
+  void counts(const std::string& name, const PlantParams& params, const Patch& patch) {
+    const auto path = scripted_path(patch);
+    const auto coarse = counts_along(params, patch, path);
+    const auto fine = counts_along(bench::scene_params(Level::quasistatic), patch, path);
+    double worst_counts = 0, squares = 0;
+    for (std::size_t i = 0; i < fine.size(); ++i) {
+      const double error = coarse[i] - fine[i];
+      worst_counts = std::max(worst_counts, std::abs(error));
+      squares += error * error / static_cast<double>(fine.size());
+    }
+    add(name + ", pads beside a balance at every conversion, rms", std::sqrt(squares), "counts", 0,
+        "a pad's noise is 1.5 counts rms");
+    add(name + ", pads beside a balance at every conversion, worst", worst_counts, "counts", 0, {});
+  }
+
   template <class Contact>
   void alone(const std::string& name, const Contact& contact, const Patch& patch,
              std::size_t stride, double step_s, const Trace& truth, double target) {
@@ -238,6 +273,13 @@ PlantParams at_step(double step_s) {
   return params;
 }
 
+/// The contact balanced once per scan of the pads.
+PlantParams once_per_scan() {
+  PlantParams params = bench::scene_params(Level::quasistatic);
+  params.quasistatic_step_s = static_cast<double>(pad_timing::frame_ns) * 1e-9;
+  return params;
+}
+
 /// Accelerometer at 200 Hz, microphone at 16 kHz.
 PlantParams sounding() {
   PlantParams params = bench::scene_params(Level::modal);
@@ -249,6 +291,8 @@ PlantParams sounding() {
 
 void plants(Bench& bench, const std::string& of, const Patch& patch) {
   bench.plant(of + "L1, plant, maps apart", bench::scene_params(Level::quasistatic), patch, 20000);
+  bench.plant(of + "L1 27.03 ms, plant, maps apart", once_per_scan(), patch, 20000);
+  bench.counts(of + "L1 27.03 ms", once_per_scan(), patch);
   bench.plant(of + "L2 0.2 ms, plant, maps apart", at_step(2e-4), patch, 1000);
   bench.plant(of + "L2 0.384 ms, plant, maps apart", at_step(DynamicsParams{}.step_s), patch, 1000);
   bench.plant(of + "L2 1 ms, plant, maps apart", at_step(1.024e-3), patch, 1000);

@@ -146,6 +146,9 @@ int main(int argc, char** argv) {
   const FabricLibrary table = library(argv[1]);
   plant_run("L0", at_level(Level::algebraic), table);
   plant_run("L1", at_level(Level::quasistatic), table);
+  PlantParams seldom = at_level(Level::quasistatic);
+  seldom.quasistatic_step_s = 1e-9 * static_cast<double>(pad_timing::frame_ns);
+  plant_run("L1 per scan", seldom, table);
   plant_run("L2 midpoint", at_level(Level::dynamic), table);
   plant_run("L2 TR-BDF2", at_level(Level::dynamic, Integrator::tr_bdf2), table);
   plant_run("L3", at_level(Level::modal), table);

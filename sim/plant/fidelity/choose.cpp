@@ -27,7 +27,7 @@ bool more_accurate(const FidelityOffer& a, const FidelityOffer& b) {
 }
 
 bool a_bench_can(const FidelitySetting& setting) {
-  return setting.level < Level::quasistatic || setting.step_s <= grid_step_s * (1 + rounding);
+  return setting.level <= Level::quasistatic || setting.step_s <= grid_step_s * (1 + rounding);
 }
 
 void widen(FidelityOffer& offer, const FidelityRow& row) {

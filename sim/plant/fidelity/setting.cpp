@@ -40,7 +40,7 @@ std::string to_string(const FidelitySetting& setting) {
 FidelitySetting setting_of(const PlantParams& params) {
   if (params.level < Level::quasistatic) return {.level = params.level};
   if (params.level == Level::quasistatic)
-    return {.level = params.level, .step_s = std::min(params.quasistatic_step_s, grid_step_s)};
+    return {.level = params.level, .step_s = params.quasistatic_step_s};
   return {.level = params.level,
           .integrator = params.dynamics.integrator,
           .step_s = std::min(params.dynamics.step_s, grid_step_s)};

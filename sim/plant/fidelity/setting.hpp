@@ -9,7 +9,8 @@
 
 namespace weft::sim {
 
-/// The plant moves at most this far at once: the pads' conversion times are its grid.
+/// The pads' conversion times are the plant's grid: it moves at most this far at once, but at L1,
+/// whose balance may span the conversions of a scan.
 constexpr double grid_step_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
 
 struct FidelitySetting {

@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "sim/plant/plant.hpp"
 #include "tests/unit/plant/support.hpp"
@@ -28,8 +30,10 @@ Plant on_jersey(const PlantParams& params) {
   return plant;
 }
 
-/// Down to 0.6 mm below the cloth, which is beyond the slack, in 3 s, then 4 mm along y in 2 s.
-void press_and_slide(Plant& plant) {
+/// Down to 0.6 mm below the cloth, which is beyond the slack, in 3 s, then 4 mm along y in 2 s;
+/// `look` after every scan.
+template <class Look>
+void follow(Plant& plant, Look look) {
   const double touch_m = plate_z - 0.85e-3;
   const int down = 1000, along = 650;
   for (int i = 1; i <= down + along; ++i) {
@@ -37,7 +41,12 @@ void press_and_slide(Plant& plant) {
     const double y = 4e-3 * std::max(0.0, static_cast<double>(i - down) / along);
     plant.advance({.y_m = y, .z_m = z}, grid_s);
     if (i % 9 != 0) plant.convert(i % 9 - 1, static_cast<std::uint64_t>(i / 9));
+    if (i % 9 == 8) look();
   }
+}
+
+void press_and_slide(Plant& plant) {
+  follow(plant, [] {});
 }
 
 }  // namespace
@@ -96,7 +105,7 @@ TEST_CASE("what nobody watches is not computed") {
   }
 }
 
-TEST_CASE("level L1 with shorter steps goes to the same place, and an infinite step is one step") {
+TEST_CASE("level L1 with shorter steps goes to nearly the same place") {
   PlantParams params = params_at(Level::quasistatic);
   Plant whole = on_jersey(params);
   params.quasistatic_step_s = grid_s;
@@ -107,4 +116,45 @@ TEST_CASE("level L1 with shorter steps goes to the same place, and an infinite s
   CHECK(same.contact().normal_n == whole.contact().normal_n);
   CHECK(quarter.contact().normal_n != whole.contact().normal_n);
   CHECK(quarter.contact().normal_n == Approx(whole.contact().normal_n).epsilon(1e-3));
+}
+
+TEST_CASE("level L1 balanced once or three times per scan keeps force and pads") {
+  PlantParams params = params_at(Level::quasistatic);
+  Plant each = on_jersey(params);
+  params.quasistatic_step_s = GENERATE(27.027027e-3, 9.216e-3);
+  Plant seldom = on_jersey(params);
+  std::vector<std::array<std::uint16_t, pad_count>> counts, rough_counts;
+  follow(each, [&] { counts.push_back(each.pad_counts()); });
+  follow(seldom, [&] { rough_counts.push_back(seldom.pad_counts()); });
+  CHECK(seldom.contact_now().pose == each.contact().pose);
+  CHECK(seldom.contact_now().normal_n == Approx(each.contact().normal_n).epsilon(1e-3));
+  REQUIRE(counts.size() == rough_counts.size());
+  double squares = 0, worst = 0, moved = 0;
+  for (std::size_t scan = 0; scan < counts.size(); ++scan)
+    for (std::size_t pad = 0; pad < pad_count; ++pad) {
+      const double error = 1.0 * counts[scan][pad] - rough_counts[scan][pad];
+      squares += error * error / static_cast<double>(counts.size() * pad_count);
+      worst = std::max(worst, std::abs(error));
+      moved = std::max(moved, std::abs(1.0 * counts[scan][pad] - counts[0][pad]));
+    }
+  CHECK(std::sqrt(squares) < 0.5);  // a third of a pad's noise
+  CHECK(worst <= 10);
+  CHECK(moved > 500);  // of which ten are little
+  CHECK(squares > 0);  // and it is another computation
+}
+
+TEST_CASE("looks in between and poses that nobody reaches change nothing of a scan") {
+  PlantParams params = params_at(Level::quasistatic);
+  params.quasistatic_step_s = 27.027027e-3;
+  Plant alone = on_jersey(params), looked_at = on_jersey(params);
+  follow(alone, [] {});
+  follow(looked_at, [&] {
+    const ContactState now = looked_at.peek(looked_at.contact().pose, 1e-3);
+    CHECK(std::isfinite(now.normal_n));
+    (void)looked_at.pad_pressures_pa();
+    looked_at.advance({.z_m = std::numeric_limits<double>::quiet_NaN()}, grid_s);
+    looked_at.advance({}, -1);
+  });
+  CHECK(alone.pad_counts() == looked_at.pad_counts());
+  CHECK(alone.contact().normal_n == looked_at.contact().normal_n);
 }
