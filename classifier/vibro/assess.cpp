@@ -74,6 +74,8 @@ class Assessor {
     if (!trained) return pass(trained.error());
     out_.train_s += seconds() - begun;
     out_.explained += trained->explained();
+    trained_ = split.train.size();
+    tested_ = split.test.size();
     Confusion own(labels_);
     std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> votes;
     for (const std::size_t r : split.test) {
@@ -104,6 +106,10 @@ class Assessor {
     out_.train_s /= n;
     out_.explained = (out_.explained - 1.0) / n;  // it began with 1
     out_.voted_accuracy = static_cast<double>(voted_right_) / static_cast<double>(out_.voted);
+    out_.voted_ci95 = wilson_interval(voted_right_, out_.voted);
+    out_.accuracy_ci95 = {0.0, 1.0, "one split alone tells no spread"};
+    if (out_.split_accuracy.size() > 1)
+      out_.accuracy_ci95 = split_interval(out_.split_accuracy, trained_, tested_);
     out_.answer_s = MedianFinder().median(answers_s_);
     return std::move(out_);
   }
@@ -122,6 +128,7 @@ class Assessor {
   std::vector<std::size_t> classes_;
   std::vector<double> answers_s_;
   std::size_t voted_right_ = 0;
+  std::size_t trained_ = 0, tested_ = 0;  // rows of a split; of all about the same
   Assessment out_;
 };
 

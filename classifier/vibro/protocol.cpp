@@ -117,6 +117,10 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
                   "at least 2", std::to_string(options.blocks));
     for (std::size_t b = 0; b < options.blocks; ++b)
       out.push_back(split_by(windows, [&](std::size_t r) { return windows.places[r].block == b; }));
+  } else if (options.train_groups.empty() && options.test_groups.empty()) {
+    auto each = leave_one_group_out(windows.matrix.groups, windows.matrix.labels);
+    if (!each) return pass(each.error());
+    out = std::move(*each);
   } else {
     auto split = split_by_groups(windows.matrix.groups, options.train_groups, options.test_groups);
     if (!split) return pass(split.error());

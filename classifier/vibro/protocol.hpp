@@ -16,7 +16,7 @@ enum class Protocol {
   random,  ///< the paper's: windows anywhere in a recording, 80 % of them train. A test window
            ///< shares most of its samples with training windows: its figures are too good
   blocks,  ///< contiguous parts of every recording, each left out in turn: no sample is shared
-  groups   ///< whole recordings: the named groups test, the others (or those named) train
+  groups   ///< whole recordings: each group left out in turn, or the named ones test
 };
 std::string_view to_string(Protocol protocol);
 Result<Protocol> protocol_from(std::string_view text);
@@ -30,7 +30,7 @@ struct ProtocolOptions {
   double test_share = 0.2;                     ///< random: of each recording's windows
   std::size_t repeats = 1;                     ///< random: splits
   std::vector<std::string> train_groups = {};  ///< groups; empty: all that do not test
-  std::vector<std::string> test_groups = {};
+  std::vector<std::string> test_groups = {};   ///< groups; empty as well: each in turn
   std::uint64_t seed = 1;
 };
 

@@ -12,6 +12,7 @@
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/recordings/recording_set.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/interval_words.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -59,7 +60,8 @@ Result<Plan> plan_of(const EvaluateArgs& args) {
   const auto protocol = vibro::protocol_from(choice.protocol);
   if (!protocol) return pass(protocol.error(), "--protocol");
   out.features = {*family, *combine};
-  out.protocol.protocol = args.test_groups.empty() ? *protocol : vibro::Protocol::groups;
+  const bool by_group = !args.test_groups.empty() || args.leave_one_group_out;
+  out.protocol.protocol = by_group ? vibro::Protocol::groups : *protocol;
   if (args.trials.window_s > 0.0) out.protocol.window_s = args.trials.window_s;
   out.protocol.step_s = choice.step_s;
   out.protocol.blocks = choice.blocks;
@@ -82,6 +84,8 @@ std::string words_of(const Plan& plan) {
     return windows + ", " + std::to_string(p.per_recording) + " at random from each recording, " +
            percent(p.test_share, 0) + " % of them test (the paper's protocol)";
   const std::string every = windows + " every " + fixed(p.step_s, 2) + " s";
+  if (p.protocol == vibro::Protocol::groups && p.test_groups.empty())
+    return every + ", whole recordings: each group of them left out in turn";
   if (p.protocol == vibro::Protocol::groups)
     return every + ", recordings of groups " + joined(p.test_groups, ",") + " test";
   return every + ", " + std::to_string(p.blocks) +
@@ -94,15 +98,28 @@ std::string leak_words(double leak) {
          " % or more of their samples with a training window; the figures are too good.\n";
 }
 
-json method_json(const vibro::Assessment& a) {
+json interval_json(classifier::Interval interval, vibro::Protocol protocol) {
+  if (protocol != vibro::Protocol::random) name_groups_left_out(interval);
+  return {{"low", interval.low}, {"high", interval.high}, {"method", interval.method}};
+}
+
+json method_json(const vibro::Assessment& a, vibro::Protocol protocol) {
   json chosen = json::array();
   for (const vibro::Method m : a.chosen) chosen.push_back(vibro::to_string(m));
-  return {{"accuracy", a.accuracy},         {"accuracy_of_splits", a.split_accuracy},
-          {"f_score", a.f_score},           {"recordings_accuracy", a.voted_accuracy},
-          {"recordings_tested", a.voted},   {"windows_tested", a.confusion.total()},
-          {"explained", a.explained},       {"train_s", a.train_s},
-          {"answer_s", a.answer_s},         {"labels", a.confusion.labels},
-          {"confusion", a.confusion.count}, {"chosen", chosen}};
+  return {{"accuracy", a.accuracy},
+          {"accuracy_of_splits", a.split_accuracy},
+          {"f_score", a.f_score},
+          {"recordings_accuracy", a.voted_accuracy},
+          {"recordings_tested", a.voted},
+          {"windows_tested", a.confusion.total()},
+          {"explained", a.explained},
+          {"train_s", a.train_s},
+          {"answer_s", a.answer_s},
+          {"labels", a.confusion.labels},
+          {"confusion", a.confusion.count},
+          {"chosen", chosen},
+          {"accuracy_ci95", interval_json(a.accuracy_ci95, protocol)},
+          {"recordings_ci95", interval_json(a.voted_ci95, protocol)}};
 }
 
 std::vector<std::string> method_row(const std::string& name, const vibro::Assessment& a) {
@@ -111,6 +128,7 @@ std::vector<std::string> method_row(const std::string& name, const vibro::Assess
     chosen += (chosen.empty() ? "" : ",") + std::string(vibro::to_string(m));
   return {name,
           percent(a.accuracy, 2),
+          percent(a.accuracy_ci95.low, 0) + " to " + percent(a.accuracy_ci95.high, 0),
           fixed(a.f_score, 3),
           percent(a.voted_accuracy, 2) + " of " + std::to_string(a.voted),
           duration(a.train_s),
@@ -133,14 +151,14 @@ Status measure_all(const Plan& plan, const vibro::WindowSet& windows,
     const auto got = vibro::assess(windows, splits, options, steady_wall_seconds);
     if (!got) return pass(got.error());
     table.row(method_row(name, *got));
-    results[name] = method_json(*got);
+    results[name] = method_json(*got, plan.protocol.protocol);
   }
   if (!plan.best) return {};
   const auto got = vibro::assess_chosen(windows, splits, plan.protocol.protocol, candidates,
                                         plan.pipeline, steady_wall_seconds);
   if (!got) return pass(got.error());
   table.row(method_row("best", *got));
-  results["best"] = method_json(*got);
+  results["best"] = method_json(*got, plan.protocol.protocol);
   return {};
 }
 
@@ -213,7 +231,8 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   if (!splits) return pass(splits.error(), args.dataset.string());
   const double leak = vibro::leak_of(*windows, *splits);
   Table table;
-  table.row({"learner", "windows %", "F-score", "recordings %", "training", "answer", "chosen"});
+  table.row(
+      {"learner", "windows %", "95 %", "F-score", "recordings %", "training", "answer", "chosen"});
   json results = json::object();
   if (auto ok = measure_all(*plan, *windows, *splits, table, results, console); !ok)
     return pass(ok.error(), args.dataset.string());

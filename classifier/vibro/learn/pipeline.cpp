@@ -18,6 +18,8 @@ std::vector<double> Pipeline::prepared(std::span<const double> features) const {
 }
 
 Result<Pipeline> Pipeline::train(const Training& training, const PipelineOptions& options) {
+  if (options.stop && options.stop())
+    return fail(Errc::wrong_state, "the training was stopped before its end", "train");
   const std::span<const double> values(training.rows->data());
   Pipeline out;
   // Rows that fit() refuses must not be scaled before it has seen them.

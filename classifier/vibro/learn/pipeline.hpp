@@ -2,6 +2,7 @@
 // Scaling, principal components and a learner, all learnt from the training rows alone.
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -18,6 +19,8 @@ struct PipelineOptions {
   std::size_t components = 0;  ///< principal components; the paper's 3. 0, or no fewer than the
                                ///< features: none, the scaled features themselves
   MethodOptions learner;
+  /// Asked before each training; true: what is under way ends with wrong_state.
+  std::function<bool()> stop = {};
 };
 
 /// Immutable; may be asked by several threads.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <set>
 
 #include "classifier/vibro/assess.hpp"
 #include "classifier/vibro/importance.hpp"
@@ -74,7 +75,17 @@ TEST_CASE("Every protocol splits what it says, and only random windows leak") {
   for (const std::size_t r : groups.splits[0].test) CHECK(groups.windows.matrix.groups[r] == "2");
   CHECK(leak_of(groups.windows, groups.splits) == 0.0);
 
-  for (const Cut* c : {&random, &blocks, &groups})
+  const Cut each = cut(recordings, with(Protocol::groups));
+  REQUIRE(each.splits.size() == 2);
+  for (const Split& split : each.splits) {
+    std::set<std::string> tested;
+    for (const std::size_t r : split.test) tested.insert(each.windows.matrix.groups[r]);
+    CHECK(tested.size() == 1);
+    CHECK(split.train.size() + split.test.size() == each.windows.places.size());
+  }
+  CHECK(leak_of(each.windows, each.splits) == 0.0);
+
+  for (const Cut* c : {&random, &blocks, &groups, &each})
     for (const Split& split : c->splits) {
       std::vector<std::size_t> both;
       std::set_intersection(split.train.begin(), split.train.end(), split.test.begin(),
@@ -95,7 +106,9 @@ TEST_CASE("Splits that cannot train or test are refused") {
   options.blocks = 10;  // 1.5 s each, windows of 2 s
   CHECK(refuses(options));
   options = with(Protocol::groups);
+  options.train_groups = {"1"};
   CHECK(refuses(options));  // nothing to test
+  options.train_groups.clear();
   options.test_groups = {"7"};
   CHECK(refuses(options));
   options.test_groups = {"1", "2"};
@@ -103,6 +116,9 @@ TEST_CASE("Splits that cannot train or test are refused") {
   options = with(Protocol::random);
   options.test_share = 0.0;
   CHECK(refuses(options));
+  const auto one_group = levels(2, 1);
+  const auto windows = cut_and_extract(one_group, 2.0, places_of(with(Protocol::groups)), {});
+  CHECK_FALSE(split_windows(*windows, with(Protocol::groups)));
   CHECK_FALSE(protocol_from("loo"));
   for (const Protocol p : {Protocol::random, Protocol::blocks, Protocol::groups})
     CHECK(protocol_from(to_string(p)).value() == p);
@@ -134,6 +150,16 @@ TEST_CASE(
     CHECK(got.confusion.total() == (protocol.protocol == Protocol::blocks ? 45 * 5 : 3 * 53));
     CHECK(got.explained == Approx(1.0));
     CHECK(got.train_s == 0.0);
+    CHECK(got.voted_ci95.low < got.voted_accuracy);
+    CHECK(got.voted_ci95.high >= got.voted_accuracy);
+    if (protocol.protocol == Protocol::groups) {  // one split
+      CHECK(got.accuracy_ci95.low == 0.0);
+      CHECK(got.accuracy_ci95.high == 1.0);
+    } else {
+      CHECK(got.accuracy_ci95.low > 1.0 / 3.0);
+      CHECK(got.accuracy_ci95.low <= got.accuracy);
+      CHECK(got.accuracy_ci95.high >= got.accuracy);
+    }
   }
   // A level means another label in every group: what was learnt is wrong in the one that tests.
   for (std::size_t r = 0; r < recordings.size(); ++r)
@@ -155,6 +181,11 @@ TEST_CASE("The learner is chosen by parts of the training windows alone") {
   CHECK(got->accuracy > 0.9);
   CHECK_FALSE(assess_chosen(c.windows, c.splits, Protocol::blocks, {}, options));
   CHECK_FALSE(assess(c.windows, {}, options));
+  int asked = 0;
+  options.stop = [&] { return ++asked > 3; };
+  const auto stopped = assess_chosen(c.windows, c.splits, Protocol::blocks, candidates, options);
+  REQUIRE_FALSE(stopped);
+  CHECK(stopped.error().code == Errc::wrong_state);
 }
 
 TEST_CASE("Dealing out the values of the feature that matters costs accuracy, of others nothing") {
