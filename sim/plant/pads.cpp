@@ -25,10 +25,11 @@ double plate_f_m(const PadParams& params) {
 /// Four counts.
 using Whole = std::int32_t __attribute__((vector_size(simd::width * sizeof(std::int32_t))));
 
-/// In [-1, 1), of the bits that Random::uniform_of leaves.
+/// In (-1, 1), of the bits that Random::uniform_of leaves: in the middle of its step, so that kicks
+/// have no mean, which a slow drift would add up.
 double kick_of(std::uint64_t bits) {
-  constexpr std::int64_t steps = 1 << 10;
-  return static_cast<double>(static_cast<std::int64_t>(bits & (2 * steps - 1)) - steps) *
+  constexpr std::int64_t steps = 1 << 11;
+  return static_cast<double>(2 * static_cast<std::int64_t>(bits & (steps - 1)) - (steps - 1)) *
          (1.0 / steps);
 }
 
@@ -71,7 +72,7 @@ std::uint16_t quantise(double counts) {
 
 PadArray::Law PadArray::law_of(const PadParams& params) {
   const double drift_keep = std::exp(-frame_s / params.drift_time_s);
-  // A kick is even in [-1, 1), of variance 1/3; thousands of them make a normal drift.
+  // A kick is even in (-1, 1), of variance 1/3; thousands of them make a normal drift.
   const double kick_counts = params.drift_counts * std::sqrt(3 * (1 - drift_keep * drift_keep));
   return {.creep = params.creep,
           .creep_keep = std::exp(-frame_s / params.creep_time_s),

@@ -157,6 +157,23 @@ TEST_CASE("drift stays near its standard deviation for as long as one likes") {
   CHECK(std::sqrt(squares) == Approx(3).epsilon(0.2));
 }
 
+TEST_CASE("drift has no mean of its own at the correlation time that it has by default") {
+  PadParams params = ideal();
+  params.drift_counts = 200;
+  params.drift_time_s = PadParams{}.drift_time_s;
+  constexpr int sensors = 60;
+  constexpr std::uint64_t frames = 100000;  // 45 minutes, four and a half correlation times
+  double sum = 0;
+  for (std::uint64_t sensor = 0; sensor < sensors; ++sensor) {
+    PadArray pads(params, 1);
+    pads.reset(sensor, 1);
+    for (std::uint64_t frame = 0; frame < frames; ++frame) pads.convert_stages({}, frame);
+    for (const std::uint16_t count : pads.counts()) sum += count - 5000.0;
+  }
+  constexpr double pads_seen = sensors * double{pad_count};
+  CHECK(std::abs(sum / pads_seen) < 3 * 200 / std::sqrt(pads_seen));
+}
+
 TEST_CASE("a scan at once gives the counts of its stages one by one") {
   PadArray whole(PadParams{}, 3), staged(PadParams{}, 3);
   whole.reset(5, 1.1);
