@@ -16,6 +16,26 @@ tl::unexpected<rpc::RpcError> refused(const Error& error) {
   return tl::unexpected(rpc::from(error));
 }
 
+void answer_apart(const Services& services, const rpc::Responder& respond,
+                  std::function<rpc::Outcome()> work) {
+  const bool taken = services.errand(
+      [work = std::move(work), respond]() -> Services::Report {
+        return [outcome = work(), respond] { respond(outcome); };
+      },
+      [respond](const Error& escaped) {
+        respond(tl::unexpected(rpc::rpc_error(rpc::code::internal, "internal", escaped)));
+      });
+  if (!taken)
+    respond(tl::unexpected(rpc::rpc_error(rpc::code::request + 29, "request.too_many",
+                                          {Errc::wrong_state,
+                                           "too much that takes long waits already",
+                                           {},
+                                           {},
+                                           {},
+                                           "Ask again later"},
+                                          true)));
+}
+
 std::string by(const rpc::Caller& caller) {
   return caller.session + " (" + caller.user + ")";
 }

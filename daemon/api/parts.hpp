@@ -12,6 +12,11 @@ namespace weft::daemon::api {
 /// JSON on one line; text that is not UTF-8 is replaced.
 std::string text_of(const nlohmann::json& value);
 tl::unexpected<rpc::RpcError> refused(const Error& error);
+/// Answers with what `work` returns, which is done on another thread and uses nothing of the
+/// server's: a halt waits for none of it. An internal error where it throws; request.too_many where
+/// too much waits already.
+void answer_apart(const Services& services, const rpc::Responder& respond,
+                  std::function<rpc::Outcome()> work);
 /// "s-41 (ada)": who made a change.
 std::string by(const rpc::Caller& caller);
 

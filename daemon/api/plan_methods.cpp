@@ -1,6 +1,8 @@
 // What a recipe will do, and what differs between two of them.
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/parts.hpp"
@@ -8,6 +10,7 @@
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/recorder/recorder.hpp"
 #include "recipes/engine/forecast.hpp"
+#include "recipes/schema/json_text.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -20,25 +23,34 @@ using rpc::ParamType;
 constexpr std::int64_t most_steps = 1000;
 constexpr std::size_t most_differences = 1000;
 
-/// A recipe's text: of the folder, or as a run has it on record.
-Result<std::string> recipe_text(const Services& services, const Call& call, const char* param) {
+/// Where a recipe's text is, found on the server's thread and read on another.
+struct RecipePlace {
+  std::filesystem::path file;  ///< of the folder, or a run's campaign file
+  std::string run;             ///< whose recipe it is as that has it on record; or empty
+};
+
+Result<RecipePlace> recipe_place(const Services& services, const Call& call, const char* param) {
   const std::string name = call.params.at(param).get<std::string>();
-  if (const auto run = services.desk->get(name)) {
-    const auto header = load_header(run->stored.folder / "campaign.sqlite");
-    if (header) return header->info.recipe_json;
-    return pass(header.error(), name);
-  }
+  if (const auto run = services.desk->get(name))
+    return RecipePlace{run->stored.folder / "campaign.sqlite", name};
   const auto file = recipe_file(services, name);
-  if (file) return read_text_file(*file, recipes::max_recipe_bytes);
+  if (file) return RecipePlace{*file, {}};
   Error none = file.error();
   none.where = std::string("/params/") + param;
   return pass(std::move(none));
 }
 
-Result<recipes::RigLimits> limits_of(const Services& services) {
-  const auto rig = read_text_file(services.rig);
-  if (!rig) return pass(rig.error());
-  return recipes::parse_rig_limits(*rig);
+Result<std::string> recipe_text(const RecipePlace& place) {
+  if (place.run.empty()) return read_text_file(place.file, recipes::max_recipe_bytes);
+  const auto header = load_header(place.file);
+  if (header) return header->info.recipe_json;
+  return pass(header.error(), place.run);
+}
+
+Result<recipes::RigLimits> limits_of(const std::filesystem::path& rig) {
+  const auto text = read_text_file(rig);
+  if (!text) return pass(text.error());
+  return recipes::parse_rig_limits(*text);
 }
 
 json point_json(const recipes::Vec2& point) {
@@ -94,30 +106,37 @@ json steps_json(const recipes::Plan& plan, std::size_t from, std::size_t most) {
   return out;
 }
 
-Outcome planned(const Services& services, const Call& call) {
-  const auto text = recipe_text(services, call, "recipe");
-  if (!text) return refused(text.error());
-  const auto limits = limits_of(services);
-  if (!limits) return refused(limits.error());
+/// What recipe.plan is asked, with nothing of the call's: it is done on another thread.
+struct PlanQuestion {
+  RecipePlace recipe;
+  std::filesystem::path rig;
+  std::optional<std::uint64_t> seed;
+  std::size_t from = 0, most = 0;  ///< trials
+};
+
+Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
+  auto recipe = recipe_place(services, call, "recipe");
+  if (!recipe) return pass(recipe.error());
   const auto seed = seed_of(call);
-  if (!seed) return refused(seed.error());
+  if (!seed) return pass(seed.error());
   const std::int64_t from = call.params.value("from", std::int64_t{0});
   const std::int64_t most = call.params.value("most", std::int64_t{100});
   if (from < 0)
-    return refused({Errc::range,
-                    "before the first trial",
-                    "/params/from",
-                    "0 or more",
-                    std::to_string(from),
-                    {}});
+    return fail(Errc::range, "before the first trial", "/params/from", "0 or more",
+                std::to_string(from));
   if (most < 1 || most > most_steps)
-    return refused({Errc::range,
-                    "how many trials",
-                    "/params/most",
-                    "1 to " + std::to_string(most_steps),
-                    std::to_string(most),
-                    {}});
-  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, *seed);
+    return fail(Errc::range, "how many trials", "/params/most",
+                "1 to " + std::to_string(most_steps), std::to_string(most));
+  return PlanQuestion{std::move(*recipe), services.rig, *seed, static_cast<std::size_t>(from),
+                      static_cast<std::size_t>(most)};
+}
+
+Outcome planned(const PlanQuestion& asked) {
+  const auto text = recipe_text(asked.recipe);
+  if (!text) return refused(text.error());
+  const auto limits = limits_of(asked.rig);
+  if (!limits) return refused(limits.error());
+  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, asked.seed);
   if (!report.plan) {
     const recipes::Diagnostic& first = report.problems.front();
     return refused(
@@ -128,9 +147,8 @@ Outcome planned(const Services& services, const Call& call) {
   json explorations = json::array();
   for (const recipes::Exploration& each : found.explorations)
     explorations.push_back(exploration_json(each));
-  const auto first = static_cast<std::size_t>(from);
-  json steps = steps_json(found, first, static_cast<std::size_t>(most));
-  const std::size_t next = first + steps.size();
+  json steps = steps_json(found, asked.from, asked.most);
+  const std::size_t next = asked.from + steps.size();
   return text_of({{"name", found.name},
                   {"digest", "sha256:" + sha256_hex(*text)},
                   {"plan_digest", "sha256:" + sha256_hex(found.canonical_json)},
@@ -145,8 +163,8 @@ Outcome planned(const Services& services, const Call& call) {
 }
 
 /// Whether both plan the same campaign on this rig; null where one of them cannot be run on it.
-json same_campaign(const Services& services, const std::string& a, const std::string& b) {
-  const auto limits = limits_of(services);
+json same_campaign(const std::filesystem::path& rig, const std::string& a, const std::string& b) {
+  const auto limits = limits_of(rig);
   if (!limits) return nullptr;
   const recipes::CheckReport one = recipes::check_recipe(a, *limits);
   const recipes::CheckReport other = recipes::check_recipe(b, *limits);
@@ -154,29 +172,64 @@ json same_campaign(const Services& services, const std::string& a, const std::st
   return one.plan->canonical_json == other.plan->canonical_json;
 }
 
-Outcome compared(const Services& services, const Call& call) {
-  std::string text[2];
-  json document[2];
-  const char* const params[2] = {"recipe", "other"};
+/// What recipe.diff is asked.
+struct DiffQuestion {
+  struct Side {
+    const char* param;
+    RecipePlace recipe;
+  };
+  std::array<Side, 2> sides;
+  std::filesystem::path rig;
+};
+
+/// Bounded in depth like every recipe: what compares two of them, and what writes the answer, goes
+/// one call deeper at each level.
+Result<json> document_of(const std::string& text, const char* param) {
+  json document;
+  recipes::Problems problems;
+  if (recipes::parse_json(text, {.max_bytes = recipes::max_recipe_bytes}, document, problems))
+    return document;
+  const recipes::Diagnostic first = problems.take().front();
+  return fail(Errc::parse, "that recipe cannot be read: " + first.message,
+              std::string("/params/") + param, first.expected, first.got,
+              "recipe.check tells all that is wrong with it");
+}
+
+Outcome compared(const DiffQuestion& asked) {
+  std::array<std::string, 2> text;
+  std::array<json, 2> document;
   for (std::size_t i = 0; i < 2; ++i) {
-    auto read = recipe_text(services, call, params[i]);
+    auto read = recipe_text(asked.sides[i].recipe);
     if (!read) return refused(read.error());
     text[i] = std::move(*read);
-    document[i] = json::parse(text[i], nullptr, false);
-    if (document[i].is_discarded())
-      return refused({Errc::parse,
-                      "that recipe is no JSON",
-                      std::string("/params/") + params[i],
-                      {},
-                      {},
-                      "recipe.check says where"});
+    auto parsed = document_of(text[i], asked.sides[i].param);
+    if (!parsed) return refused(parsed.error());
+    document[i] = std::move(*parsed);
   }
   std::size_t all = 0;
   json found = differences(document[0], document[1], most_differences, all);
   return text_of({{"same", all == 0},
-                  {"same_campaign", same_campaign(services, text[0], text[1])},
+                  {"same_campaign", same_campaign(asked.rig, text[0], text[1])},
                   {"count", all},
                   {"differences", std::move(found)}});
+}
+
+// A recipe of a megabyte may plan a million trials, and a halt does not wait for them.
+void plan(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto asked = plan_question(services, call);
+  if (!asked) return respond(refused(asked.error()));
+  answer_apart(services, respond, [asked = *asked] { return planned(asked); });
+}
+
+void compare(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto one = recipe_place(services, call, "recipe");
+  if (!one) return respond(refused(one.error()));
+  const auto other = recipe_place(services, call, "other");
+  if (!other) return respond(refused(other.error()));
+  answer_apart(services, respond,
+               [asked = DiffQuestion{{{{"recipe", *one}, {"other", *other}}}, services.rig}] {
+                 return compared(asked);
+               });
 }
 
 }  // namespace
@@ -195,7 +248,8 @@ void add_plan_methods(rpc::Methods& methods, const Services& services) {
        "name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, "
        "steps, "
        "next"},
-      [s](const Call& call) { return planned(*s, call); });
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { plan(*s, call, respond); }));
   methods.add(
       {"recipe.diff",
        "what differs between two recipes, by JSON pointer",
@@ -205,7 +259,8 @@ void add_plan_methods(rpc::Methods& methods, const Services& services) {
         {"other", ParamType::text, true, "likewise"}},
        "same (as written), same_campaign (planned on this rig; null where that cannot be said), "
        "count, differences: where, change, was, is; the first 1000"},
-      [s](const Call& call) { return compared(*s, call); });
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { compare(*s, call, respond); }));
 }
 
 }  // namespace weft::daemon::api

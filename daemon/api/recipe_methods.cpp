@@ -28,13 +28,6 @@ json diagnostics_json(const std::vector<recipes::Diagnostic>& list) {
   return out;
 }
 
-tl::unexpected<rpc::RpcError> too_busy() {
-  return tl::unexpected(rpc::rpc_error(
-      rpc::code::request + 29, "request.too_many",
-      {Errc::wrong_state, "too many recipes wait to be checked", {}, {}, {}, "Ask again later"},
-      true));
-}
-
 json plan_json(const recipes::Plan& plan) {
   json next = nullptr;
   if (const auto ask = recipes::next_ask(plan, 0))
@@ -104,11 +97,9 @@ void check(const Services& services, const Call& call, const rpc::Responder& res
   if (!file) return respond(refused(file.error()));
   const auto seed = seed_of(call);
   if (!seed) return respond(refused(seed.error()));
-  const bool taken =
-      services.errand([question = Question{*file, services.rig, services.data, *seed}, respond] {
-        return [outcome = checked(question), respond] { respond(outcome); };
-      });
-  if (!taken) respond(too_busy());
+  answer_apart(services, respond, [question = Question{*file, services.rig, services.data, *seed}] {
+    return checked(question);
+  });
 }
 
 }  // namespace

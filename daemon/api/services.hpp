@@ -28,9 +28,11 @@ struct Services {
   std::string epoch;
   std::function<std::chrono::nanoseconds()> now;  ///< monotonic
   std::function<std::int64_t()> utc_us;
-  /// Long work, done on another thread; what it returns is called on the server's. False where too
-  /// much waits already.
-  std::function<bool(std::function<std::function<void()>()>)> errand;
+  /// Long work, done on another thread; what it returns is called on the server's, or `failed`
+  /// where it threw. False where too much waits already.
+  using Report = std::function<void()>;
+  std::function<bool(std::function<Report()> work, std::function<void(const Error&)> failed)>
+      errand;
 };
 
 /// All of them, with the introduction.

@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "daemon/control/caught.hpp"
 #include "daemon/control/run_desk.hpp"
 
 namespace weft::daemon::control {
@@ -19,19 +20,6 @@ inline Deadlines deadlines_of(const recipes::Plan& plan) {
 
 /// Who holds a line that the daemon found when it began.
 inline constexpr const char* after_restart = "auto:restart";
-
-/// What escapes a thread of its own ends that work, a run or `what` it is, and nothing else.
-template <class Work>
-auto caught(const Work& work, const std::string& what = "run") -> decltype(work()) {
-  const std::string ours = "a mistake of this program ended the " + what;
-  try {
-    return work();
-  } catch (const std::exception& escaped) {
-    return fail(Errc::wrong_state, ours, what, {}, escaped.what());
-  } catch (...) {
-    return fail(Errc::wrong_state, ours, what);
-  }
-}
 
 struct RunDesk::Run {
   RunView view;

@@ -4,7 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "daemon/control/desk_run.hpp"
+#include "daemon/control/caught.hpp"
 #include "daemon/loop/low_priority.hpp"
 #include "daemon/loop/wall_clock.hpp"
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "daemon/control/caught.hpp"
+
 namespace weft::daemon::server {
 
 Errands::Errands(std::function<void(Report)> post)
@@ -9,10 +11,10 @@ Errands::Errands(std::function<void(Report)> post)
 
 Errands::~Errands() = default;
 
-bool Errands::send(Work work) {
+bool Errands::send(Work work, Failed failed) {
   const std::lock_guard lock(mutex_);
   if (waiting_.size() >= most_waiting) return false;
-  waiting_.push_back(std::move(work));
+  waiting_.push_back({std::move(work), std::move(failed)});
   arrived_.notify_one();
   return true;
 }
@@ -21,10 +23,12 @@ void Errands::run(const std::stop_token& stop) {
   while (true) {
     std::unique_lock lock(mutex_);
     if (!arrived_.wait(lock, stop, [this] { return !waiting_.empty(); })) return;
-    const Work work = std::move(waiting_.front());
+    const Errand errand = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
-    post_(work());
+    const auto report =
+        control::caught([&]() -> Result<Report> { return errand.work(); }, "errand");
+    post_(report ? *report : [failed = errand.failed, why = report.error()] { failed(why); });
     if (stop.stop_requested()) return;
   }
 }

@@ -8,6 +8,8 @@
 #include <mutex>
 #include <thread>
 
+#include "protocols/base/result.hpp"
+
 namespace weft::daemon::server {
 
 class Errands {
@@ -18,22 +20,28 @@ class Errands {
   /// What is left to do on the server's thread once the work is done.
   using Report = std::function<void()>;
   using Work = std::function<Report()>;
+  /// In place of the report, where the work threw.
+  using Failed = std::function<void(const Error&)>;
   /// `post` takes a report to the server's thread, from any.
   explicit Errands(std::function<void(Report)> post);
   ~Errands();  ///< waits for the one under way; those that wait are dropped
   Errands(const Errands&) = delete;
   Errands& operator=(const Errands&) = delete;
 
-  /// False where too many wait already. `work` throws nothing.
-  bool send(Work work);
+  /// False where too many wait already.
+  bool send(Work work, Failed failed);
 
  private:
+  struct Errand {
+    Work work;
+    Failed failed;
+  };
   void run(const std::stop_token& stop);
 
   std::function<void(Report)> post_;
   std::mutex mutex_;
   std::condition_variable_any arrived_;
-  std::deque<Work> waiting_;
+  std::deque<Errand> waiting_;
   std::jthread thread_;  // last: it uses all the others
 };
 

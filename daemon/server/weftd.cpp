@@ -113,7 +113,10 @@ void Daemon::wire(const DaemonOptions& options) {
                .epoch = new_epoch(),
                .now = [] { return steady_wall_now(); },
                .utc_us = [this] { return utc_us(); },
-               .errand = [this](Errands::Work work) { return errands_->send(std::move(work)); }};
+               .errand =
+                   [this](Errands::Work work, Errands::Failed failed) {
+                     return errands_->send(std::move(work), std::move(failed));
+                   }};
   shared_.methods = &methods_;
   shared_.hub = &hub_;
   shared_.answered = &answered_;

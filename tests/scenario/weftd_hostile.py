@@ -8,6 +8,7 @@ import json
 import pathlib
 import random
 import resource
+import select
 import socket
 import stat
 import subprocess
@@ -168,6 +169,39 @@ def hoards(daemon):
     client.call("rig.reset", reason="the test is over")
 
 
+def nested(folder, daemon):
+    """Files nested deeper than a stack is high, and an observer who asks all that can be asked about them."""
+    for leaf in "12":
+        (folder / f"recipes/deep{leaf}.json").write_text("[" * 200_000 + leaf + "]" * 200_000)
+    client = Client(daemon.socket)
+    assert not client.call("recipe.check", recipe="deep1")["ok"]
+    for method, params in ("recipe.plan", {"recipe": "deep1"}), ("recipe.diff", {"recipe": "deep1", "other": "deep2"}), \
+                          ("recipe.diff", {"recipe": "small", "other": "deep2"}):
+        assert "nested too deeply" in client.refused(method, **params)["message"], method
+    client.call("system.ready")
+
+
+def plans_beside_a_halt(folder, daemon):
+    """Campaigns of nearly a million trials are planned while somebody halts: he is answered before half of them are."""
+    huge = json.loads((ROOT / "recipes/library/m1.json").read_text())
+    huge.update(repetitions=1_000_000 // len(huge["fabrics"]) - 1, order={"kind": "randomised"})
+    (folder / "recipes/huge.json").write_text(json.dumps(huge))
+    askers = [Client(daemon.socket) for _ in range(10)]
+    halts = Client(daemon.socket)
+    for i, client in enumerate(askers):
+        method, params = ("recipe.diff", {"recipe": "huge", "other": "small"}) if i % 2 else ("recipe.plan", {"recipe": "huge", "most": 1})
+        client.send(json.dumps({"jsonrpc": "2.0", "id": "plan", "method": method, "params": params}))
+    time.sleep(0.1)  # they are all there
+    halts.call("rig.halt")
+    answered = select.select([client.wire for client in askers], [], [], 0)[0]
+    assert len(answered) < len(askers) / 2, f"{len(answered)} of {len(askers)} plans were made before the halt was answered"
+    halts.call("rig.reset", reason="the test is over")
+    for client in askers:
+        message = client.read()
+        assert message["id"] == "plan" and "result" in message, message
+        client.wire.close()
+
+
 def endless_line(daemon):
     """100 MB without a line's end: told, closed, and never held."""
     before = daemon.resident_kib()
@@ -264,6 +298,8 @@ def main():
         assert stat.S_IMODE(daemon.socket.stat().st_mode) == 0o660
         answers, errors = map(sum, zip(observed(daemon, viewer), allowed_all(daemon, owner)))
         hoards(daemon)
+        nested(folder, daemon)
+        plans_beside_a_halt(folder, daemon)
         endless_line(daemon)
         drips(daemon)
         flood(daemon)

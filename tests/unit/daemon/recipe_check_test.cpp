@@ -1,11 +1,11 @@
-// recipe.check: what takes long of it is not done on the server's thread.
+// recipe.check, recipe.plan and recipe.diff: what takes long of them is not done on the server's
+// thread.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/services.hpp"
-#include "tests/unit/daemon/kill_points.hpp"
-#include "tests/unit/daemon/trial_bench.hpp"
+#include "tests/unit/daemon/desk_bench.hpp"
 
 using namespace weft;
 using namespace weft::daemon;
@@ -14,28 +14,44 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// The method alone, with errands that the test does when it likes.
+/// The methods alone, with errands that the test does when it likes.
 struct CheckBench {
-  using Report = std::function<void()>;
-  explicit CheckBench(const TemporaryFolder& folder) {
-    const CampaignRequest request = test::request_in(folder, test::tiny_recipe(1));
-    services.rig = request.rig;
+  using Report = api::Services::Report;
+  explicit CheckBench(const TemporaryFolder& folder) : desk(folder, test::tiny_recipe(1)) {
+    services.rig = desk.request.rig;
+    services.desk = desk.desk.get();
     services.recipes = services.data = folder.path();
-    services.errand = [this](std::function<Report()> work) {
+    services.errand = [this](std::function<Report()> work,
+                             const std::function<void(const Error&)>&) {
       if (full) return false;
       errands.push_back(std::move(work));
       return true;
     };
     api::add_recipe_methods(methods, services);
+    api::add_plan_methods(methods, services);
   }
-  void ask(const json& params) {
+  void ask(const json& params, const char* method = "recipe.check") {
     const rpc::Caller caller;
-    methods.find("recipe.check").value()->handler({params, caller}, [this](rpc::Outcome outcome) {
-      said = std::move(outcome);
-    });
+    said.reset();
+    methods.find(method).value()->handler(
+        {params, caller}, [this](rpc::Outcome outcome) { said = std::move(outcome); });
   }
   json answer() const { return json::parse(said->value()); }
 
+  /// Asks, and does the errand that it takes.
+  rpc::Outcome answered(const char* method, const json& params) {
+    ask(params, method);
+    REQUIRE_FALSE(said);
+    REQUIRE(errands.size() == 1);
+    const Report report = errands.front()();
+    CHECK_FALSE(said);  // that is for the server's thread
+    report();
+    errands.clear();
+    REQUIRE(said);
+    return *said;
+  }
+
+  test::DeskBench desk;
   api::Services services;
   rpc::Methods methods;
   std::vector<std::function<Report()>> errands;
@@ -45,22 +61,39 @@ struct CheckBench {
 
 }  // namespace
 
-TEST_CASE("a recipe is checked by an errand and answered when that is done") {
+TEST_CASE("A recipe is checked, planned and compared by an errand, answered when that is done") {
   const TemporaryFolder folder;
   CheckBench bench(folder);
-  CHECK(bench.methods.find("recipe.check").value()->answers_later);
-  bench.ask({{"recipe", "recipe"}});
-  CHECK_FALSE(bench.said);
-  REQUIRE(bench.errands.size() == 1);
-  const auto report = bench.errands.front()();
-  CHECK_FALSE(bench.said);  // that is for the server's thread
-  report();
-  REQUIRE(bench.said);
-  CHECK(bench.answer()["ok"] == true);
-  CHECK(bench.answer()["plan"]["trials"] == 2);
+  for (const char* method : {"recipe.check", "recipe.plan", "recipe.diff"})
+    CHECK(bench.methods.find(method).value()->answers_later);
+  const json checked = json::parse(bench.answered("recipe.check", {{"recipe", "recipe"}}).value());
+  CHECK(checked["ok"] == true);
+  CHECK(checked["plan"]["trials"] == 2);
+  const json plan = json::parse(bench.answered("recipe.plan", {{"recipe", "recipe"}}).value());
+  CHECK(plan["trials"] == 2);
+  const json same = {{"recipe", "recipe"}, {"other", "recipe"}};
+  CHECK(json::parse(bench.answered("recipe.diff", same).value())["same"] == true);
 }
 
-TEST_CASE("what is refused by its name needs no errand, and one too many is told so") {
+TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about it") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  constexpr std::size_t depth = 200'000;  // a call for each would be more than a stack holds
+  for (const char* leaf : {"1", "2"})
+    test::write_file(folder / (std::string("deep") + leaf + ".json"),
+                     std::string(depth, '[') + leaf + std::string(depth, ']'));
+  const json both = {{"recipe", "deep1"}, {"other", "deep2"}};
+  const auto refused = bench.answered("recipe.diff", both);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().error.where == "/params/recipe");
+  CHECK(refused.error().error.message.find("nested too deeply") != std::string::npos);
+  const json second = {{"recipe", "recipe"}, {"other", "deep2"}};
+  CHECK(bench.answered("recipe.diff", second).error().error.where == "/params/other");
+  CHECK_FALSE(bench.answered("recipe.plan", {{"recipe", "deep1"}}).has_value());
+  CHECK(json::parse(bench.answered("recipe.check", {{"recipe", "deep1"}}).value())["ok"] == false);
+}
+
+TEST_CASE("What is refused by its name needs no errand, and one too many is told so") {
   const TemporaryFolder folder;
   CheckBench bench(folder);
   bench.ask({{"recipe", "recipes"}});
@@ -68,6 +101,10 @@ TEST_CASE("what is refused by its name needs no errand, and one too many is told
   CHECK(bench.said->error().kind == "not_found");
   bench.ask({{"recipe", "recipe"}, {"seed", -1}});
   CHECK_FALSE(bench.said->has_value());
+  bench.ask({{"recipe", "recipe"}, {"other", "recipes"}}, "recipe.diff");
+  CHECK(bench.said->error().error.where == "/params/other");
+  bench.ask({{"recipe", "recipe"}, {"most", 0}}, "recipe.plan");
+  CHECK(bench.said->error().error.where == "/params/most");
   CHECK(bench.errands.empty());
   bench.full = true;
   bench.ask({{"recipe", "recipe"}});

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "daemon/api/parts.hpp"
 #include "daemon/server/errands.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
@@ -120,10 +121,12 @@ TEST_CASE("A halt is answered while an errand of another client is under way") {
   Errands errands([&](Errands::Report report) { bench.server->post(std::move(report)); });
   bench.methods.add({"later.say", "", {}, {}, {}, ""},
                     rpc::Handler([&](const rpc::Call&, const rpc::Responder& respond) {
-                      const bool taken = errands.send([&, respond] {
-                        const std::lock_guard waits(under_way);
-                        return [respond] { respond("1"); };
-                      });
+                      const bool taken = errands.send(
+                          [&, respond] {
+                            const std::lock_guard waits(under_way);
+                            return [respond] { respond("1"); };
+                          },
+                          {});
                       if (!taken) respond(tl::unexpected(rpc::rpc_error(1, "full", {})));
                     }));
   std::unique_lock held(under_way);
@@ -142,6 +145,31 @@ TEST_CASE("A halt is answered while an errand of another client is under way") {
   for (std::size_t i = 1; i + 1 < calls; ++i) CHECK(asks.read());
   bench.end();
   CHECK(bench.happened == std::vector<std::string>{"halt"});
+}
+
+TEST_CASE("An errand that throws is told so, and those after it are done") {
+  SocketBench bench;
+  Errands errands([&](Errands::Report report) { bench.server->post(std::move(report)); });
+  const auto add = [&](const char* name, const std::function<rpc::Outcome()>& work) {
+    bench.methods.add({name, "", {}, {}, {}, ""},
+                      rpc::Handler([&, work](const rpc::Call&, const rpc::Responder& respond) {
+                        api::Services services;
+                        services.errand = [&](Errands::Work sent, Errands::Failed failed) {
+                          return errands.send(std::move(sent), std::move(failed));
+                        };
+                        api::answer_apart(services, respond, work);
+                      }));
+  };
+  add("throw.late", []() -> rpc::Outcome { throw std::bad_alloc(); });
+  add("throw.number", []() -> rpc::Outcome { throw 7; });
+  add("now.say", []() -> rpc::Outcome { return "1"; });
+  bench.begin();
+  Local client(bench.place());
+  REQUIRE(client.read());
+  REQUIRE(client.ask("session.open", open_params).contains("result"));
+  CHECK(client.ask("throw.late").at("error").at("data").at("kind") == "internal");
+  CHECK(client.ask("throw.number").at("error").at("data").at("kind") == "internal");
+  CHECK(client.ask("now.say").at("result") == 1);
 }
 
 TEST_CASE("Who floods the port with clients that never say who they are keeps nobody out") {
