@@ -53,7 +53,7 @@ class SmallDaemon {
                  .now = [] { return Clock(); },
                  .utc_us = [] { return std::int64_t{0}; },
                  .errand =
-                     [](const auto& work) {
+                     [](const auto& work, const auto&) {
                        work()();
                        return true;
                      }};
