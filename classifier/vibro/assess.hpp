@@ -24,8 +24,8 @@ struct Assessment {
   /// the lowest of several.
   double voted_accuracy = 0.0;
   std::size_t voted = 0;         ///< how many of them
-  Interval accuracy_ci95{};        ///< of `accuracy`, over the splits; 0 to 1 with one alone
-  Interval voted_ci95{};           ///< of `voted_accuracy`, each of them one answer
+  Interval accuracy_ci95{};      ///< of `accuracy`, over the splits; 0 to 1 with one alone
+  Interval voted_ci95{};         ///< of `voted_accuracy`, each of them one answer
   double explained = 1.0;        ///< by the components, mean over the splits
   double train_s = 0.0;          ///< mean over the splits
   double answer_s = 0.0;         ///< one row at a time, scaling and components included: the median

@@ -43,7 +43,8 @@ json hand_over_json(const HandOverFact& fact) {
            {"what", runs ? text_or_null(fact.what) : json()},
            {"bench", nullptr},
            {"dataset_sha256", nullptr},
-           {"models", nullptr}};
+           {"models", nullptr},
+           {"evaluations", nullptr}};
   if (runs && fact.steps > 0) {
     out["step"] = fact.step + 1;
     out["steps"] = fact.steps;

@@ -81,7 +81,8 @@ json exploration_json(const recipes::Exploration& exploration) {
 
 json hand_over_plan(const recipes::Plan& plan) {
   if (!plan.hand_over) return nullptr;
-  return {{"learner", plan.hand_over->learner},
+  return {{"from", to_string(plan.hand_over->from)},
+          {"learner", plan.hand_over->learner},
           {"groups", plan.hand_over->groups},
           {"at_most_s", plan.hand_over->at_most_s}};
 }

@@ -1,7 +1,6 @@
 #include "daemon/cli/evaluate_recordings.hpp"
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -19,11 +18,6 @@ namespace {
 
 namespace vibro = classifier::vibro;
 using nlohmann::json;
-
-// Quick to train, so that choosing among them costs little; simple ones first.
-constexpr std::array candidates = {vibro::Method::lda, vibro::Method::logistic,
-                                   vibro::Method::svm, vibro::Method::knn,
-                                   vibro::Method::nb,  vibro::Method::forest};
 
 struct Plan {
   vibro::FeatureChoice features;
@@ -154,8 +148,8 @@ Status measure_all(const Plan& plan, const vibro::WindowSet& windows,
     results[name] = method_json(*got, plan.protocol.protocol);
   }
   if (!plan.best) return {};
-  const auto got = vibro::assess_chosen(windows, splits, plan.protocol.protocol, candidates,
-                                        plan.pipeline, steady_wall_seconds);
+  const auto got = vibro::assess_chosen(windows, splits, plan.protocol.protocol,
+                                        vibro::quick_methods(), plan.pipeline, steady_wall_seconds);
   if (!got) return pass(got.error());
   table.row(method_row("best", *got));
   results["best"] = method_json(*got, plan.protocol.protocol);

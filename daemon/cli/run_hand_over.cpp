@@ -10,6 +10,14 @@
 #include "daemon/report/report.hpp"
 
 namespace weft::daemon::cli {
+namespace {
+
+std::string share_text(const HandedShare& share) {
+  return percent(share.share, 1) + " % (95 %: " + percent(share.ci95_low, 1) + " to " +
+         percent(share.ci95_high, 1) + ")";
+}
+
+}  // namespace
 
 std::optional<RunHandOver> hand_over_of(const CampaignSummary& summary,
                                         const std::filesystem::path& folder, Console& console) {
@@ -37,6 +45,13 @@ std::string text_of(const RunHandOver& hand_over) {
            " trials, " + hand_over.done->bench + "): accuracy " + percent(model.accuracy, 1) +
            " % (95 %: " + percent(model.ci95_low, 1) + " to " + percent(model.ci95_high, 1) +
            ") on " + std::to_string(model.asked) + " trials of repetitions left out\n";
+  for (const HandedEvaluation& e : hand_over.done->evaluations)
+    out += "Sound and vibration of " + e.exploration + " (" + e.learner + ", " +
+           std::to_string(e.recordings) + " slides over " + std::to_string(e.materials) +
+           " textures, " + hand_over.done->bench + "), repetitions left out: windows of " +
+           general(e.window_s) + " s " + share_text(e.windows) + ", slides " +
+           share_text(e.slides) + ", chance " + percent(1.0 / static_cast<double>(e.materials), 1) +
+           " %; " + e.page + "\n";
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/handover/learn.hpp"
+#include "daemon/handover/learn_vibration.hpp"
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/run/campaign_folder.hpp"
@@ -109,9 +110,11 @@ class Handing {
       return fail(Errc::wrong_state,
                   "no slide went on to its whole length, so none is to learn from", "/explorations",
                   {}, {}, "A live vote ended them all early");
-    progress_.steps = explorations.size() * steps_per_exploration;
+    progress_.steps = explorations.size() * (from_vibration() ? vibration_steps(*plan_->hand_over)
+                                                              : steps_per_exploration);
     for (const std::string& exploration : explorations)
-      if (Status ok = add(exploration); !ok) return pass(ok.error(), exploration);
+      if (Status ok = from_vibration() ? add_vibration(exploration) : add(exploration); !ok)
+        return pass(ok.error(), exploration);
     return {};
   }
 
@@ -124,18 +127,45 @@ class Handing {
             {"rig_sha256", info.rig_sha256},
             {"software_version", WEFT_VERSION},
             {"hand_over",
-             {{"learner", plan_->hand_over->learner},
+             {{"from", to_string(plan_->hand_over->from)},
+              {"learner", plan_->hand_over->learner},
               {"groups", plan_->hand_over->groups},
               {"at_most_s", plan_->hand_over->at_most_s}}},
             {"meaning",
-             "A model is of all trials of its exploration. The accuracy is of others, each trained "
-             "without the group of repetitions that it was asked about."},
+             from_vibration()
+                 ? "Evaluated only, no model is kept. Each answer is of a learner that was chosen "
+                   "and trained without the group of repetitions that it was asked about."
+                 : "A model is of all trials of its exploration. The accuracy is of others, each "
+                   "trained without the group of repetitions that it was asked about."},
             {"models", models_},
+            {"evaluations", evaluations_},
             {"explorations", explorations_}};
   }
   [[nodiscard]] const std::vector<HandOverText>& texts() const { return texts_; }
 
  private:
+  [[nodiscard]] bool from_vibration() const {
+    return plan_->hand_over->from == recipes::HandOverFrom::vibration;
+  }
+
+  Status add_vibration(const std::string& exploration) {
+    const auto set = heard_material(
+        *data_, exploration, recipes::repetition_groups(repetitions_, plan_->hand_over->groups));
+    if (!set) return pass(set.error());
+    const auto learnt =
+        learn_vibration(*set, *plan_->hand_over, *hooks_, options_.stop,
+                        [&](const std::string& what) { announce(exploration + ": " + what); });
+    if (!learnt) return pass(learnt.error());
+    auto page = vibration_html(exploration, *set, *learnt);
+    if (!page) return pass(page.error());
+    texts_.push_back({exploration + ".html", std::move(*page)});
+    evaluations_.push_back(evaluation_line_json(
+        evaluation_of(exploration, std::string(hand_over_folder_name) + "/" + texts_.back().name,
+                      *set, *learnt)));
+    explorations_[exploration] = vibration_json(*set, *learnt);
+    return {};
+  }
+
   Status add(const std::string& exploration) {
     const Material material = material_of(*data_, exploration);
     const auto learnt =
@@ -169,7 +199,8 @@ class Handing {
   classifier::TrainOptions options_;
   std::uint32_t repetitions_ = 0;
   EvaluationProgress progress_;
-  ordered_json models_ = ordered_json::array(), explorations_ = ordered_json::object();
+  ordered_json models_ = ordered_json::array(), evaluations_ = ordered_json::array(),
+               explorations_ = ordered_json::object();
   std::vector<HandOverText> texts_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
-// A complete campaign goes to the classifier as its recipe says: a model of each exploration, and
-// an evaluation by models that never saw the repetitions they are asked about. Only what the
+// A complete campaign goes to the classifier as its recipe says: a model of each exploration (none
+// of sound and vibration), and an evaluation by models that never saw the repetitions they are
+// asked about. Only what the
 // campaign's certificate says was recorded takes part. See daemon/handover/README.md.
 
 #include <filesystem>

@@ -30,9 +30,30 @@ HandedModel model_from(const json& object) {
           object.at("accuracy"),    object.at("ci95").at(0), object.at("ci95").at(1)};
 }
 
+HandedShare share_from(const json& object) {
+  return {object.at("accuracy"), object.at("ci95").at(0), object.at("ci95").at(1)};
+}
+
+HandedEvaluation evaluation_from(const json& object) {
+  return {object.at("exploration"),
+          object.at("page"),
+          object.at("learner"),
+          object.at("window_s"),
+          object.at("recordings"),
+          object.at("materials"),
+          share_from(object.at("windows")),
+          share_from(object.at("slides"))};
+}
+
+ordered_json share_json(const HandedShare& share) {
+  return {{"accuracy", share.share}, {"ci95", {share.ci95_low, share.ci95_high}}};
+}
+
 HandedOver handed_over_from(const json& object) {
-  HandedOver out{object.at("bench"), object.at("dataset_sha256"), {}};
+  HandedOver out{object.at("bench"), object.at("dataset_sha256"), {}, {}};
   for (const json& model : object.at("models")) out.models.push_back(model_from(model));
+  for (const json& one : object.value("evaluations", json::array()))
+    out.evaluations.push_back(evaluation_from(one));
   return out;
 }
 
@@ -72,12 +93,26 @@ ordered_json model_json(const HandedModel& model) {
           {"accuracy", model.accuracy},       {"ci95", {model.ci95_low, model.ci95_high}}};
 }
 
+ordered_json evaluation_line_json(const HandedEvaluation& evaluation) {
+  return {{"exploration", evaluation.exploration},
+          {"page", evaluation.page},
+          {"learner", evaluation.learner},
+          {"window_s", evaluation.window_s},
+          {"recordings", evaluation.recordings},
+          {"materials", evaluation.materials},
+          {"windows", share_json(evaluation.windows)},
+          {"slides", share_json(evaluation.slides)}};
+}
+
 ordered_json handed_over_json(const HandedOver& handed) {
-  ordered_json models = ordered_json::array();
+  ordered_json models = ordered_json::array(), evaluations = ordered_json::array();
   for (const HandedModel& model : handed.models) models.push_back(model_json(model));
+  for (const HandedEvaluation& one : handed.evaluations)
+    evaluations.push_back(evaluation_line_json(one));
   return {{"bench", handed.bench},
           {"dataset_sha256", handed.dataset_sha256},
-          {"models", std::move(models)}};
+          {"models", std::move(models)},
+          {"evaluations", std::move(evaluations)}};
 }
 
 Result<HandedOver> write_hand_over(const fs::path& folder, ordered_json evaluation,

@@ -31,10 +31,31 @@ struct HandedModel {
   bool operator==(const HandedModel&) const = default;
 };
 
+/// A share of right answers and its 95 % interval.
+struct HandedShare {
+  double share = 0;
+  double ci95_low = 0, ci95_high = 1;
+  bool operator==(const HandedShare&) const = default;
+};
+
+/// What sound and vibration of an exploration tell; no model is kept.
+struct HandedEvaluation {
+  std::string exploration;
+  std::string page;     ///< from the run's folder: "handover/V1.html"
+  std::string learner;  ///< chosen without what it was asked about: "LDA, RForest"
+  double window_s = 0;
+  std::size_t recordings = 0;  ///< slides, each asked about once
+  std::size_t materials = 0;   ///< chance is one over it
+  HandedShare windows;         ///< of single windows
+  HandedShare slides;          ///< of slides, by the most frequent answer of their windows
+  bool operator==(const HandedEvaluation&) const = default;
+};
+
 struct HandedOver {
   std::string bench;  ///< "simulated", "real" or "unknown"
   std::string dataset_sha256;
-  std::vector<HandedModel> models;  ///< in the order of the explorations' first trials
+  std::vector<HandedModel> models;            ///< in the order of the explorations' first trials
+  std::vector<HandedEvaluation> evaluations;  ///< without a model, likewise
   bool operator==(const HandedOver&) const = default;
 };
 
@@ -46,12 +67,14 @@ struct HandOverText {
 
 /// {exploration, model, sha256, learner, trained, asked, accuracy, ci95}.
 nlohmann::ordered_json model_json(const HandedModel& model);
-/// {bench, dataset_sha256, models}, as clients are told.
+/// {exploration, page, learner, window_s, recordings, materials, windows {accuracy, ci95}, slides}.
+nlohmann::ordered_json evaluation_line_json(const HandedEvaluation& evaluation);
+/// {bench, dataset_sha256, models, evaluations}, as clients are told.
 nlohmann::ordered_json handed_over_json(const HandedOver& handed);
 
 /// Writes `folder`/handover with `texts` and evaluation.json, whole or not at all; one that is
-/// there is set aside. `evaluation` needs bench, dataset_sha256 and models; the list of files and a
-/// digest of its own are added. Errors: io.
+/// there is set aside. `evaluation` needs bench, dataset_sha256 and models, and may have
+/// evaluations; the list of files and a digest of its own are added. Errors: io.
 Result<HandedOver> write_hand_over(const std::filesystem::path& folder,
                                    nlohmann::ordered_json evaluation,
                                    const std::vector<HandOverText>& texts);

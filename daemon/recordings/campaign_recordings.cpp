@@ -50,7 +50,8 @@ Status take_blocks(const BlockStream& stream, const BlockFormat& format, std::si
 
 }  // namespace
 
-Result<RecordingSet> recordings_of(const Dataset& dataset) {
+Result<RecordingSet> recordings_of(const Dataset& dataset,
+                                   std::optional<std::string_view> exploration) {
   const DatasetInfo& info = dataset.info;
   std::vector<Channel> channels;
   if (info.sound.readings > 0) channels.push_back({"S", info.sound.rate_hz, "Pa"});
@@ -65,6 +66,7 @@ Result<RecordingSet> recordings_of(const Dataset& dataset) {
     const classifier::Trial& trial = dataset.trials[i];
     const TrialRecord& record = dataset.records[i];
     if (record.outcome != TrialOutcome::complete) continue;
+    if (exploration && record.spec.exploration != *exploration) continue;
     Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
     const auto motion = motion_of(trial, record);
     if (!motion) return fail(Errc::invalid_argument, "a trial without phase M", trial.file);

@@ -2,7 +2,9 @@
 // Recordings of sound and vibration: a data set of its own kind, without taxels, in a file.
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/vibro/recording.hpp"
@@ -38,10 +40,12 @@ Result<RecordingSet> read_recordings(const std::filesystem::path& path);
 /// Whether the file says that it is one.
 bool is_recordings_file(const std::filesystem::path& path);
 
-/// Phase M of every complete trial of a campaign with a vibration sensor: S from the microphone
+/// Phase M of every complete trial of a campaign with a vibration sensor (of one exploration, or of
+/// all): S from the microphone
 /// [Pa], X Y Z from the accelerometer [m/s2], the group its repetition. Channels begin with their
 /// first whole block in M, so within a block of each other. Refuses a data set without such
 /// streams, and a trial with blocks lost in M, by name.
-Result<RecordingSet> recordings_of(const Dataset& dataset);
+Result<RecordingSet> recordings_of(const Dataset& dataset,
+                                   std::optional<std::string_view> exploration = {});
 
 }  // namespace weft::daemon

@@ -68,11 +68,12 @@ Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
       vibro_features_time(*bed.recordings, *windows, choice, options.timings, now);
   if (!features_s) return pass(features_s.error());
   double& leak =
-      bed.protocol.protocol == vibro::Protocol::random ? out.random_leak : out.blocks_leak;
+      bed.protocol.protocol == vibro::Protocol::random ? out.random_leak : out.honest_leak;
   leak = std::max(leak, vibro::leak_of(*windows, *splits));
   for (const vibro::Method method : options.methods) {
     if (!vibro::available(method)) continue;
-    auto got = vibro::assess(*windows, *splits, {method, options.components, options.learner}, now);
+    auto got = vibro::assess(*windows, *splits,
+                             {method, options.components, options.learner, options.stop}, now);
     if (!got) return pass(got.error(), vibro::to_string(method));
     const auto tested = splits->front().test.size();
     auto interval =
@@ -92,6 +93,11 @@ std::string point_name(const VibroPoint& p) {
 }
 
 }  // namespace
+
+std::string protocol_name(vibro::Protocol protocol) {
+  if (protocol == vibro::Protocol::random) return "random windows";
+  return protocol == vibro::Protocol::blocks ? "contiguous parts" : "whole recordings";
+}
 
 std::vector<std::string> sources_of(const RecordingSet& set) {
   const std::string others = other_channels(set);
@@ -126,14 +132,15 @@ Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTrade
   VibroTrade out;
   for (const vibro::Method method : options.methods)
     if (!vibro::available(method)) out.left_out.emplace_back(vibro::to_string(method));
-  const auto sources = sources_of(set);
+  out.honest = options.honest;
+  const auto sources = options.sources.empty() ? sources_of(set) : options.sources;
   const std::size_t steps = 2 * sources.size() * options.windows_s.size() * options.families.size();
   std::size_t step = 0;
   for (const std::string& source : sources) {
     const auto recordings = of_source(set, source);
     for (const double window_s : options.windows_s) {
       for (const vibro::Family family : options.families) {
-        for (const vibro::Protocol protocol : {vibro::Protocol::random, vibro::Protocol::blocks}) {
+        for (const vibro::Protocol protocol : {vibro::Protocol::random, options.honest}) {
           Bed bed{source, &recordings, family, options.protocol};
           bed.protocol.protocol = protocol;
           bed.protocol.window_s = window_s;
@@ -156,10 +163,10 @@ TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const
   const bool random = protocol == vibro::Protocol::random;
   TradeSet out;
   out.dataset = file + (random ? ", windows at random (the paper's protocol)"
-                               : ", contiguous parts of each recording left out");
+                               : ", " + protocol_name(protocol) + " left out in turn");
   out.sha256 = recordings_sha256(set);
   out.bench = set.kind;
-  const double leak = random ? trade.random_leak : trade.blocks_leak;
+  const double leak = random ? trade.random_leak : trade.honest_leak;
   out.facts = {{"recordings", static_cast<double>(set.recordings.size())},
                {"leak", leak == 0.0 ? "no sample of a test window is in a training window"
                                     : "half of all test windows share " + percent(leak, 0) +

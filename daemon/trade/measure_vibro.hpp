@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "classifier/vibro/assess.hpp"
+#include "daemon/dataset/stop_asked.hpp"
 #include "daemon/recordings/recording_set.hpp"
 #include "daemon/trade/measure_classifier.hpp"
 #include "daemon/trade/trade_point.hpp"
@@ -19,12 +20,16 @@ struct VibroTradeOptions {
                                                      classifier::vibro::Family::fft,
                                                      classifier::vibro::Family::smmrpfft};
   std::vector<double> windows_s = {1.0, 2.0};
+  std::vector<std::string> sources = {};  ///< of sources_of(); empty: all
+  /// What leaves whole parts out beside the paper's random windows: blocks or groups.
+  classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
   classifier::vibro::Combine combine = classifier::vibro::Combine::mean;
   std::size_t components = 3;  ///< the paper's
   /// Its window and protocol are set for each choice.
   classifier::vibro::ProtocolOptions protocol;
   classifier::vibro::MethodOptions learner;
   std::size_t timings = 101;  ///< of the features of a window, at least 5
+  StopAsked stop = {};        ///< asked before each training
 };
 
 /// One choice and what came of it.
@@ -41,9 +46,10 @@ struct VibroPoint {
 
 struct VibroTrade {
   std::vector<VibroPoint> points;
-  /// Per protocol, in the order random, blocks: median share of a test window that is trained on,
-  /// over all choices the largest.
-  double random_leak = 0.0, blocks_leak = 0.0;
+  classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
+  /// Median share of a test window that is trained on, over all choices the largest: of random
+  /// windows, and of the honest protocol.
+  double random_leak = 0.0, honest_leak = 0.0;
   std::vector<std::string> left_out;  ///< learners that this build has no library for
 };
 
@@ -52,6 +58,9 @@ std::vector<std::string> sources_of(const RecordingSet& set);
 /// The recordings with the channels of that source alone.
 std::vector<classifier::vibro::Recording> of_source(const RecordingSet& set,
                                                     const std::string& source);
+
+/// "random windows", "contiguous parts", "whole recordings".
+std::string protocol_name(classifier::vibro::Protocol protocol);
 
 /// All choices under both protocols. Refuses what extraction, splitting and training refuse, and
 /// fewer than 5 timings.

@@ -141,14 +141,20 @@ std::string provenance(const TradeReport& report) {
 
 }  // namespace
 
-Result<std::string> trade_html(const TradeReport& report) {
-  std::string out = heading(report);
+Result<std::string> trade_sections_html(const TradeReport& report) {
+  std::string out;
   for (const TradeSet& set : report.sets) {
     const auto one = section(report, set);
     if (!one) return pass(one.error());
     out += *one;
   }
-  return page_around(report.title, out + report.tables_html + provenance(report));
+  return out + report.tables_html;
+}
+
+Result<std::string> trade_html(const TradeReport& report) {
+  const auto sections = trade_sections_html(report);
+  if (!sections) return pass(sections.error());
+  return page_around(report.title, heading(report) + *sections + provenance(report));
 }
 
 }  // namespace weft::daemon

@@ -27,6 +27,10 @@ struct TradeReport {
 /// schema 1, keys in daemon/trade/README.md. Refuses what front_of() refuses.
 Result<nlohmann::ordered_json> trade_json(const TradeReport& report);
 
+/// The sections of the sets and `tables_html`, for a page of another's. Refuses what front_of()
+/// refuses.
+Result<std::string> trade_sections_html(const TradeReport& report);
+
 /// One file without scripts or outside resources. Refuses what front_of() refuses.
 Result<std::string> trade_html(const TradeReport& report);
 

@@ -53,6 +53,12 @@ const VibroPoint* find(const VibroTrade& trade, Method method, Family family, do
   return nullptr;
 }
 
+bool measured(const VibroTrade& trade, const PaperRow& row) {
+  return std::ranges::any_of(trade.points, [&](const VibroPoint& p) {
+    return p.family == row.family && p.window_s == row.window_s;
+  });
+}
+
 std::string score(const VibroPoint* p) {
   return p == nullptr ? std::string(no_value) : fixed(p->result.f_score, 2);
 }
@@ -61,11 +67,14 @@ std::string table_1(const VibroTrade& trade, const std::string& source, const st
   std::vector<std::string> head = {"window", "features", "whose"};
   for (const Method m : paper_methods) head.emplace_back(vibro::to_string(m));
   HtmlTable out(head, 3);
+  std::size_t rows = 0;
   for (const PaperRow& row : paper_table_1) {
-    for (const Protocol protocol : {Protocol::random, Protocol::blocks}) {
-      std::vector<std::string> cells = {
-          fixed(row.window_s, 0) + " s", std::string(vibro::to_string(row.family)),
-          protocol == Protocol::random ? "ours, random windows" : "ours, contiguous parts"};
+    if (!measured(trade, row)) continue;
+    ++rows;
+    for (const Protocol protocol : {Protocol::random, trade.honest}) {
+      std::vector<std::string> cells = {fixed(row.window_s, 0) + " s",
+                                        std::string(vibro::to_string(row.family)),
+                                        "ours, " + protocol_name(protocol)};
       for (const Method m : paper_methods)
         cells.push_back(score(find(trade, m, row.family, row.window_s, source, protocol)));
       out.row(cells);
@@ -75,6 +84,7 @@ std::string table_1(const VibroTrade& trade, const std::string& source, const st
     for (const double f : row.f_score) cells.push_back(fixed(f, 2));
     out.row(cells);
   }
+  if (rows == 0) return {};
   return figure(out.finish(),
                 "Table 1: macro F-score, three components, source " + escape(source) +
                     ". The paper had 20 s of twelve textures, S, X, Y and Z; its random windows "
@@ -84,13 +94,12 @@ std::string table_1(const VibroTrade& trade, const std::string& source, const st
 
 // Figure 4 a to d: F-score and time of an answer by learner, features (2 s) and source.
 std::string figure_4(const VibroTrade& trade, const std::string& badge) {
-  HtmlTable out({"learner", "features", "source", "F, random windows", "F, contiguous parts",
-                 "features of a window", "an answer"},
+  HtmlTable out({"learner", "features", "source", "F, " + protocol_name(Protocol::random),
+                 "F, " + protocol_name(trade.honest), "features of a window", "an answer"},
                 3);
   for (const VibroPoint& p : trade.points) {
     if (p.window_s != 2.0 || p.protocol != Protocol::random) continue;
-    const VibroPoint* honest =
-        find(trade, p.method, p.family, p.window_s, p.source, Protocol::blocks);
+    const VibroPoint* honest = find(trade, p.method, p.family, p.window_s, p.source, trade.honest);
     out.row({std::string(vibro::to_string(p.method)), std::string(vibro::to_string(p.family)),
              escape(p.source), score(&p), score(honest), duration(p.features_s),
              duration(p.result.answer_s)});
@@ -139,11 +148,12 @@ std::string material_cells(const Material& m) {
 
 std::string table_2(const VibroTrade& trade, const std::string& source, const std::string& badge) {
   auto random = materials(trade, source, Protocol::random);
-  auto blocks = materials(trade, source, Protocol::blocks);
+  auto honest = materials(trade, source, trade.honest);
   if (random.empty()) return {};
-  HtmlTable out({"material", "right, and taken for [%], random windows", "contiguous parts"}, 1);
+  HtmlTable out(
+      {"material", "right, and taken for [%], random windows", protocol_name(trade.honest)}, 1);
   for (auto& [name, material] : random)
-    out.row({escape(name), material_cells(material), material_cells(blocks[name])});
+    out.row({escape(name), material_cells(material), material_cells(honest[name])});
   std::string papers;
   for (const PaperMaterial& m : paper_table_2)
     papers += (papers.empty() ? "" : ", ") + std::string(m.name) + " " + fixed(m.right, 0);

@@ -58,9 +58,11 @@ json normal(const OperatorStep& step, const std::vector<std::string>& names) {
 }
 
 json normal(const HandOver& hand_over) {
-  return {{"learner", hand_over.learner},
-          {"groups", hand_over.groups},
-          {"at_most_s", hand_over.at_most_s}};
+  json out{{"learner", hand_over.learner},
+           {"groups", hand_over.groups},
+           {"at_most_s", hand_over.at_most_s}};
+  if (hand_over.from != HandOverFrom::taxels) out["from"] = to_string(hand_over.from);
+  return out;
 }
 
 json normal_order(const StatedRecipe& stated) {

@@ -12,6 +12,12 @@ constexpr std::int64_t most_groups = 1000;
 constexpr std::uint32_t least_trained = 2;  // trials of a fabric, or there is no spread to learn
 constexpr double longest_s = 86'400;
 
+/// In the order of the enumeration.
+const std::vector<std::string_view>& from_names() {
+  static const std::vector<std::string_view> names{"taxels", "vibration"};
+  return names;
+}
+
 /// Of the largest group left out.
 std::uint32_t left_to_train(std::uint32_t repetitions, std::uint32_t groups) {
   const std::uint32_t used = std::min(groups, repetitions);
@@ -20,26 +26,37 @@ std::uint32_t left_to_train(std::uint32_t repetitions, std::uint32_t groups) {
 
 }  // namespace
 
-const std::vector<std::string_view>& hand_over_learners() {
-  static const std::vector<std::string_view> names{
+std::string_view to_string(HandOverFrom from) {
+  return from_names().at(static_cast<std::size_t>(from));
+}
+
+const std::vector<std::string_view>& hand_over_learners(HandOverFrom from) {
+  static const std::vector<std::string_view> of_taxels{
       "best", "cores-best", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc"};
-  return names;
+  static const std::vector<std::string_view> of_vibration{"best", "every"};
+  return from == HandOverFrom::taxels ? of_taxels : of_vibration;
 }
 
 std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics,
-                                       std::uint32_t repetitions, Problems& problems) {
+                                       std::uint32_t repetitions, bool hears, Problems& problems) {
   const nlohmann::json* value = recipe.object("hand_over", Need::optional);
   if (value == nullptr) return std::nullopt;
   const std::string place = recipe.at("hand_over");
   ObjectReader reader(*value, place, problems);
   HandOver out;
-  if (const auto learner = reader.choice("learner", hand_over_learners(), Need::optional))
-    out.learner = hand_over_learners()[*learner];
+  if (const auto from = reader.choice("from", from_names(), Need::optional))
+    out.from = static_cast<HandOverFrom>(*from);
+  const auto& learners = hand_over_learners(out.from);
+  if (const auto learner = reader.choice("learner", learners, Need::optional))
+    out.learner = learners[*learner];
   out.groups = static_cast<std::uint32_t>(
       reader.integer("groups", 2, most_groups, Need::optional).value_or(out.groups));
   out.at_most_s = reader.quantity(quantities::at_most(), {1, longest_s, {}}, Need::optional)
                       .value_or(out.at_most_s);
   reader.finish();
+  if (out.from == HandOverFrom::vibration && !hears)
+    problems.add({place + "/from", "the rig has no vibration sensor", "a device of role vibro", "",
+                  "sim/rigs/vibrotactile.json has one"});
   // 0 of either has been found wanting by itself
   if (fabrics == 1)
     problems.add({place, "there is nothing to tell apart", "at least 2 fabrics", "1", ""});

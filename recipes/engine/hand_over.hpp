@@ -11,24 +11,34 @@
 
 namespace weft::recipes {
 
-/// A complete data set goes to the classifier by itself: for each exploration a model of all its
-/// trials, and an evaluation by models that were trained without what they are asked about.
+/// What a hand-over learns from.
+enum class HandOverFrom : std::uint8_t {
+  taxels,    ///< and force: a model of all trials of each exploration, and its evaluation
+  vibration  ///< sound and acceleration of phase M: an evaluation, no model
+};
+std::string_view to_string(HandOverFrom from);
+
+/// A complete data set goes to the classifier by itself, and is evaluated by models that were
+/// trained without what they are asked about.
 struct HandOver {
-  std::string learner = "best";  ///< one of hand_over_learners()
+  std::string learner = "best";  ///< one of hand_over_learners(from)
   /// The repetitions are dealt into so many groups; each is left out of the training once, with
   /// every fabric's trials, and asked about.
   std::uint32_t groups = 5;
   double at_most_s = 3600;  ///< wall time; longer, and the hand-over has failed
+  HandOverFrom from = HandOverFrom::taxels;
   friend bool operator==(const HandOver&, const HandOver&) = default;
 };
 
-/// Names as `weft train --learner` takes them.
-const std::vector<std::string_view>& hand_over_learners();
+/// Names as `weft train --learner` takes them; of vibration "best", chosen on training windows
+/// alone, and "every": the paper's ten, ours, and best.
+const std::vector<std::string_view>& hand_over_learners(HandOverFrom from);
 
-/// Reads the recipe's "hand_over", where it has one. A problem as well: fewer than two fabrics, or
-/// repetitions of which fewer than two would be left to train on.
+/// Reads the recipe's "hand_over", where it has one. A problem as well: fewer than two fabrics,
+/// repetitions of which fewer than two would be left to train on, a learner of another source, and
+/// vibration from a rig without a sensor of it (`hears`).
 std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics,
-                                       std::uint32_t repetitions, Problems& problems);
+                                       std::uint32_t repetitions, bool hears, Problems& problems);
 
 /// Repetitions 1 to `repetitions` in `groups` runs of equal length, give or take one: the group of
 /// each, from 0. Neighbours stay together, so that what drifts in the course of a campaign is not

@@ -174,7 +174,9 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_settle(recipe, stated, problems);
   read_repeat_bad(recipe, stated, problems);
   read_operator_steps(recipe, stated, problems);
-  stated.hand_over = read_hand_over(recipe, stated.fabrics.size(), stated.repetitions, problems);
+  stated.hand_over =
+      read_hand_over(recipe, stated.fabrics.size(), stated.repetitions,
+                     limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);
   read_explorations(recipe, limits, stated, problems);
   recipe.finish();
   return stated;

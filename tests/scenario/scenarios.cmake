@@ -58,6 +58,11 @@ add_test(NAME scenario_cli_recordings
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_recordings.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_cli_recordings PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# Twelve textures heard on the simulated bench, from recipe to report.
+add_test(NAME scenario_cli_vibrotactile
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_vibrotactile.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_cli_vibrotactile PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # What is left of the accuracy on simulated data when the labels are in random order.
 add_test(NAME scenario_permuted_labels
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

@@ -80,6 +80,12 @@ std::vector<Method> all_methods() {
   return out;
 }
 
+std::span<const Method> quick_methods() {
+  static constexpr std::array quick = {Method::lda, Method::logistic, Method::svm,
+                                       Method::knn, Method::nb,       Method::forest};
+  return quick;
+}
+
 bool available(Method method) {
   return (method != Method::xgb && method != Method::xgbrf) || have_xgboost();
 }

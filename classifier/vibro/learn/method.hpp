@@ -36,6 +36,8 @@ std::string_view to_string(Method method);
 Result<Method> method_from(std::string_view text);
 /// In the order of the enumeration; with those that this build has no library for.
 std::vector<Method> all_methods();
+/// Those that are quick to train, so that choosing among them costs little; simple ones first.
+std::span<const Method> quick_methods();
 /// False for XGBoost's where Weft was built without it.
 bool available(Method method);
 

@@ -241,7 +241,7 @@ TEST_CASE("Only a recipe that says so is handed over, whatever has become of its
 }
 
 TEST_CASE("Every learner that a recipe may name is one of the classifier's") {
-  for (const std::string_view name : recipes::hand_over_learners()) {
+  for (const std::string_view name : recipes::hand_over_learners(recipes::HandOverFrom::taxels)) {
     INFO(name);
     CHECK(classifier::learner_from(name));
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "daemon/handover/learn_vibration.hpp"
 #include "daemon/recordings/import_recordings.hpp"
 #include "daemon/recordings/sound_file.hpp"
 #include "tests/unit/dataset/support.hpp"
@@ -228,6 +229,15 @@ TEST_CASE("Of a campaign the whole blocks of phase M are taken, and lost ones re
   CHECK_FALSE(recordings_of(dataset));
   dataset.info.sound = {};
   CHECK_FALSE(recordings_of(dataset));
+}
+
+TEST_CASE("A hand-over takes one exploration, its repetitions dealt into groups") {
+  Dataset dataset = campaign();
+  dataset.records[0].spec.exploration = "V1";
+  CHECK(heard_material(dataset, "V1", {0, 1})->recordings[0].group == "2");
+  CHECK(heard_material(dataset, "V1", {0, 0})->recordings[0].group == "1");
+  CHECK_FALSE(heard_material(dataset, "V2", {0, 1}));
+  CHECK(recordings_of(dataset, "V1"));
 }
 
 }  // namespace

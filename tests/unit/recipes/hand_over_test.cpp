@@ -35,10 +35,10 @@ TEST_CASE("A hand-over is read with its defaults, and is part of the recipe's no
   CHECK_FALSE(test::plan_of(small_recipe).hand_over);
   const Plan plain = test::plan_of(with_hand_over("{}"));
   REQUIRE(plain.hand_over);
-  CHECK(*plain.hand_over == HandOver{"best", 5, 3600});
+  CHECK(*plain.hand_over == HandOver{"best", 5, 3600, HandOverFrom::taxels});
   const Plan stated =
       test::plan_of(with_hand_over(R"({"learner": "lda", "groups": 4, "at_most_s": 60})"));
-  CHECK(*stated.hand_over == HandOver{"lda", 4, 60});
+  CHECK(*stated.hand_over == HandOver{"lda", 4, 60, HandOverFrom::taxels});
   CHECK(nlohmann::json::parse(stated.canonical_json)["hand_over"]["groups"] == 4);
   CHECK(stated.canonical_json != plain.canonical_json);
 }
@@ -55,6 +55,26 @@ TEST_CASE("A hand-over that could not learn is refused before anything moves") {
   CHECK(check_recipe(with_hand_over(R"({"groups": 2})", 4), test::limits()).plan);
   const std::string two = "\"denim\", \"silk\"";
   refused(test::with(with_hand_over("{}"), two, "\"denim\""), "/hand_over");
+}
+
+TEST_CASE("A hand-over from vibration needs a rig that hears, and learners of its own") {
+  const std::string recipe = with_hand_over(R"({"from": "vibration", "learner": "every"})");
+  refused(recipe, "/hand_over/from");
+  for (double RigLimits::*const rate :
+       {&RigLimits::sound_rate_hz, &RigLimits::acceleration_rate_hz}) {
+    RigLimits hears = test::limits();
+    hears.*rate = 200;
+    const CheckReport report = check_recipe(recipe, hears);
+    REQUIRE(report.plan);
+    CHECK(report.plan->hand_over == HandOver{"every", 5, 3600, HandOverFrom::vibration});
+    CHECK(nlohmann::json::parse(report.plan->canonical_json)["hand_over"]["from"] == "vibration");
+    CHECK_FALSE(
+        check_recipe(with_hand_over(R"({"from": "vibration", "learner": "lda"})"), hears).plan);
+  }
+  refused(with_hand_over(R"({"learner": "every"})"), "/hand_over/learner");
+  // what a recipe was before it could say from what is what it is now
+  CHECK(test::plan_of(with_hand_over(R"({"from": "taxels"})")).canonical_json ==
+        test::plan_of(with_hand_over("{}")).canonical_json);
 }
 
 TEST_CASE("Repetitions are dealt into runs of neighbours, each in one group, groups of one size") {

@@ -48,8 +48,8 @@ bool schema_accepts(const std::string& recipe) {
   return valijson::Validator().validate(schema, Adapter(value), nullptr);
 }
 
-bool parser_accepts(const std::string& recipe) {
-  return check_recipe(recipe, test::limits()).plan.has_value();
+bool parser_accepts(const std::string& recipe, const RigLimits& limits = test::limits()) {
+  return check_recipe(recipe, limits).plan.has_value();
 }
 
 struct Case {
@@ -64,8 +64,10 @@ TEST_CASE("The library's recipes pass schema and parser") {
   for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016", "vibro-slide", "vibrotactile"}) {
     const std::string recipe = source_file("recipes/library/" + std::string(name) + ".json");
     INFO(name);
+    RigLimits hears = test::limits();
+    hears.sound_rate_hz = 8000;
     CHECK(schema_accepts(recipe));
-    CHECK(parser_accepts(recipe));
+    CHECK(parser_accepts(recipe, hears));
   }
 }
 
@@ -125,6 +127,11 @@ TEST_CASE("Schema and parser agree on what does not depend on a rig") {
       {reps, "\"repetitions\": 6, \"hand_over\": {}", true},
       {reps, "\"repetitions\": 6, \"hand_over\": {\"learner\": \"lda\", \"groups\": 3}", true},
       {reps, "\"repetitions\": 6, \"hand_over\": {\"learner\": \"forest\"}", false},
+      {reps, "\"repetitions\": 6, \"hand_over\": {\"from\": \"taxels\"}", true},
+      {reps, "\"repetitions\": 6, \"hand_over\": {\"from\": \"smell\"}", false},
+      {reps, "\"repetitions\": 6, \"hand_over\": {\"learner\": \"every\"}", false},
+      {reps, "\"repetitions\": 6, \"hand_over\": {\"from\": \"vibration\", \"learner\": \"lda\"}",
+       false},
       {reps, "\"repetitions\": 6, \"hand_over\": {\"groups\": 1}", false},
       {reps, "\"repetitions\": 6, \"hand_over\": {\"at_most_s\": 0.5}", false},
       {reps, "\"repetitions\": 6, \"hand_over\": {\"folds\": 5}", false},

@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""Sound and vibration from recipe to report on the simulated bench: weft run on twelve textures, each slide short, three times.
+
+    cli_vibrotactile.py WEFT ROOT
+
+The shipped recipe with shorter phases and fewer repetitions. What was recorded is read from the campaign file by this script itself.
+"""
+import array
+import json
+import pathlib
+import sqlite3
+import sys
+import tempfile
+
+from cli_support import Checks
+
+TEXTURES, REPETITIONS = 12, 3
+STREAMS = {"acceleration": (3, 200, 4, 3), "sound": (4, 8000, 160, 1)}  # number, rate [Hz], readings in a block, axes
+
+
+def small(root):
+    recipe = json.loads((root / "recipes/library/vibrotactile.json").read_text())
+    recipe["repetitions"] = REPETITIONS
+    recipe["hand_over"].update({"learner": "best", "groups": REPETITIONS})
+    s, p, m, e = recipe["explorations"]["V1"]["phases"]
+    s["duration_s"] = e["duration_s"] = 0.5
+    p["duration_s"] = 1
+    m["path"] = [{"dx_mm": 0, "dy_mm": 24}]
+    return recipe
+
+
+def blocks(data, values):
+    """Arrival [ns], the sensor's clock [us] and the values of each row of a chunk (docs/dataset.md)."""
+    size = 16 + 4 * values
+    for at in range(0, len(data), size):
+        row = data[at:at + size]
+        yield (int.from_bytes(row[:8], "little", signed=True), int.from_bytes(row[8:12], "little"), array.array("i", row[16:]))
+
+
+def stream_of(db, trial, stream):
+    """What was lost, and the bytes of all chunks."""
+    chunks = db.execute("select lost_before, data from chunk where trial = ? and stream = ? order by number", (trial, stream)).fetchall()
+    return sum(lost for lost, _ in chunks), b"".join(data for _, data in chunks)
+
+
+def slide_of(db, trial):
+    """First and last time of phase M by the taxel frames: 17 bytes of head, the last one the phase, and a count of each of 16 taxels."""
+    data, size = stream_of(db, trial, 0)[1], 17 + 2 * 16
+    moving = [int.from_bytes(data[at:at + 8], "little", signed=True) for at in range(0, len(data), size) if data[at + 16:at + 17] == b"M"]
+    return moving[0], moving[-1]
+
+
+def recorded(t, campaign):
+    """Every texture as often as the recipe says; while the probe slid both channels at their rates and without a gap, and not one number."""
+    db = sqlite3.connect(f"file:{campaign}?mode=ro", uri=True)
+    trials = db.execute("select id, label from trial where outcome = 'complete'").fetchall()
+    labels = [label for _, label in trials]
+    t.expect(len(set(labels)) == TEXTURES and all(labels.count(one) == REPETITIONS for one in labels), f"textures {sorted(labels)}")
+    for trial, label in trials:
+        begin, end = slide_of(db, trial)
+        t.expect(6e9 < end - begin < 7e9, f"{label}: a slide of {(end - begin) / 1e9} s, not 24 mm at 4 mm/s")
+        for name, (stream, rate, readings, axes) in STREAMS.items():
+            lost, data = stream_of(db, trial, stream)
+            period_ns = 1_000_000_000 * readings // rate
+            rows = [row for row in blocks(data, readings * axes) if begin <= row[0] - period_ns and row[0] <= end]
+            clock = [us for _, us, _ in rows]
+            t.expect(lost == 0, f"{label}: lost blocks of {name}")
+            t.expect(all((b - a) % 2**32 == period_ns // 1000 for a, b in zip(clock, clock[1:])), f"{label}: a gap in {name}")
+            t.expect(abs(len(rows) * period_ns - (end - begin)) < 2.5 * period_ns, f"{label}: {len(rows)} blocks of {name}")
+            t.expect(len({value for _, _, values in rows for value in values}) > 8, f"{label}: {name} says nothing")
+    db.close()
+
+
+def handed_over(t, out, ran):
+    done = ran["handover"]
+    t.expect(done["state"] == "done" and done["bench"] == "simulated" and done["models"] == [], f"handed over: {done}")
+    [line] = done["evaluations"]
+    t.expect(line["recordings"] == TEXTURES * REPETITIONS and line["materials"] == TEXTURES, f"asked about every slide: {line}")
+    for what in ("windows", "slides"):
+        low, high = line[what]["ci95"]
+        print(f"SIMULATED {what}: {line[what]['accuracy']:.3f} ({low:.3f} to {high:.3f}) by {line['learner']}, chance {1 / TEXTURES:.3f}")
+        t.expect(low > 1 / TEXTURES and low <= line[what]["accuracy"] <= high, f"{what} better than chance: {line[what]}")
+    evaluation = json.loads((out / "handover/evaluation.json").read_text())
+    told = evaluation["explorations"]["V1"]
+    rates = {c["name"]: c["rate_hz"] for c in told["channels"]}
+    t.expect(rates == {"S": 8000, "X": 200, "Y": 200, "Z": 200}, f"channels {rates}")
+    confusion, n = told["best"]["confusion"], TEXTURES
+    t.expect(sum(confusion) == told["best"]["windows"] and len(confusion) == n * n, "every window is answered once")
+    right = sum(confusion[i * n + i] for i in range(n)) / sum(confusion)
+    t.expect(abs(right - line["windows"]["accuracy"]) < 0.02, f"the confusion says {right}")
+    page = (out / "handover/V1.html").read_text()
+    t.expect("SIMULATED" in page and "Confusion by material" in page and "sandpaper_p60" in page, "the page")
+
+
+def evaluated(t, d):
+    """The recorded data set as weft evaluate takes it: whole repetitions left out, contiguous parts, and the paper's windows, which leak."""
+    common = ["--window-s", "1", "--step-s", "0.5", "--method", "LDA,kNN"]
+    honest = t.succeeds("evaluate", "out/dataset.h5", "--leave-one-group-out", *common, cwd=d)
+    t.expect(honest["bench"] == "simulated" and honest["leak"] == 0 and honest["protocol"] == "groups", f"by repetition: {honest}")
+    t.expect(len(honest["results"]["LDA"]["accuracy_of_splits"]) == REPETITIONS, "a split for each repetition")
+    t.expect(honest["results"]["LDA"]["accuracy_ci95"]["low"] > 1 / TEXTURES, "better than chance by repetition")
+    parts = t.succeeds("evaluate", "out/dataset.h5", "--blocks", "3", *common, cwd=d)
+    t.expect(parts["leak"] == 0 and parts["protocol"] == "blocks", "contiguous parts share nothing")
+    random = t.succeeds("evaluate", "out/dataset.h5", "--protocol", "random", "--per-recording", "30", "--repeats", "2", *common, cwd=d)
+    t.expect(random["leak"] > 0.5, f"random windows leak: {random['leak']}")
+
+
+def main():
+    t = Checks(sys.argv[1])
+    root = pathlib.Path(sys.argv[2]).resolve()
+    rig = root / "sim/rigs/vibrotactile.json"
+    with tempfile.TemporaryDirectory(prefix="weft-vibrotactile-") as folder:
+        d = pathlib.Path(folder)
+        (d / "recipe.json").write_text(json.dumps(small(root)))
+        ran = t.run("run", "recipe.json", "--rig", rig, "--out", "out", "--no-error-check", "--repeats", "2", "--json", cwd=d)
+        t.expect(ran.returncode == 0, f"run: {ran.stderr}")
+        recorded(t, d / "out/campaign.sqlite")
+        handed_over(t, d / "out", json.loads(ran.stdout))
+        t.expect(t.run("verify", "out", cwd=d).returncode == 0, "the folder is what its certificate says")
+        evaluated(t, d)
+        t.refuses("check", "recipe.json", "--rig", root / "sim/rigs/bench17.json", cwd=d, says=["vibration sensor"])
+    t.finish()
+
+
+main()
