@@ -107,9 +107,8 @@ class Assessor {
     out_.explained = (out_.explained - 1.0) / n;  // it began with 1
     out_.voted_accuracy = static_cast<double>(voted_right_) / static_cast<double>(out_.voted);
     out_.voted_ci95 = wilson_interval(voted_right_, out_.voted);
-    out_.accuracy_ci95 = {0.0, 1.0, "one split alone tells no spread"};
-    if (out_.split_accuracy.size() > 1)
-      out_.accuracy_ci95 = split_interval(out_.split_accuracy, trained_, tested_);
+    out_.accuracy_ci95 = over_splits(out_.split_accuracy);
+    out_.f_score_ci95 = over_splits(out_.split_f_score);
     out_.answer_s = MedianFinder().median(answers_s_);
     return std::move(out_);
   }
@@ -117,6 +116,10 @@ class Assessor {
   void note_choice(Method method) { out_.chosen.push_back(method); }
 
  private:
+  [[nodiscard]] Interval over_splits(std::span<const double> figure) const {
+    if (figure.size() > 1) return split_interval(figure, trained_, tested_);
+    return {0.0, 1.0, "one split alone tells no spread"};
+  }
   [[nodiscard]] const std::string& label_of(std::size_t recording) const {
     const auto at = std::find(windows_.recording.begin(), windows_.recording.end(), recording);
     return windows_.matrix.labels[static_cast<std::size_t>(at - windows_.recording.begin())];

@@ -23,8 +23,9 @@ struct Assessment {
   /// Of test recordings (parts of one, with blocks) by the most frequent answer of their windows,
   /// the lowest of several.
   double voted_accuracy = 0.0;
-  std::size_t voted = 0;         ///< how many of them
-  Interval accuracy_ci95{};      ///< of `accuracy`, over the splits; 0 to 1 with one alone
+  std::size_t voted = 0;  ///< how many of them
+  /// Over the splits; 0 to 1 with one alone.
+  Interval accuracy_ci95{}, f_score_ci95{};
   Interval voted_ci95{};         ///< of `voted_accuracy`, each of them one answer
   double explained = 1.0;        ///< by the components, mean over the splits
   double train_s = 0.0;          ///< mean over the splits

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 #include <string>
 
 #include "classifier/evaluate/interval.hpp"
 #include "classifier/learn/random.hpp"
+#include "classifier/vibro/learn/tree.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -19,6 +21,16 @@ Result<double> accuracy_of(const Pipeline& pipeline, const Matrix& rows,
     right += *said == of_row[r] ? 1 : 0;
   }
   return static_cast<double>(right) / static_cast<double>(rows.rows());
+}
+
+// By the sorted labels.
+std::vector<std::size_t> classes_in(const WindowSet& windows, const std::set<std::string>& labels,
+                                    std::span<const std::size_t> rows) {
+  std::vector<std::size_t> out;
+  for (const std::size_t r : rows)
+    out.push_back(static_cast<std::size_t>(
+        std::distance(labels.begin(), labels.find(windows.matrix.labels[r]))));
+  return out;
 }
 
 }  // namespace
@@ -45,6 +57,34 @@ Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline,
     }
     for (std::size_t r = 0; r < rows.rows(); ++r) dealt(r, f) = rows(r, f);
     out.push_back({mean_of(lost), deviation_of(lost)});
+  }
+  return out;
+}
+
+Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> splits,
+                               const PipelineOptions& options, std::size_t repeats) {
+  if (splits.empty()) return fail(Errc::invalid_argument, "no split to weigh features on");
+  const std::size_t features = windows.matrix.names.size();
+  const std::set<std::string> labels(windows.matrix.labels.begin(), windows.matrix.labels.end());
+  Weighed out{std::vector<Importance>(features), std::vector<double>(features, 0.0)};
+  const double share = 1.0 / static_cast<double>(splits.size());
+  for (const Split& split : splits) {
+    const auto of_train = classes_in(windows, labels, split.train);
+    const auto of_test = classes_in(windows, labels, split.test);
+    const Matrix train = windows.matrix.values.take(split.train);
+    const Training training{&train, of_train, labels.size()};
+    const auto pipeline = Pipeline::train(training, options);
+    if (!pipeline) return pass(pipeline.error());
+    const auto permuted = permutation_importance(*pipeline, windows.matrix.values.take(split.test),
+                                                 of_test, repeats, options.learner.seed);
+    if (!permuted) return pass(permuted.error());
+    const auto grown = forest_importance(training, options.learner);
+    if (!grown) return pass(grown.error());
+    for (std::size_t f = 0; f < features; ++f) {
+      out.permutation[f].mean += share * (*permuted)[f].mean;
+      out.permutation[f].deviation += share * (*permuted)[f].deviation;
+      out.forest[f] += share * (*grown)[f];
+    }
   }
   return out;
 }

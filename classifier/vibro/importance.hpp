@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "classifier/evaluate/splits.hpp"
+#include "classifier/vibro/extract.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
 
 namespace weft::classifier::vibro {
@@ -26,5 +28,16 @@ Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline,
 /// The `count` features of the largest mean, most important first; equal ones in their order. The
 /// paper kept five of its ten.
 std::vector<std::size_t> most_important(std::span<const Importance> importance, std::size_t count);
+
+/// How much each feature weighs, by both of the ways that the paper used.
+struct Weighed {
+  std::vector<Importance> permutation;  ///< on the test windows of each split, mean over the splits
+  std::vector<double> forest;  ///< of the training windows, mean over the splits; its sum is 1
+};
+
+/// `repeats` times on every split; `options` as for assess(), its forest's seed and trees too.
+/// Refuses no splits, and what its parts refuse.
+Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> splits,
+                               const PipelineOptions& options, std::size_t repeats);
 
 }  // namespace weft::classifier::vibro

@@ -7,11 +7,14 @@
 #include "classifier/vibro/assess.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_command.hpp"
+#include "daemon/cli/evaluate_importance.hpp"
 #include "daemon/cli/table.hpp"
+#include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/recordings/recording_set.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
+#include "daemon/trade/vibro_evaluation_page.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -130,10 +133,18 @@ std::vector<std::string> method_row(const std::string& name, const vibro::Assess
           chosen};
 }
 
-// Fills table and results; what this build has no library for is left out by name.
+// Notes what came of one learner.
+void note(const std::string& name, const Plan& plan, vibro::Assessment got, Table& table,
+          json& results, std::vector<EvaluatedMethod>& all) {
+  table.row(method_row(name, got));
+  results[name] = method_json(got, plan.protocol.protocol);
+  all.push_back({name, std::move(got)});
+}
+
+// Fills table, results and all of them; what this build has no library for is left out by name.
 Status measure_all(const Plan& plan, const vibro::WindowSet& windows,
                    const std::vector<classifier::Split>& splits, Table& table, json& results,
-                   Console& console) {
+                   std::vector<EvaluatedMethod>& all, Console& console) {
   for (const vibro::Method method : plan.methods) {
     const std::string name(vibro::to_string(method));
     if (!vibro::available(method) && plan.methods.size() > 1) {
@@ -142,18 +153,26 @@ Status measure_all(const Plan& plan, const vibro::WindowSet& windows,
     }
     vibro::PipelineOptions options = plan.pipeline;
     options.method = method;
-    const auto got = vibro::assess(windows, splits, options, steady_wall_seconds);
+    auto got = vibro::assess(windows, splits, options, steady_wall_seconds);
     if (!got) return pass(got.error());
-    table.row(method_row(name, *got));
-    results[name] = method_json(*got, plan.protocol.protocol);
+    note(name, plan, std::move(*got), table, results, all);
   }
   if (!plan.best) return {};
-  const auto got = vibro::assess_chosen(windows, splits, plan.protocol.protocol,
-                                        vibro::quick_methods(), plan.pipeline, steady_wall_seconds);
+  auto got = vibro::assess_chosen(windows, splits, plan.protocol.protocol, vibro::quick_methods(),
+                                  plan.pipeline, steady_wall_seconds);
   if (!got) return pass(got.error());
-  table.row(method_row("best", *got));
-  results["best"] = method_json(*got, plan.protocol.protocol);
+  note("best", plan, std::move(*got), table, results, all);
   return {};
+}
+
+// Where it was asked for: by the one learner that was named, or by the paper's forest.
+Result<std::string> weigh(const EvaluateArgs& args, const Plan& plan,
+                          const vibro::WindowSet& windows,
+                          const std::vector<classifier::Split>& splits, json& out) {
+  if (args.recordings.importance == 0) return std::string();
+  vibro::PipelineOptions options = plan.pipeline;
+  options.method = plan.methods.size() == 1 ? plan.methods.front() : vibro::Method::forest;
+  return add_importance(windows, splits, options, args.recordings.importance, out);
 }
 
 }  // namespace
@@ -205,13 +224,23 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice) {
       ->check(CLI::Range(2, 100000))
       ->capture_default_str()
       ->group(group);
+  command
+      .add_option(
+          "--importance", choice.importance,
+          "also weigh the features: so many permutations of each among test windows, by the "
+          "one --method or RForest, and a forest's own; try --features SMMRP10")
+      ->check(CLI::Range(1, 1000))
+      ->group(group);
 }
 
 bool is_about_recordings(const EvaluateArgs& args) {
-  return !args.recordings.methods.empty() || is_recordings_file(args.dataset);
+  return !args.recordings.methods.empty() || args.recordings.importance > 0 ||
+         is_recordings_file(args.dataset);
 }
 
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
+  if (!args.report.empty())
+    if (Status ok = refuse_same_file(args.dataset, args.report); !ok) return pass(ok.error());
   const auto plan = plan_of(args);
   if (!plan) return pass(plan.error());
   const auto set = open_recordings(args.dataset);
@@ -227,16 +256,34 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   Table table;
   table.row(
       {"learner", "windows %", "95 %", "F-score", "recordings %", "training", "answer", "chosen"});
-  json results = json::object();
-  if (auto ok = measure_all(*plan, *windows, *splits, table, results, console); !ok)
+  json results = json::object(), importance;
+  std::vector<EvaluatedMethod> measured;
+  if (auto ok = measure_all(*plan, *windows, *splits, table, results, measured, console); !ok)
     return pass(ok.error(), args.dataset.string());
+  const auto weighed = weigh(args, *plan, *windows, *splits, importance);
+  if (!weighed) return pass(weighed.error(), args.dataset.string());
+  const double features_s_each = features_s / static_cast<double>(windows->matrix.size());
   const std::string columns = std::to_string(windows->matrix.names.size());
-  const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
-                           std::string(to_string(set->kind)) +
-                           "): " + std::to_string(set->recordings.size()) + " recordings, " +
+  const std::string what = std::to_string(set->recordings.size()) + " recordings, " +
                            thousands(windows->matrix.size()) + " windows, " + columns +
-                           " columns of " + std::string(vibro::to_string(plan->features.family)) +
-                           "\n" + words_of(*plan) + "\n" + leak_words(leak) + table.text();
+                           " columns of " + std::string(vibro::to_string(plan->features.family));
+  const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
+                           std::string(to_string(set->kind)) + "): " + what + "\n" +
+                           words_of(*plan) + "\n" + leak_words(leak) + table.text() + *weighed;
+  if (!args.report.empty()) {
+    const auto page = vibro_evaluation_html(
+        {set->kind,
+         args.dataset.filename().string(),
+         recordings_sha256(*set),
+         {{"data", what}, {"protocol", words_of(*plan)}, {"leak", leak_words(leak)}},
+         plan->protocol.protocol,
+         plan->protocol.window_s,
+         features_s_each,
+         std::move(measured),
+         *weighed});
+    if (!page) return pass(page.error());
+    if (auto ok = write_text_file(args.report, *page); !ok) return pass(ok.error());
+  }
   print(console, text,
         {{"command", "evaluate"},
          {"kind", "recordings"},
@@ -252,7 +299,8 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"components", plan->pipeline.components},
          {"columns", windows->matrix.names},
          {"windows", windows->matrix.size()},
-         {"features_s_per_window", features_s / static_cast<double>(windows->matrix.size())},
+         {"features_s_per_window", features_s_each},
+         {"importance", importance},
          {"results", results}});
   return exit_ok;
 }

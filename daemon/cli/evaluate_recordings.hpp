@@ -27,11 +27,12 @@ struct RecordingChoice {
   double step_s = 0.25;
   std::size_t blocks = 5;
   std::size_t per_recording = 100;
+  std::size_t importance = 0;  ///< repeats of the permutation; 0: not asked for
 };
 void add_recording_options(CLI::App& command, RecordingChoice& choice);
 
 /// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
-/// with --method.
+/// with --method or --importance.
 bool is_about_recordings(const EvaluateArgs& args);
 
 /// A file of recordings, or those of a data set with a vibration sensor.

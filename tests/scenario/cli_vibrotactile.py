@@ -105,6 +105,20 @@ def evaluated(t, d):
     t.expect(random["leak"] > 0.5, f"random windows leak: {random['leak']}")
 
 
+def weighed(t, d):
+    """Importance of the paper's ten figures, by permutation and by a forest; and the page."""
+    out = t.succeeds("evaluate", "out/dataset.h5", "--leave-one-group-out", "--window-s", "1", "--step-s", "0.5", "--features", "SMMRP10", "--combine",
+                     "mean", "--method", "LDA", "--importance", "3", "--report", "page.html", cwd=d)["importance"]
+    features = {f["feature"]: f for f in out["features"]}
+    t.expect(len(features) == 10 and set(out["paper"]) == {"STD", "MEAN", "MAD", "RMSE", "PERCEPTUAL"} <= set(features), f"ten figures: {out}")
+    t.expect(abs(sum(f["forest"] for f in features.values()) - 1) < 1e-9, "shares in a forest")
+    first = [f["permutation"] for f in out["features"]]
+    t.expect(first == sorted(first, reverse=True) and first[0] > 0.02, f"something matters: {first}")
+    t.expect(out["most_permutation"] == [f["feature"] for f in out["features"][:5]], "the five that weigh most")
+    page = (d / "page.html").read_text()
+    t.expect("SIMULATED" in page and "Confusion by material" in page and "PERCEPTUAL" in page and "felt" in page, "the page of an evaluation")
+
+
 def main():
     t = Checks(sys.argv[1])
     root = pathlib.Path(sys.argv[2]).resolve()
@@ -118,6 +132,7 @@ def main():
         handed_over(t, d / "out", json.loads(ran.stdout))
         t.expect(t.run("verify", "out", cwd=d).returncode == 0, "the folder is what its certificate says")
         evaluated(t, d)
+        weighed(t, d)
         t.refuses("check", "recipe.json", "--rig", root / "sim/rigs/bench17.json", cwd=d, says=["vibration sensor"])
     t.finish()
 

@@ -211,6 +211,30 @@ TEST_CASE("Dealing out the values of the feature that matters costs accuracy, of
   CHECK_FALSE(permutation_importance(tree, Matrix(), {}, 5, 1));
 }
 
+TEST_CASE("Features are weighed on test windows and by a forest, over all splits") {
+  const auto recordings = levels(2, 2, 60.0);
+  const Cut c = cut(recordings, with(Protocol::groups), {Family::smmrp10, Combine::concat});
+  PipelineOptions options;
+  options.method = Method::lda;
+  options.learner.trees = 50;
+  const auto weighed = weigh_features(c.windows, c.splits, options, 3).value();
+  REQUIRE(weighed.permutation.size() == 10);
+  REQUIRE(weighed.forest.size() == 10);
+  CHECK(std::accumulate(weighed.forest.begin(), weighed.forest.end(), 0.0) == Approx(1.0));
+  // The level is in MEAN's spread, STD, MAD, RMSE and PERCEPTUAL; not in ZCR.
+  const auto most = std::max_element(weighed.forest.begin(), weighed.forest.end());
+  CHECK(weighed.forest[9] < 0.25 * *most);
+  CHECK(std::abs(weighed.permutation[9].mean) < 0.1);
+  // One split alone is what permutation_importance() says of it.
+  const auto first = weigh_features(c.windows, std::span(c.splits).first(1), options, 3).value();
+  const auto second = weigh_features(c.windows, std::span(c.splits).last(1), options, 3).value();
+  for (std::size_t f = 0; f < 10; ++f)
+    CHECK(weighed.permutation[f].mean ==
+          Approx((first.permutation[f].mean + second.permutation[f].mean) / 2).margin(1e-12));
+  CHECK_FALSE(weigh_features(c.windows, {}, options, 3));
+  CHECK_FALSE(weigh_features(c.windows, c.splits, options, 0));
+}
+
 TEST_CASE("Bands part the spectrum, and a line stands in its own") {
   for (const std::size_t bins : {2U, 3U, 9U, 17U, 33U, 65U, 1025U}) {
     const auto edges = band_edges(bins);

@@ -92,8 +92,8 @@ TEST_CASE("Every learner is shown under the paper's protocol and on whole slides
 
 TEST_CASE("A hand-over from vibration stops when it is told to, and needs slides for its windows") {
   int asked = 0;
-  const auto stopped =
-      learn_vibration(slides(true), wanted, {}, [&] { return ++asked > 2; }, [](const auto&) {});
+  const auto stopped = learn_vibration(
+      slides(true), wanted, {}, [&] { return ++asked > 2; }, [](const auto&) {});
   REQUIRE_FALSE(stopped);
   CHECK(stopped.error().code == Errc::wrong_state);
   RecordingSet brief = slides(true);

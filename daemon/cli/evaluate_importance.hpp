@@ -1,0 +1,24 @@
+#pragma once
+// `weft evaluate --importance`: which features of sound and vibration a learner leans on.
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+#include "classifier/vibro/importance.hpp"
+
+namespace weft::daemon::cli {
+
+/// How many features the paper kept of its ten.
+inline constexpr std::size_t features_kept = 5;
+
+/// Weighs the columns of `windows` on the splits, and adds to `json` and the text it gives back
+/// what came out: permutation of test windows by `options.method`, and a forest of training
+/// windows. Errors: weigh_features()'s.
+Result<std::string> add_importance(const classifier::vibro::WindowSet& windows,
+                                   std::span<const classifier::Split> splits,
+                                   const classifier::vibro::PipelineOptions& options,
+                                   std::size_t repeats, nlohmann::json& json);
+
+}  // namespace weft::daemon::cli
