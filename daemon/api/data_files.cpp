@@ -12,12 +12,32 @@ namespace weft::daemon::api {
 namespace {
 
 namespace fs = std::filesystem;
+using server::OpenFile;
 
-constexpr std::uintmax_t most_list_bytes = std::uintmax_t{1} << 28;
+constexpr std::size_t most_lists = 64;      // of runs, remembered
+constexpr std::size_t most_digests = 4096;  // of files
+constexpr std::size_t piece_bytes = std::size_t{1} << 20;
+// A file that was written to just now may be again within the same tick of the kernel's clock.
+constexpr std::int64_t tick_ns = 1'000'000'000;
 
 /// One path component, nothing hidden: whatever a list says, no other folder is reached.
 bool is_plain(std::string_view name) {
   return !name.empty() && !name.starts_with('.') && name.find('/') == std::string_view::npos;
+}
+
+/// Seen from the folder above, so that the run's own is no link either.
+Result<OpenFile> opened(const fs::path& folder, const fs::path& name) {
+  return OpenFile::beneath(folder.parent_path(), folder.filename() / name);
+}
+
+fs::path evaluation_name() {
+  return fs::path(hand_over_folder_name) / evaluation_file_name;
+}
+
+std::optional<OpenFile::Stamp> stamp_of(const fs::path& folder, const fs::path& name) {
+  const auto file = opened(folder, name);
+  const auto stamp = file ? file->stamp() : pass(file.error());
+  return stamp ? std::optional(*stamp) : std::nullopt;
 }
 
 /// A list is a file as well.
@@ -28,9 +48,7 @@ Status add_list(const fs::path& folder, const std::string& name, std::vector<Dat
   return {};
 }
 
-}  // namespace
-
-Result<std::vector<DataFile>> data_files(const fs::path& folder) {
+Result<std::vector<DataFile>> read_lists(const fs::path& folder) {
   const auto certificate = read_certificate(folder);
   if (!certificate) return pass(certificate.error());
   if (!*certificate)
@@ -46,30 +64,77 @@ Result<std::vector<DataFile>> data_files(const fs::path& folder) {
     if (is_plain(file.name))
       out.push_back(
           {std::string(hand_over_folder_name) + "/" + file.name, file.bytes, file.sha256});
-  if (!handed->empty())
-    static_cast<void>(
-        add_list(folder, std::string(hand_over_folder_name) + "/" + evaluation_file_name, out));
+  if (!handed->empty()) static_cast<void>(add_list(folder, evaluation_name().string(), out));
   return out;
 }
 
-Result<server::ServedFile> served_file(const control::RunDesk& desk, std::string_view path) {
-  const std::size_t slash = path.find('/');
-  const std::string_view id = path.substr(0, slash);
-  const auto run = desk.get(id);
-  if (!run) return pass(run.error());
-  const std::string_view name = slash == std::string_view::npos ? "" : path.substr(slash + 1);
-  const auto files = data_files(run->stored.folder);
+tl::unexpected<Error> not_as_listed(const DataFile& listed, std::string expected, std::string got) {
+  return fail(Errc::wrong_state, "the file is not what its list says", listed.name,
+              std::move(expected), std::move(got), "weft verify tells what differs");
+}
+
+}  // namespace
+
+bool DataFiles::is_settled(const Stamp& stamp) const {
+  return utc_now_().count() - stamp.changed_ns > tick_ns;
+}
+
+DataFiles::Stamps DataFiles::stamps_of(const fs::path& folder) {
+  return {stamp_of(folder, certificate_file_name), stamp_of(folder, evaluation_name())};
+}
+
+Result<std::vector<DataFile>> DataFiles::list(const fs::path& folder) {
+  const Stamps as_of = stamps_of(folder);
+  const auto known = lists_.find(folder);
+  if (known != lists_.end() && known->second.as_of == as_of) return known->second.files;
+  ++work_.lists_read;
+  auto files = read_lists(folder);
+  if (!files) return files;
+  if (lists_.size() >= most_lists) lists_.clear();
+  const bool settled =
+      as_of.first && is_settled(*as_of.first) && (!as_of.second || is_settled(*as_of.second));
+  if (settled && stamps_of(folder) == as_of) lists_[folder] = {as_of, *files};
+  return files;
+}
+
+Result<std::string> DataFiles::digest_of(const OpenFile& file, const Stamp& as_of) {
+  const std::pair place(as_of.device, as_of.inode);
+  const auto known = hashed_.find(place);
+  if (known != hashed_.end() && known->second.as_of == as_of) return known->second.sha256;
+  ++work_.files_hashed;
+  Bytes piece(piece_bytes);
+  Sha256 hash;
+  for (std::uint64_t at = 0; at < as_of.bytes; at += piece.size()) {
+    if (stop_asked_ && stop_asked_()) return pass(stopped_early("the file's digest"));
+    piece.resize(std::min<std::uint64_t>(piece_bytes, as_of.bytes - at));
+    if (Status ok = file.read(at, piece); !ok) return pass(ok.error());
+    hash.update(piece);
+  }
+  std::string found = to_hex(hash.finish());
+  if (hashed_.size() >= most_digests) hashed_.clear();
+  if (is_settled(as_of)) hashed_[place] = {as_of, found};
+  return found;
+}
+
+Result<server::ServedFile> DataFiles::open(const fs::path& folder, const std::string& name) {
+  const auto files = list(folder);
   if (!files) return pass(files.error());
-  const auto found = std::ranges::find(*files, name, &DataFile::name);
-  if (found == files->end())
-    return fail(Errc::not_found, "no such file of that run", std::string(id), {},
-                std::string(name.substr(0, 100)), "data.get lists them");
-  const fs::path file = run->stored.folder / found->name;
-  std::error_code error;
-  if (fs::is_symlink(file, error) || fs::file_size(file, error) != found->bytes || error)
-    return fail(Errc::wrong_state, "the file is not what its list says", found->name,
-                std::to_string(found->bytes) + " bytes", {}, "weft verify tells what differs");
-  return server::ServedFile{file, found->bytes, found->sha256};
+  const auto listed = std::ranges::find(*files, name, &DataFile::name);
+  if (listed == files->end())
+    return fail(Errc::not_found, "no such file of that run", folder.filename().string(), {},
+                name.substr(0, 100), "data.get lists them");
+  auto file = opened(folder, name);
+  if (!file) return not_as_listed(*listed, {}, to_string(file.error()));
+  const auto as_of = file->stamp();
+  if (!as_of) return pass(as_of.error());
+  if (as_of->bytes != listed->bytes)
+    return not_as_listed(*listed, std::to_string(listed->bytes) + " bytes",
+                         std::to_string(as_of->bytes) + " bytes");
+  const auto found = digest_of(*file, *as_of);
+  if (!found) return pass(found.error());
+  if (*found != listed->sha256) return not_as_listed(*listed, listed->sha256, *found);
+  return server::ServedFile{std::make_shared<const OpenFile>(std::move(*file)), *as_of,
+                            listed->sha256};
 }
 
 }  // namespace weft::daemon::api

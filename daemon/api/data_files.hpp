@@ -1,14 +1,22 @@
 #pragma once
 // The files of a run's data set that may be fetched: those that its certificate or its hand-over
-// lists, and these two lists themselves. Nothing else of a folder has a name here.
+// lists, and these two lists themselves. Nothing else of a folder has a name here, and nothing is
+// given out that is not what its list says.
 
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "daemon/control/run_desk.hpp"
+#include "daemon/dataset/stop_asked.hpp"
 #include "daemon/server/http_file.hpp"
+#include "daemon/server/open_file.hpp"
 
 namespace weft::daemon::api {
 
@@ -18,12 +26,48 @@ struct DataFile {
   std::string sha256;
 };
 
-/// Errors: not_found, when the run has come to no end that was certified;
-/// certificate_from_json()'s.
-Result<std::vector<DataFile>> data_files(const std::filesystem::path& folder);
+/// Reads lists and hashes files, and remembers both for as long as nobody has written to them.
+/// Used by one thread, which is not the server's: a list may have megabytes, a file gigabytes.
+class DataFiles {
+ public:
+  /// `utc_now`: since 1970-01-01, as files have it. `stop_asked`: while a file is hashed.
+  explicit DataFiles(std::function<std::chrono::nanoseconds()> utc_now, StopAsked stop_asked = {})
+      : utc_now_(std::move(utc_now)), stop_asked_(std::move(stop_asked)) {}
 
-/// By "R-000318/dataset.h5". Errors: not_found; wrong_state, when the file is not as long as its
-/// list says.
-Result<server::ServedFile> served_file(const control::RunDesk& desk, std::string_view path);
+  /// Of a run's folder. Errors: not_found, when the run has come to no end that was certified;
+  /// certificate_from_json()'s.
+  Result<std::vector<DataFile>> list(const std::filesystem::path& folder);
+  /// One of them, open, its bytes hashed. Errors: list()'s; not_found; wrong_state, when they are
+  /// not what the list says, or a symbolic link leads to them.
+  Result<server::ServedFile> open(const std::filesystem::path& folder, const std::string& name);
+
+  /// What has been done so far.
+  struct Work {
+    std::size_t lists_read = 0, files_hashed = 0;
+  };
+  [[nodiscard]] const Work& work() const { return work_; }
+
+ private:
+  using Stamp = server::OpenFile::Stamp;
+  /// Of certificate and evaluation; nothing where there is no such file.
+  using Stamps = std::pair<std::optional<Stamp>, std::optional<Stamp>>;
+  struct Listed {
+    Stamps as_of;
+    std::vector<DataFile> files;
+  };
+  struct Hashed {
+    Stamp as_of;
+    std::string sha256;
+  };
+  static Stamps stamps_of(const std::filesystem::path& folder);
+  [[nodiscard]] bool is_settled(const Stamp& stamp) const;
+  Result<std::string> digest_of(const server::OpenFile& file, const Stamp& as_of);
+
+  std::function<std::chrono::nanoseconds()> utc_now_;
+  StopAsked stop_asked_;
+  Work work_;
+  std::map<std::filesystem::path, Listed> lists_;                     // by folder
+  std::map<std::pair<std::uint64_t, std::uint64_t>, Hashed> hashed_;  // by device and inode
+};
 
 }  // namespace weft::daemon::api

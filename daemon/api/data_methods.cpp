@@ -25,23 +25,28 @@ Outcome data_sets(const Services& services) {
   return text_of({{"datasets", std::move(out)}});
 }
 
-Outcome files_of_run(const Services& services, const Call& call) {
-  const auto run = services.desk->get(call.params.at("run").get<std::string>());
-  if (!run) return refused(run.error());
-  const auto files = data_files(run->stored.folder);
+Outcome files_told(DataFiles& known, const control::StoredRun& run) {
+  const auto files = known.list(run.folder);
   if (!files) return refused(files.error());
   json out = json::array();
   for (const DataFile& file : *files)
     out.push_back({{"name", file.name},
                    {"bytes", file.bytes},
                    {"sha256", file.sha256},
-                   {"path", std::string(server::data_path) + run->stored.id() + "/" + file.name}});
-  json told{{"run", run->stored.id()},
-            {"outcome", run->stored.outcome},
-            {"dataset_sha256", run->stored.dataset_sha256},
-            {"folder", run->stored.folder.string()},
-            {"files", std::move(out)}};
-  return text_of(told);
+                   {"path", std::string(server::data_path) + run.id() + "/" + file.name}});
+  return text_of({{"run", run.id()},
+                  {"outcome", run.outcome},
+                  {"dataset_sha256", run.dataset_sha256},
+                  {"folder", run.folder.string()},
+                  {"files", std::move(out)}});
+}
+
+void files_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto run = services.desk->get(call.params.at("run").get<std::string>());
+  if (!run) return respond(refused(run.error()));
+  answer_apart(services.file_errand, respond, [files = services.files, stored = run->stored] {
+    return files_told(*files, stored);
+  });
 }
 
 }  // namespace
@@ -62,7 +67,24 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
                {},
                {{"run", ParamType::text, true, "its name, \"R-000318\""}},
                "run, outcome, dataset_sha256, folder, files: name, bytes, sha256, path"},
-              [s](const Call& call) { return files_of_run(*s, call); });
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                files_of_run(*s, call, respond);
+              }));
+}
+
+void open_served_file(const Services& services, std::string_view path,
+                      const std::function<void(const Result<server::ServedFile>&)>& told) {
+  const std::size_t slash = path.find('/');
+  const auto run = services.desk->get(path.substr(0, slash));
+  if (!run) return told(pass(run.error()));
+  const std::string name(slash == std::string_view::npos ? "" : path.substr(slash + 1));
+  const bool taken = services.file_errand(
+      [files = services.files, folder = run->stored.folder, name, told]() -> Services::Report {
+        return [file = files->open(folder, name), told] { told(file); };
+      },
+      [told](const Error& escaped) { told(pass(escaped)); });
+  if (!taken)
+    told(fail(Errc::timeout, "too many files wait to be looked at", {}, {}, {}, "Ask again later"));
 }
 
 }  // namespace weft::daemon::api

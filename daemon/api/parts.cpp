@@ -16,9 +16,9 @@ tl::unexpected<rpc::RpcError> refused(const Error& error) {
   return tl::unexpected(rpc::from(error));
 }
 
-void answer_apart(const Services& services, const rpc::Responder& respond,
+void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
                   std::function<rpc::Outcome()> work) {
-  const bool taken = services.errand(
+  const bool taken = errand(
       [work = std::move(work), respond]() -> Services::Report {
         return [outcome = work(), respond] { respond(outcome); };
       },

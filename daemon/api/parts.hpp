@@ -15,7 +15,7 @@ tl::unexpected<rpc::RpcError> refused(const Error& error);
 /// Answers with what `work` returns, which is done on another thread and uses nothing of the
 /// server's: a halt waits for none of it. An internal error where it throws; request.too_many where
 /// too much waits already.
-void answer_apart(const Services& services, const rpc::Responder& respond,
+void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
                   std::function<rpc::Outcome()> work);
 /// "s-41 (ada)": who made a change.
 std::string by(const rpc::Caller& caller);

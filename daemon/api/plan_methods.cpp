@@ -219,7 +219,7 @@ Outcome compared(const DiffQuestion& asked) {
 void plan(const Services& services, const Call& call, const rpc::Responder& respond) {
   const auto asked = plan_question(services, call);
   if (!asked) return respond(refused(asked.error()));
-  answer_apart(services, respond, [asked = *asked] { return planned(asked); });
+  answer_apart(services.errand, respond, [asked = *asked] { return planned(asked); });
 }
 
 void compare(const Services& services, const Call& call, const rpc::Responder& respond) {
@@ -227,7 +227,7 @@ void compare(const Services& services, const Call& call, const rpc::Responder& r
   if (!one) return respond(refused(one.error()));
   const auto other = recipe_place(services, call, "other");
   if (!other) return respond(refused(other.error()));
-  answer_apart(services, respond,
+  answer_apart(services.errand, respond,
                [asked = DiffQuestion{{{{"recipe", *one}, {"other", *other}}}, services.rig}] {
                  return compared(asked);
                });

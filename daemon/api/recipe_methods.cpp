@@ -97,9 +97,10 @@ void check(const Services& services, const Call& call, const rpc::Responder& res
   if (!file) return respond(refused(file.error()));
   const auto seed = seed_of(call);
   if (!seed) return respond(refused(seed.error()));
-  answer_apart(services, respond, [question = Question{*file, services.rig, services.data, *seed}] {
-    return checked(question);
-  });
+  answer_apart(services.errand, respond,
+               [question = Question{*file, services.rig, services.data, *seed}] {
+                 return checked(question);
+               });
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "daemon/access/leases.hpp"
+#include "daemon/api/data_files.hpp"
 #include "daemon/control/hand_over_desk.hpp"
 #include "daemon/control/run_desk.hpp"
 #include "daemon/rpc/method.hpp"
@@ -31,8 +32,11 @@ struct Services {
   /// Long work, done on another thread; what it returns is called on the server's, or `failed`
   /// where it threw. False where too much waits already.
   using Report = std::function<void()>;
-  std::function<bool(std::function<Report()> work, std::function<void(const Error&)> failed)>
-      errand;
+  using Errand =
+      std::function<bool(std::function<Report()> work, std::function<void(const Error&)> failed)>;
+  Errand errand;
+  Errand file_errand;          ///< on a thread of its own again, the only one that uses `files`
+  DataFiles* files = nullptr;  ///< the data sets' files
 };
 
 /// All of them, with the introduction.
@@ -50,6 +54,10 @@ void add_plan_methods(rpc::Methods& methods, const Services& services);
 void add_hand_over_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
 
+/// A file by "R-000318/dataset.h5", for a download: `told` is called once, on the server's thread.
+/// Errors: not_found; DataFiles::open()'s; timeout, when too many wait already.
+void open_served_file(const Services& services, std::string_view path,
+                      const std::function<void(const Result<server::ServedFile>&)>& told);
 /// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
 std::string readiness_json(const Services& services);
 /// A run for a client; also what "run:ID" events carry.

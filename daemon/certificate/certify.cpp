@@ -8,8 +8,6 @@
 namespace weft::daemon {
 namespace {
 
-constexpr std::uintmax_t most_certificate_bytes = std::uintmax_t{1} << 28;
-
 void describe(const DatasetInfo& info, Certificate& out) {
   out.bench_kind = to_string(info.kind);
   out.name = info.name;
@@ -85,7 +83,7 @@ Result<std::optional<Certificate>> read_certificate(const std::filesystem::path&
   const std::filesystem::path file = folder / certificate_file_name;
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) return std::optional<Certificate>{};
-  const auto text = read_text_file(file, most_certificate_bytes);
+  const auto text = read_text_file(file, most_list_bytes);
   if (!text) return pass(text.error());
   auto certificate = certificate_from_json(*text);
   if (!certificate) return pass(certificate.error(), file.string());

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/certificate/certificate.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/run/campaign_folder.hpp"
@@ -17,7 +18,7 @@ using nlohmann::ordered_json;
 constexpr const char* evaluation_digest = "evaluation_sha256";
 constexpr const char* format_name = "weft-hand-over";
 constexpr int format_version = 1;
-constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 30;
+constexpr std::uintmax_t most_model_bytes = std::uintmax_t{1} << 28;
 
 /// Keys sorted, without white space: what any other program can make as well.
 std::string digest_of_evaluation(const json& evaluation) {
@@ -58,7 +59,7 @@ HandedOver handed_over_from(const json& object) {
 }
 
 Result<json> read_evaluation(const fs::path& file) {
-  const auto text = read_text_file(file, most_bytes);
+  const auto text = read_text_file(file, most_list_bytes);
   if (!text) return pass(text.error());
   json object = json::parse(*text, nullptr, false);
   if (!object.is_object() || object.value("format", json()) != format_name ||
@@ -77,7 +78,7 @@ Result<json> read_evaluation(const fs::path& file) {
 
 Status check_file(const fs::path& folder, const json& listed) {
   const std::string name = listed.at("name");
-  const auto text = read_text_file(folder / name, most_bytes);
+  const auto text = read_text_file(folder / name, most_model_bytes);
   if (!text) return pass(text.error());
   const std::string told = listed.at("sha256"), found = sha256_hex(*text);
   if (told == found) return {};

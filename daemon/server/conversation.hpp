@@ -45,9 +45,11 @@ struct Shared {
   /// The raw line "!halt"; from the Unix socket only, before anything else.
   std::function<void(const rpc::Caller&)> halt;
   std::function<Clock()> now;
-  /// A file that may be fetched over HTTP, by "R-000318/dataset.h5". Errors: not_found; others,
-  /// where it is not what it should be.
-  std::function<Result<ServedFile>(std::string_view path)> file = {};
+  /// A file that may be fetched over HTTP, by "R-000318/dataset.h5": `told` is called on the
+  /// server's thread, at once or later. Errors: not_found; others, where it is not what it should
+  /// be.
+  using FileTold = std::function<void(const Result<ServedFile>&)>;
+  std::function<void(std::string_view path, const FileTold& told)> file = {};
 };
 
 /// The first request of every client.

@@ -192,6 +192,7 @@ std::string too_many_text(std::string_view what, std::size_t at_most, std::strin
 }
 
 std::string no_file_text(const Error& error) {
+  if (error.code == Errc::timeout) return refused(503, "data.busy", error, come_back);
   const bool absent = error.code == Errc::not_found;
   return refused(absent ? 404 : 409, absent ? "data.not_found" : "data.altered", error);
 }

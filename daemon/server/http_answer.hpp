@@ -25,7 +25,8 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request,
 std::string too_many_text(std::string_view what, std::size_t at_most, std::string_view hint);
 /// 503: the daemon ends before it can answer.
 std::string daemon_stops_text();
-/// 404 or 409: a file that is not there, or not as its list says.
+/// 404, 409 or 503: a file that is not there, is not as its list says, or could not be looked at in
+/// time (Errc::timeout).
 std::string no_file_text(const Error& error);
 /// 412: the file has another digest than the one asked for.
 std::string other_content_text(const std::string& sha256);

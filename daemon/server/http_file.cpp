@@ -77,13 +77,13 @@ FileAnswer file_answer(const HttpRequest& request, const ServedFile& file) {
   const std::string_view same = request.header("If-Range");
   const std::string_view wanted =
       same.empty() || same == tag ? request.header("Range") : std::string_view();
-  const auto range = range_of(wanted, file.bytes);
-  if (!range) return {head_of(416, tag, 0, bytes_of("*", file.bytes)), {}};
-  const bool part = *range != ByteRange{0, file.bytes};
+  const auto range = range_of(wanted, file.as_of.bytes);
+  if (!range) return {head_of(416, tag, 0, bytes_of("*", file.as_of.bytes)), {}};
+  const bool part = *range != ByteRange{0, file.as_of.bytes};
   const std::string place = std::to_string(range->first) + "-" +
                             std::to_string(std::max<std::uint64_t>(range->end, 1) - 1);
   return {head_of(part ? 206 : 200, tag, range->end - range->first,
-                  part ? bytes_of(place, file.bytes) : std::string()),
+                  part ? bytes_of(place, file.as_of.bytes) : std::string()),
           *range};
 }
 

@@ -3,23 +3,25 @@
 // file. Source: RFC 9110, sections 13 (preconditions) and 14 (ranges).
 
 #include <cstdint>
-#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "daemon/server/http_request.hpp"
+#include "daemon/server/open_file.hpp"
 
 namespace weft::daemon::server {
 
 /// Where files are: "/data/R-000318/dataset.h5".
 inline constexpr std::string_view data_path = "/data/";
 
-/// A file that somebody may have.
+/// A file that somebody may have. It is what its list says; once somebody writes to it, its stamp
+/// is another, and it is not.
 struct ServedFile {
-  std::filesystem::path file;
-  std::uint64_t bytes = 0;
-  std::string sha256;  ///< as its list says; it is the entity tag
+  std::shared_ptr<const OpenFile> file;
+  OpenFile::Stamp as_of;
+  std::string sha256;  ///< of its bytes; it is the entity tag
 };
 
 /// Bytes `first` up to, not with, `end`.

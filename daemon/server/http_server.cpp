@@ -5,7 +5,6 @@
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
-#include <fstream>
 #include <list>
 #include <vector>
 
@@ -59,7 +58,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     asking,     ///< the request is not whole
     waiting,    ///< for a method's answer
     streaming,  ///< events
-    sending,    ///< a file
+    opening,    ///< a file, which is looked at first
+    sending,    ///< it
     leaving,    ///< the answer is under way
   };
 
@@ -90,7 +90,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   /// The daemon ends. One try: nothing was said yet, so there is room for it.
   void say_good_bye() {
-    if (!is(Stage::waiting)) return;
+    if (!is(Stage::waiting) && !is(Stage::opening)) return;
     wire_->write_at_once(asio::buffer(daemon_stops_text()));
   }
 
@@ -127,7 +127,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   void hear_end() {
     heard_end_ = true;
     // one that only sends no more may read on
-    if (!is(Stage::sending) && !(is(Stage::leaving) && writing_)) close();
+    if (!is(Stage::opening) && !is(Stage::sending) && !(is(Stage::leaving) && writing_)) close();
   }
 
   void have(std::string_view bytes) {
@@ -185,20 +185,25 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
       return leave(answer_text(400, rpc::error_line(parsed.error().id_json, parsed.error().error)));
     const auto method = server_->shared->methods->find(parsed->method);
     const HttpLimits& most = server_->limits;
-    if (method && (*method)->answers_later && !has_seat(Stage::waiting, most.waiting))
+    if (method && (*method)->answers_later && !has_seat({Stage::waiting}, most.waiting))
       return leave(too_many_text("calls wait for their answers", most.waiting,
                                  "Ask again later, or use the socket"));
     const std::string answer = ask(request_.body());
     if (!parsed->id_json) return leave(answer_text(204, {}));
     if (!answer.empty()) return leave(answer_text(200, answer));
     stage_ = Stage::waiting;
-    within(most.answer,
+    give_up_waiting();
+  }
+
+  /// In a while: what is waited for may never come.
+  void give_up_waiting() {
+    within(server_->limits.answer,
            [this] { leave(no_answer_text(std::chrono::seconds(server_->limits.answer).count())); });
   }
 
   void stream() {
     const HttpLimits& most = server_->limits;
-    if (!has_seat(Stage::streaming, most.streams))
+    if (!has_seat({Stage::streaming}, most.streams))
       return leave(too_many_text("streams of events", most.streams,
                                  "Close one, or use the socket, which has no such bound"));
     auto from_seq = seen_last(request_, server_->shared->epoch);
@@ -215,36 +220,49 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   void send_file() {
     const HttpLimits& most = server_->limits;
-    if (!has_seat(Stage::sending, most.files))
+    if (!has_seat({Stage::opening, Stage::sending}, most.files))
       return leave(too_many_text("files are on their way", most.files, "Ask again later"));
-    const auto file = server_->shared->file(request_.path().substr(data_path.size()));
+    stage_ = Stage::opening;
+    give_up_waiting();
+    server_->shared->file(request_.path().substr(data_path.size()),
+                          [waits = weak_from_this()](const Result<ServedFile>& file) {
+                            const auto self = waits.lock();
+                            if (self && !self->closed_ && self->is(Stage::opening))
+                              self->have_file(file);
+                          });
+  }
+
+  void have_file(const Result<ServedFile>& file) {
     if (!file) return leave(no_file_text(file.error()));
     FileAnswer answer = file_answer(request_, *file);
     left_ = answer.body;
     if (left_.first == left_.end) return leave(answer.head);
-    source_.open(file->file, std::ios::binary);
-    source_.seekg(static_cast<std::streamoff>(left_.first));
-    if (!source_) return leave(no_file_text({Errc::io, "cannot read the file", {}, {}, {}, {}}));
+    source_ = *file;
     stage_ = Stage::sending;
     unsent_ += answer.head;
     write();
   }
 
-  /// The next piece of the file; after the last one no more. One that becomes shorter while it is
-  /// sent ends the connection, as nothing else would tell the client.
+  /// The next piece of the file; after the last one no more. One that somebody writes to while it
+  /// is sent ends the connection, as nothing else would tell the client.
   void send_more() {
     const auto piece = std::min<std::uint64_t>(left_.end - left_.first, file_piece_bytes);
     if (piece == 0) return leave({});
     unsent_.resize(piece);
-    source_.read(unsent_.data(), static_cast<std::streamsize>(piece));
-    if (!source_) return close();
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(unsent_.data());
+    if (!source_->file->read(left_.first, {bytes, unsent_.size()})) return close();
+    const auto now = source_->file->stamp();
+    if (!now || *now != source_->as_of) return close();
     left_.first += piece;
     write();
   }
 
-  bool has_seat(Stage stage, std::size_t most) const {
-    const auto taken = std::count_if(server_->connections.begin(), server_->connections.end(),
-                                     [&](const auto& other) { return other->is(stage); });
+  bool has_seat(std::initializer_list<Stage> stages, std::size_t most) const {
+    const auto sits = [&](const auto& other) {
+      return std::any_of(stages.begin(), stages.end(), [&](Stage s) { return other->is(s); });
+    };
+    const auto taken =
+        std::count_if(server_->connections.begin(), server_->connections.end(), sits);
     return static_cast<std::size_t>(taken) < most;
   }
 
@@ -306,8 +324,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   std::uint64_t turn_ = 0;
   bool ready_ = false, writing_ = false, closed_ = false, heard_end_ = false;
   std::unique_ptr<Conversation> conversation_;
-  std::ifstream source_;  // sending
-  ByteRange left_;        // of it
+  std::optional<ServedFile> source_;  // sending
+  ByteRange left_;                    // of it
 };
 
 void HttpServer::Parts::listen() {

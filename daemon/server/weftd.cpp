@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/access/tokens.hpp"
-#include "daemon/api/data_files.hpp"
 #include "daemon/api/services.hpp"
 #include "daemon/loop/rising_utc.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -49,6 +48,9 @@ Result<TokenOwner> owner_of(const access::TokenFile& tokens, std::string_view to
 class Daemon {
  public:
   static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options);
+  ~Daemon() { ending_ = true; }
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
   void run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready);
 
  private:
@@ -69,13 +71,15 @@ class Daemon {
   access::Leases leases_;
   Hub hub_;
   rpc::Methods methods_;
+  std::atomic<bool> ending_ = false;
+  api::DataFiles files_{utc_now, [this] { return ending_.load(std::memory_order_relaxed); }};
   api::Services services_;
   Shared shared_;
   control::RunStore log_;
   std::unique_ptr<TlsServer> tls_;  // before those who use it
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
-  std::unique_ptr<Errands> errands_;                   // those below tell the server too
+  std::unique_ptr<Errands> errands_, file_errands_;    // those below tell the server too
   std::unique_ptr<control::RunDesk> desk_;             // gone first: its threads post to the server
   std::unique_ptr<control::HandOverDesk> hand_overs_;  // likewise, and tells the desk
 };
@@ -116,7 +120,12 @@ void Daemon::wire(const DaemonOptions& options) {
                .errand =
                    [this](Errands::Work work, Errands::Failed failed) {
                      return errands_->send(std::move(work), std::move(failed));
-                   }};
+                   },
+               .file_errand =
+                   [this](Errands::Work work, Errands::Failed failed) {
+                     return file_errands_->send(std::move(work), std::move(failed));
+                   },
+               .files = &files_};
   shared_.methods = &methods_;
   shared_.hub = &hub_;
   shared_.answered = &answered_;
@@ -129,7 +138,9 @@ void Daemon::wire(const DaemonOptions& options) {
     services_.desk->halt(caller.session + " (" + caller.user + ")");
   };
   shared_.now = [] { return steady_wall_now(); };
-  shared_.file = [this](std::string_view path) { return api::served_file(*services_.desk, path); };
+  shared_.file = [this](std::string_view path, const Shared::FileTold& told) {
+    api::open_served_file(services_, path, told);
+  };
   api::add_methods(methods_, services_);
 }
 
@@ -154,8 +165,9 @@ Status Daemon::begin(const DaemonOptions& options) {
       shared_, {});
   if (!server) return pass(server.error());
   server_ = std::move(*server);
-  errands_ = std::make_unique<Errands>(
-      [this](Errands::Report report) { server_->post(std::move(report)); });
+  const auto post = [this](Errands::Report report) { server_->post(std::move(report)); };
+  errands_ = std::make_unique<Errands>(post);
+  file_errands_ = std::make_unique<Errands>(post);
   desk_ = std::make_unique<control::RunDesk>(
       control::RunDesk::Surroundings{
           .rig = options.rig,

@@ -40,6 +40,10 @@ class SmallDaemon {
                      .utc_us = [] { return std::int64_t{0}; },
                      .changed = [](std::string_view, const control::HandOverFact&) {}},
                     store_) {
+    const auto at_once = [](const auto& work, const auto&) {
+      work()();
+      return true;
+    };
     services_ = {.hub = &hub_,
                  .leases = &leases_,
                  .desk = &desk_,
@@ -52,11 +56,9 @@ class SmallDaemon {
                  .epoch = "e1",
                  .now = [] { return Clock(); },
                  .utc_us = [] { return std::int64_t{0}; },
-                 .errand =
-                     [](const auto& work, const auto&) {
-                       work()();
-                       return true;
-                     }};
+                 .errand = at_once,
+                 .file_errand = at_once,
+                 .files = &files_};
     api::add_methods(methods_, services_);
     shared_ = {&methods_, &hub_, &answered_, "e1", {}, {}, {}, [] { return Clock(); }};
     shared_.token_owner = [](std::string_view) -> Result<server::TokenOwner> {
@@ -120,6 +122,7 @@ class SmallDaemon {
   control::RunStore store_;
   control::RunDesk desk_;
   control::HandOverDesk hand_overs_;
+  api::DataFiles files_{[] { return std::chrono::nanoseconds(); }};
   api::Services services_;
   rpc::Methods methods_;
   server::Shared shared_;

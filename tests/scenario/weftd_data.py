@@ -156,7 +156,7 @@ def nothing_else(web, run, data):
         assert web.get(path)[0] == 404, path
 
 
-def beside_others(web, client, data):
+def beside_others(web, client, folder, data):
     """One that asks for a file and reads nothing holds nobody up; one whose file is not what its list says is told so."""
     lazy = socket.create_connection(("127.0.0.1", web.port), PATIENCE_S)
     lazy.sendall(f"GET {data['path']} HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {web.token}\r\n\r\n".encode())
@@ -168,8 +168,23 @@ def beside_others(web, client, data):
     whole = file.read_bytes()
     file.write_bytes(whole[:-1])
     assert web.get(data["path"])[0] == 409
+    altered = bytearray(whole)
+    altered[len(whole) // 2] ^= 1  # as long as it was
+    file.write_bytes(altered)
+    for query, headers in ("", {}), ("?sha256=" + data["sha256"], {}), ("", {"If_None_Match": f'"{data["sha256"]}"'}), ("", {"Range": "bytes=0-0"}):
+        status, _, body = web.get(data["path"] + query, **headers)
+        assert status == 409 and b"data.altered" in body, (query, headers, status, body[:200])
     file.write_bytes(whole)
     assert web.get(data["path"])[0] == 200
+    # a folder that leads elsewhere, with the very files that are listed
+    elsewhere, place = folder / "elsewhere", file.parent / "handover"
+    place.rename(elsewhere)
+    place.symlink_to(elsewhere)
+    status, _, body = web.get(data["path"].replace("dataset.h5", "handover/M1.model"))
+    assert status == 409 and b"symbolic link" in body, (status, body[:200])
+    place.unlink()
+    elsewhere.rename(place)
+    assert web.get(data["path"].replace("dataset.h5", "handover/M1.model"))[0] == 200
 
 
 def main():
@@ -192,7 +207,7 @@ def main():
             roles(web, run)
             data = fetched(web, client, folder, run)
             nothing_else(web, run, data)
-            beside_others(web, client, data)
+            beside_others(web, client, folder, data)
             assert daemon.end() == 0
         finally:
             daemon.process.kill()

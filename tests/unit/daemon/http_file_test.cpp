@@ -8,7 +8,7 @@ using namespace weft::daemon::server;
 
 namespace {
 
-const ServedFile file{"/run/dataset.h5", 1000, "abc"};
+const ServedFile file{nullptr, {.bytes = 1000}, "abc"};
 
 FileAnswer answer_to(const std::string& headers, const std::string& query = "") {
   HttpRequest request;

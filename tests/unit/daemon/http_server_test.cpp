@@ -9,6 +9,8 @@
 
 #include "daemon/api/services.hpp"
 #include "daemon/server/http_server.hpp"
+#include "tests/unit/daemon/kill_points.hpp"
+#include "tests/unit/daemon/trial_bench.hpp"
 
 using namespace weft;
 using namespace weft::daemon;
@@ -219,4 +221,54 @@ TEST_CASE("When the daemon ends, calls that wait are told, and streams end") {
   CHECK(waits.status() == 503);
   CHECK(listens.status() == 200);
   CHECK(idle.got.empty());
+}
+
+TEST_CASE("A file is looked at before it is sent; one that is written to meanwhile is cut off") {
+  const test::TemporaryFolder folder;
+  const std::string text(8'000'000, 'x');
+  test::write_file(folder / "f", text);
+  WebBench bench;
+  std::vector<Shared::FileTold> asked;
+  bench.shared.file = [&](std::string_view path, const Shared::FileTold& told) {
+    CHECK(path == "R-000001/f");
+    asked.push_back(told);
+  };
+  const auto served = [&]() -> Result<ServedFile> {
+    auto file = OpenFile::beneath(folder.path(), "f");
+    REQUIRE(file);
+    const auto as_of = file->stamp().value();
+    return ServedFile{std::make_shared<const OpenFile>(std::move(*file)), as_of, "abc"};
+  };
+  const std::string get = "GET /data/R-000001/f";
+  WebClient& whole = bench.ask(get, "");
+  bench.until([&] { return asked.size() == 1; });
+  CHECK(bench.status_of(bench.call("now.say")) == 200);  // nobody waits for it
+  asked[0](served());
+  CHECK(bench.status_of(whole) == 200);
+  CHECK(whole.got.size() > text.size());
+
+  WebClient& cut = bench.ask(get, "", false);  // reads nothing yet
+  bench.until([&] { return asked.size() == 2; });
+  asked[1](served());
+  for (int i = 0; i < 100; ++i) bench.there.poll();  // what the socket takes
+  test::write_file(folder / "f", std::string(text.size(), 'y'));
+  cut.read();
+  CHECK(bench.status_of(cut) == 200);
+  CHECK(cut.got.size() < text.size());
+  CHECK(cut.got.find('y', cut.got.find("\r\n\r\n")) == std::string::npos);
+
+  WebClient& refused = bench.ask(get, "");
+  bench.until([&] { return asked.size() == 3; });
+  asked[2](fail(Errc::wrong_state, "altered"));
+  CHECK(bench.status_of(refused) == 409);
+  WebClient& busy = bench.ask(get, "");
+  bench.until([&] { return asked.size() == 4; });
+  asked[3](fail(Errc::timeout, "later"));
+  CHECK(bench.status_of(busy) == 503);
+  {
+    WebClient& gone = bench.ask(get, "");
+    bench.until([&] { return asked.size() == 5; });
+    gone.socket.close();
+  }
+  asked[4](served());  // nobody is there
 }

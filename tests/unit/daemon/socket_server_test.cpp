@@ -153,11 +153,10 @@ TEST_CASE("An errand that throws is told so, and those after it are done") {
   const auto add = [&](const char* name, const std::function<rpc::Outcome()>& work) {
     bench.methods.add({name, "", {}, {}, {}, ""},
                       rpc::Handler([&, work](const rpc::Call&, const rpc::Responder& respond) {
-                        api::Services services;
-                        services.errand = [&](Errands::Work sent, Errands::Failed failed) {
+                        const auto send = [&](Errands::Work sent, Errands::Failed failed) {
                           return errands.send(std::move(sent), std::move(failed));
                         };
-                        api::answer_apart(services, respond, work);
+                        api::answer_apart(send, respond, work);
                       }));
   };
   add("throw.late", []() -> rpc::Outcome { throw std::bad_alloc(); });
