@@ -16,15 +16,14 @@ tl::unexpected<rpc::RpcError> refused(const Error& error) {
   return tl::unexpected(rpc::from(error));
 }
 
-void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
-                  std::function<rpc::Outcome()> work) {
-  const bool taken = errand(
-      [work = std::move(work), respond]() -> Services::Report {
-        return [outcome = work(), respond] { respond(outcome); };
-      },
-      [respond](const Error& escaped) {
-        respond(tl::unexpected(rpc::rpc_error(rpc::code::internal, "internal", escaped)));
-      });
+namespace {
+
+/// Nothing is left unanswered: what `work` returns answers on the server's thread.
+void answer_by(const Services::Errand& errand, const rpc::Responder& respond,
+               std::function<Services::Report()> work) {
+  const bool taken = errand(std::move(work), [respond](const Error& escaped) {
+    respond(tl::unexpected(rpc::rpc_error(rpc::code::internal, "internal", escaped)));
+  });
   if (!taken)
     respond(tl::unexpected(rpc::rpc_error(rpc::code::request + 29, "request.too_many",
                                           {Errc::wrong_state,
@@ -34,6 +33,34 @@ void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
                                            {},
                                            "Ask again later"},
                                           true)));
+}
+
+}  // namespace
+
+void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
+                  std::function<rpc::Outcome()> work) {
+  answer_by(errand, respond, [work = std::move(work), respond]() -> Services::Report {
+    return [outcome = work(), respond] { respond(outcome); };
+  });
+}
+
+void check_apart(
+    const Services& services, const rpc::Call& call, const rpc::Responder& respond,
+    CampaignRequest request,
+    std::function<rpc::Outcome(const rpc::Call&, const control::RunDesk::Checked&)> then) {
+  struct Kept {
+    json params;
+    rpc::Caller caller;
+  };
+  answer_by(
+      services.change_errand, respond,
+      [kept = std::make_shared<const Kept>(call.params, call.caller), respond,
+       request = std::move(request), then = std::move(then)]() -> Services::Report {
+        return [checked = std::make_shared<const control::RunDesk::Checked>(check_quickly(request)),
+                kept, respond, then] {
+          respond(then({kept->params, kept->caller}, *checked));
+        };
+      });
 }
 
 std::string by(const rpc::Caller& caller) {

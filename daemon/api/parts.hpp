@@ -17,6 +17,12 @@ tl::unexpected<rpc::RpcError> refused(const Error& error);
 /// too much waits already.
 void answer_apart(const Services::Errand& errand, const rpc::Responder& respond,
                   std::function<rpc::Outcome()> work);
+/// check_quickly() of `request` on another thread, then `then` on the server's, which answers: with
+/// the call as it was, so that what it needs, a lease, is looked at when it is used.
+void check_apart(
+    const Services& services, const rpc::Call& call, const rpc::Responder& respond,
+    CampaignRequest request,
+    std::function<rpc::Outcome(const rpc::Call&, const control::RunDesk::Checked&)> then);
 /// "s-41 (ada)": who made a change.
 std::string by(const rpc::Caller& caller);
 

@@ -86,14 +86,22 @@ Outcome get(const Services& services, const Call& call) {
   return text_of(out);
 }
 
-Outcome add(const Services& services, const Call& call) {
+tl::expected<control::RunWish, rpc::RpcError> wish_for_place(const Services& services,
+                                                             const Call& call) {
   if (auto may = may_begin(services, call); !may) return tl::unexpected(may.error());
   const auto at = place_in(call);
   if (!at) return refused(at.error());
   auto wish = wish_for_run(services, call);
   if (!wish) return refused(wish.error());
   wish->place = *at;
-  const auto run = services.desk->submit(*wish);
+  return *wish;
+}
+
+Outcome added(const Services& services, const Call& call,
+              const control::RunDesk::Checked& checked) {
+  const auto wish = wish_for_place(services, call);
+  if (!wish) return tl::unexpected(wish.error());
+  const auto run = services.desk->submit(*wish, checked);
   if (!run) return refused(run.error());
   json out = run_json(*services.desk->get(run->stored.id()));
   out["rev"] = services.desk->line().revision;
@@ -104,6 +112,15 @@ Outcome add(const Services& services, const Call& call) {
 Outcome changed(const Services& services, const Status& done) {
   if (!done) return refused(done.error());
   return list(services);
+}
+
+void add(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto wish = wish_for_place(services, call);
+  if (!wish) return respond(tl::unexpected(wish.error()));
+  check_apart(services, call, respond, services.desk->request_for(*wish),
+              [s = &services](const Call& then, const control::RunDesk::Checked& checked) {
+                return added(*s, then, checked);
+              });
 }
 
 Outcome move(const Services& services, const Call& call) {
@@ -135,7 +152,9 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                 place,
                 if_rev},
                "the run, rev"},
-              [s](const Call& call) { return add(*s, call); });
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                add(*s, call, respond);
+              }));
   methods.add({"queue.remove",
                "takes a run out of the line, as run.withdraw does",
                Role::operator_,

@@ -21,13 +21,25 @@ std::string run_of(const Call& call) {
   return call.params.at("run").get<std::string>();
 }
 
-Outcome start(const Services& services, const Call& call) {
+using Checked = control::RunDesk::Checked;
+
+Outcome entered(const Services& services, const Call& call, const Checked& checked) {
   if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
   const auto wish = wish_for_run(services, call);
   if (!wish) return refused(wish.error());
-  const auto run = services.desk->submit(*wish);
+  const auto run = services.desk->submit(*wish, checked);
   if (!run) return refused(run.error());
   return text_of(run_json(*run));
+}
+
+void start(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  const auto wish = wish_for_run(services, call);
+  if (!wish) return respond(refused(wish.error()));
+  check_apart(services, call, respond, services.desk->request_for(*wish),
+              [s = &services](const Call& then, const Checked& checked) {
+                return entered(*s, then, checked);
+              });
 }
 
 Outcome ordered(const Services& services, const Call& call, Order order) {
@@ -54,15 +66,26 @@ json preview_json(const ResumePreview& preview) {
           {"trials_left", preview.left}};
 }
 
-/// A run that is held goes on; one that the daemon's death interrupted needs a lease again.
-Outcome resume(const Services& services, const Call& call) {
+/// What the daemon's death interrupted goes on, with a lease.
+void go_on(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
+  const auto request = services.desk->request_to_recover(run_of(call));
+  if (!request) return respond(refused(request.error()));
+  check_apart(services, call, respond, *request,
+              [s = &services](const Call& then, const Checked& checked) -> Outcome {
+                if (auto held = holds_lease(*s, then); !held) return tl::unexpected(held.error());
+                const auto run = s->desk->recover(run_of(then), by(then.caller), checked);
+                if (!run) return refused(run.error());
+                return text_of(run_json(*run));
+              });
+}
+
+/// A run that is held goes on as well.
+void resume(const Services& services, const Call& call, const rpc::Responder& respond) {
   const auto run = services.desk->get(run_of(call));
-  if (!run) return refused(run.error());
-  if (run->machine.state != RunState::interrupted) return ordered(services, call, Order::resume);
-  if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
-  const auto gone_on = services.desk->recover(run_of(call), by(call.caller));
-  if (!gone_on) return refused(gone_on.error());
-  return text_of(run_json(*gone_on));
+  if (!run) return respond(refused(run.error()));
+  if (run->machine.state == RunState::interrupted) return go_on(services, call, respond);
+  respond(ordered(services, call, Order::resume));
 }
 
 void preview(const Services& services, const Call& call, control::Recovery choice,
@@ -73,7 +96,7 @@ void preview(const Services& services, const Call& call, control::Recovery choic
 }
 
 void resume_or_preview(const Services& services, const Call& call, const rpc::Responder& respond) {
-  if (!call.params.value("preview", false)) return respond(resume(services, call));
+  if (!call.params.value("preview", false)) return resume(services, call, respond);
   preview(services, call, control::Recovery::resume, respond);
 }
 
@@ -92,12 +115,11 @@ void recover(const Services& services, const Call& call, const rpc::Responder& r
                             wanted,
                             {}}));
   if (call.params.value("preview", false)) return preview(services, call, *choice, respond);
+  if (*choice == Recovery::resume) return go_on(services, call, respond);
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
   const auto told = [respond](const Result<RunView>& run) {
     respond(run ? Outcome(text_of(run_json(*run))) : refused(run.error()));
   };
-  if (*choice == Recovery::resume)
-    return told(services.desk->recover(run_of(call), by(call.caller)));
   services.desk->settle(run_of(call), *choice, by(call.caller), told);
 }
 
@@ -152,7 +174,9 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
                 {"seed", ParamType::integer, false, "in place of the recipe's"},
                 {"name", ParamType::text, false, "added to the folder's name"}},
                "the run"},
-              [s](const Call& call) { return start(*s, call); });
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                start(*s, call, respond);
+              }));
   methods.add({"run.pause",
                "holds before the next repetition, or now: then that repetition is run again",
                Role::operator_,

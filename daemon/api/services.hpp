@@ -35,6 +35,7 @@ struct Services {
   using Errand =
       std::function<bool(std::function<Report()> work, std::function<void(const Error&)> failed)>;
   Errand errand;
+  Errand change_errand;        ///< likewise, for who changes something: no question makes him wait
   Errand file_errand;          ///< on a thread of its own again, the only one that uses `files`
   DataFiles* files = nullptr;  ///< the data sets' files
 };

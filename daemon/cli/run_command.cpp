@@ -153,6 +153,10 @@ Status refuse_inputs_as_outputs(const RunArgs& args) {
 /// Classifies and reports what is complete. What is missing costs the exit status, not the data.
 Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
   const int recorded = is_complete(summary) ? exit_ok : exit_failure;
+  if (!args.evaluate && is_complete(summary) && summary.wants_hand_over &&
+      !is_handed_over(args.out))
+    console.err << "weft: the campaign was not handed over, as its recipe asks, for --no-evaluate "
+                   "was given; the same command with --resume in its place does it\n";
   if (!args.evaluate || summary.trials_complete == summary.trials_ended_early) {
     print(console, summary_text(summary), summary_json(summary));
     return recorded;
@@ -193,7 +197,8 @@ void add_options(CLI::App& command, RunArgs& args) {
   command.add_flag("!--no-error-check", args.error_check,
                    "do not play the first trial of each fabric and exploration again, more finely, "
                    "for the error of the simulation");
-  command.add_flag("!--no-evaluate", args.evaluate, "record only: no classification, no report");
+  command.add_flag("!--no-evaluate", args.evaluate,
+                   "record only: no classification, no report, no hand-over");
   command.add_option("--level", args.level,
                      "what weft align --json said: the plate is held at the level that was found");
   command

@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/certificate/verify.hpp"
+#include "daemon/handover/hand_over.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/run/resume.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -18,6 +20,17 @@ std::string state_text(const VerifyReport& report) {
          " planned trials are complete, in " + thousands(report.attempts) + " attempts; " +
          thousands(report.lost_samples) + " samples lost in gaps on record" +
          (report.finished ? "" : "; the run did not come to its end") + ".\n";
+}
+
+/// A complete campaign whose recipe wants a hand-over that is not there: nothing is wrong with what
+/// was recorded, but something is missing.
+bool lacks_hand_over(const VerifyReport& report, const std::filesystem::path& path) {
+  std::error_code unseen;
+  if (!report.holds() || !report.certified || report.campaign.empty() ||
+      report.complete < report.planned || !std::filesystem::is_directory(path, unseen))
+    return false;
+  const auto wanted = wanted_hand_over(path);
+  return wanted && *wanted && !is_handed_over(path);
 }
 
 std::string verify_text(const VerifyReport& report) {
@@ -65,7 +78,13 @@ void add_options(CLI::App& command, VerifyArgs& args) {
 Result<int> run_verify(const VerifyArgs& args, Console& console) {
   const auto report = verify(args.path);
   if (!report) return pass(report.error());
-  print(console, verify_text(*report), verify_json(*report));
+  const bool lacks = lacks_hand_over(*report, args.path);
+  std::string text = verify_text(*report);
+  if (lacks)
+    text += "Its recipe asks for a hand-over, and there is none: weft run --resume makes it up.\n";
+  json told = verify_json(*report);
+  told["hand_over_missing"] = lacks;
+  print(console, text, told);
   return report->holds() ? exit_ok : exit_failure;
 }
 

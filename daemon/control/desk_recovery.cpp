@@ -83,16 +83,27 @@ void RunDesk::look(Run& run) {
       });
 }
 
+Result<CampaignRequest> RunDesk::request_to_recover(std::string_view id) const {
+  const auto found = interrupted(id);
+  if (!found) return pass(found.error());
+  return request_of((*found)->view.stored);
+}
+
 Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
+  const auto request = request_to_recover(id);
+  if (!request) return pass(request.error());
+  return recover(id, by, check_quickly(*request));
+}
+
+Result<RunView> RunDesk::recover(std::string_view id, std::string_view by, const Checked& checked) {
   const auto found = interrupted(id);
   if (!found) return pass(found.error());
   Run& run = **found;
   StoredRun& stored = run.view.stored;
-  const auto checked = check_quickly(request_of(stored));
   if (!checked) return pass(checked.error());
   stored.resume = true;
   stored.outcome = stored.cleanup = stored.rig_fact = stored.error = stored.dataset_sha256 = "";
-  plan_known(run, checked->plan);
+  plan_known(run, known_of(checked->plan));
   if (standing_ == RigStanding{RigStanding::Fact::unknown, stored.id()}) trusted_ = stored.id();
   apply(run, {{RunState::queued, RunMachine::Clock::max()}, {}, false}, by);
   begin_next();

@@ -16,6 +16,9 @@ using nlohmann::json;
 constexpr std::array<std::string_view, 6> state_words{"none", "waiting", "running",
                                                       "done", "failed",  "cancelled"};
 constexpr std::string_view by_recipe = "auto:recipe";
+constexpr std::string_view by_restart = "auto:restart";
+/// One that takes the daemon down each time would keep the rig from work for good.
+constexpr std::size_t most_attempts = 2;
 
 /// Half of the machine: the other half is the next run's, whatever the scheduler thinks.
 std::size_t threads_in_background() {
@@ -48,8 +51,15 @@ HandOverDesk::HandOverDesk(Surroundings around, RunStore& store)
   if (auto known = store_.hand_overs()) on_record_ = std::move(*known);
 }
 
+// Who ends the daemon on purpose has not ended it under this one.
 HandOverDesk::~HandOverDesk() {
+  if (active_.empty()) return;
   thread_.request_stop();
+  thread_.join();
+  Item& item = *find(active_);
+  item.fact.state = HandOverState::waiting;
+  --item.fact.attempts;
+  static_cast<void>(store_.keep(item.run.number, item.fact));
 }
 
 HandOverDesk::Item* HandOverDesk::find(std::string_view run) {
@@ -63,38 +73,52 @@ std::optional<HandOverFact> HandOverDesk::get(std::string_view run) const {
   return found->second.fact;
 }
 
-void HandOverDesk::consider(const StoredRun& run) {
+void HandOverDesk::consider(const StoredRun& run, std::optional<bool> wanted) {
   if (run.state != RunState::ended || run.outcome != "complete" || items_.contains(run.id()))
     return;
   const auto known = on_record_.find(run.number);
-  HandOverFact fact = known == on_record_.end() ? first_look(run) : known->second;
+  HandOverFact fact = known == on_record_.end() ? first_look(run, wanted) : known->second;
   const bool as_it_was = known != on_record_.end() && is_over(fact.state);
   Item& item = items_.emplace(run.id(), Item{run, fact}).first->second;
-  if (!is_over(fact.state)) return enqueue(item, fact.by);
+  if (!is_over(fact.state))
+    return fact.attempts < most_attempts ? enqueue(item, fact.by) : give_up(item);
   if (!as_it_was) static_cast<void>(store_.keep(run.number, fact));
   if (fact.state != HandOverState::none) around_.changed(run.id(), fact);
 }
 
-/// The campaign's own recipe, not that of the folder, which somebody may have changed since.
-HandOverFact HandOverDesk::first_look(const StoredRun& run) {
-  std::error_code unseen;
-  if (!std::filesystem::exists(run.folder, unseen)) return {};  // put away by somebody
-  const auto wanted = wanted_hand_over(run.folder);
+/// The campaign's own recipe, not that of the folder, which somebody may have changed since. It is
+/// read here only where the run has not told: one that ended in another life of the daemon.
+HandOverFact HandOverDesk::first_look(const StoredRun& run, std::optional<bool> wanted) {
   HandOverFact fact;
   fact.by = by_recipe;
   if (!wanted) {
-    fact.state = HandOverState::failed;
-    fact.error = to_string(wanted.error());
-  } else if (*wanted) {
-    fact.state = HandOverState::waiting;
+    std::error_code unseen;
+    if (!std::filesystem::exists(run.folder, unseen)) return {};  // put away by somebody
+    const auto read = wanted_hand_over(run.folder);
+    if (!read) {
+      fact.state = HandOverState::failed;
+      fact.error = to_string(read.error());
+      return fact;
+    }
+    wanted = read->has_value();
   }
+  if (*wanted) fact.state = HandOverState::waiting;
   return fact;
+}
+
+void HandOverDesk::give_up(Item& item) {
+  HandOverFact fact;
+  fact.state = HandOverState::failed;
+  fact.by = by_restart;
+  fact.error = "the daemon ended twice under it; handover.start tries once more";
+  enter(item, std::move(fact));
 }
 
 void HandOverDesk::enqueue(Item& item, std::string_view by) {
   HandOverFact fact;
   fact.state = HandOverState::waiting;
   fact.by = by;
+  fact.attempts = item.fact.attempts;
   line_.push_back(item.run.id());
   enter(item, std::move(fact));
   begin_next();
@@ -120,6 +144,7 @@ void HandOverDesk::begin_next() {
   HandOverFact fact;
   fact.state = HandOverState::running;
   fact.by = item.fact.by;
+  fact.attempts = item.fact.attempts + 1;  // on record before it can take the daemon down
   enter(item, std::move(fact));
   thread_ = std::jthread([this, id = active_, folder = item.run.folder](std::stop_token stop) {
     take_low_priority();

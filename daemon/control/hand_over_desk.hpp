@@ -1,6 +1,6 @@
 #pragma once
 // The hand-overs of weftd's runs: one at a time, on a thread of low priority, in the order in which
-// their runs ended. One that the daemon's death cut is done again at its next start.
+// their runs ended. One that the daemon's death cut is done again at its next start, twice at most.
 
 #include <cstdint>
 #include <deque>
@@ -33,8 +33,9 @@ class HandOverDesk {
   HandOverDesk& operator=(const HandOverDesk&) = delete;
 
   /// A run has changed, or was on record when the daemon began. The first time that it is complete
-  /// its recipe is looked at, which says whether it is handed over.
-  void consider(const StoredRun& run);
+  /// its recipe says whether it is handed over: `wanted`, or, where that is not known, as it is on
+  /// record in the run's folder, which is read then.
+  void consider(const StoredRun& run, std::optional<bool> wanted);
   /// Once more, where it failed, was cancelled, or its files were damaged since.
   /// Errors: not_found, no hand-over of that run; wrong_state, it is under way.
   Status again(std::string_view run, std::string_view by);
@@ -57,7 +58,8 @@ class HandOverDesk {
     };
     std::vector<Waiting> waiting = {};
   };
-  HandOverFact first_look(const StoredRun& run);
+  static HandOverFact first_look(const StoredRun& run, std::optional<bool> wanted);
+  void give_up(Item& item);
   void enqueue(Item& item, std::string_view by);
   void begin_next();
   void progressed(const std::string& id, const EvaluationProgress& progress);

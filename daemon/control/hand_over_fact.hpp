@@ -26,6 +26,8 @@ struct HandOverFact {
   std::string by;           ///< who asked for it last, or ended it
   std::string error;        ///< a sentence
   std::string result_json;  ///< handed_over_json(), once it is done
+  /// So often it was begun and the daemon ended under it, not by anybody's wish.
+  std::size_t attempts = 0;
   // While it runs; nothing of this is kept over a restart.
   std::size_t step = 0, steps = 0;
   std::string what = {};  ///< "M1: features of 340 trials"

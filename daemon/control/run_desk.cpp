@@ -72,9 +72,12 @@ std::optional<std::string> RunDesk::active() const {
   return std::nullopt;
 }
 
-Result<RunView> RunDesk::submit(const RunWish& wish) {
+CampaignRequest RunDesk::request_for(const RunWish& wish) const {
+  return {wish.recipe, around_.rig, {}, wish.seed};
+}
+
+Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   if (Status ok = check_name(wish.name); !ok) return pass(ok.error());
-  const auto checked = check_quickly({wish.recipe, around_.rig, {}, wish.seed});
   if (!checked) return pass(checked.error());
   if (Status space = check_space(around_.data, disk_forecast(checked->plan)); !space)
     return pass(space.error());
@@ -101,7 +104,7 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
   });
   if (!kept) return pass(kept.error());
   line_ = line;
-  plan_known(*run, checked->plan);
+  plan_known(*run, known_of(checked->plan));
   runs_.push_back(std::move(run));
   Run& added = *runs_.back();
   tell(added);
@@ -110,12 +113,16 @@ Result<RunView> RunDesk::submit(const RunWish& wish) {
   return added.view;
 }
 
-void RunDesk::plan_known(Run& run, const recipes::Plan& plan) {
-  run.view.trials_planned = plan.trials.size();
-  run.limits = deadlines_of(plan);
+RunDesk::PlanKnown RunDesk::known_of(const recipes::Plan& plan) {
+  return {plan.trials.size(), deadlines_of(plan), recipes::next_ask(plan, 0)};
+}
+
+void RunDesk::plan_known(Run& run, const PlanKnown& plan) {
+  run.view.trials_planned = plan.trials;
+  run.limits = plan.limits;
   run.view.attention.reset();
-  if (const auto first = recipes::next_ask(plan, 0); first && !run.view.stored.resume)
-    run.view.attention = Attention{*first, {}, std::nullopt};
+  if (plan.first_ask && !run.view.stored.resume)
+    run.view.attention = Attention{*plan.first_ask, {}, std::nullopt};
 }
 
 CampaignRequest RunDesk::request_of(const StoredRun& run) {
@@ -149,18 +156,22 @@ void RunDesk::begin_next() {
   });
   if (next == line_.runs.end()) return;
   Run& run = *numbered(*next);
-  if (run.limits.arming.count() == 0) {  // from before a restart
-    run.limits = Deadlines::of(0, 600);  // enough to be refused
-    if (const auto checked = check_quickly(request_of(run.view.stored)))
-      plan_known(run, checked->plan);
-  }
+  const bool plan_is_known = run.limits.arming.count() != 0;  // else it is from before a restart
+  if (!plan_is_known) run.limits = Deadlines::of(0, 600);     // until its thread has looked
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
   if (run.thread.joinable()) run.thread.join();  // it has told its end
   run.orders.emplace();
   run.at_work = true;
   run.took_rig = false;
-  run.thread = std::jthread([this, &run, stored = run.view.stored] {
+  run.thread = std::jthread([this, &run, plan_is_known, stored = run.view.stored] {
     CampaignHooks hooks;
+    if (!plan_is_known)
+      hooks.planned = [this, &run](const recipes::Plan& plan) {
+        around_.post([this, &run, known = known_of(plan)] {
+          plan_known(run, known);
+          tell(run);
+        });
+      };
     hooks.orders = &*run.orders;
     hooks.rig_taken = [&run] { run.took_rig = true; };
     hooks.moment = [this, &run](const RunMoment& moment) {
@@ -232,6 +243,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     stored.rig_fact = recipes::to_string(summary->rig);
     stored.error = summary->error ? to_string(*summary->error) : "";
     stored.dataset_sha256 = summary->dataset_sha256;
+    run.view.wants_hand_over = summary->wants_hand_over;
     run.view.trials_done = summary->trials_complete;
     run.view.takes_rejected = summary->takes_rejected;
   } else {

@@ -49,6 +49,8 @@ struct RunView {
   std::string last_rejection;             ///< why the newest of them was
   double wall_left_s = 0;                 ///< by the mean of the trials done, and people's time
   std::optional<HandOverFact> hand_over;  ///< where its recipe has one and it is complete
+  /// Whether its recipe has one, once the run has ended in this life of the daemon.
+  std::optional<bool> wants_hand_over = {};
 };
 
 /// What becomes of an interrupted run.
@@ -82,9 +84,17 @@ class RunDesk {
   RunDesk(const RunDesk&) = delete;
   RunDesk& operator=(const RunDesk&) = delete;
 
-  /// Checks the recipe against the rig and puts the run in line; it begins when the rig is free.
-  /// Errors: all that check_quickly() refuses, not enough disk, a latched rig.
-  Result<RunView> submit(const RunWish& wish);
+  /// check_quickly() of a recipe that plans a million trials takes a second, on any thread.
+  using Checked = Result<CheckedRequest>;
+  /// What to check for submit().
+  [[nodiscard]] CampaignRequest request_for(const RunWish& wish) const;
+  /// Puts the run in line, as it was checked; it begins when the rig is free.
+  /// Errors: those of the check, an unusable name, not enough disk.
+  Result<RunView> submit(const RunWish& wish, const Checked& checked);
+  /// Both.
+  Result<RunView> submit(const RunWish& wish) {
+    return submit(wish, check_quickly(request_for(wish)));
+  }
   /// Takes a run that has not begun out of the line. Errors: not_found, wrong_state.
   Status withdraw(std::string_view id, std::string_view by);
   /// Errors: not_found; wrong_state, with what the state takes.
@@ -102,8 +112,12 @@ class RunDesk {
   /// How the rig stands remains as it is. Errors: not_found; wrong_state; keep_partial()'s, and the
   /// run is interrupted as before then.
   void settle(std::string_view id, Recovery choice, std::string_view by, SettledTold told);
+  /// What to check for recover(). Errors: not_found; wrong_state.
+  [[nodiscard]] Result<CampaignRequest> request_to_recover(std::string_view id) const;
   /// Puts an interrupted run in line again, to go on where it was. What its file says is looked at
-  /// when it begins. Errors: not_found; wrong_state; check_quickly()'s.
+  /// when it begins. Errors: not_found; wrong_state; those of the check.
+  Result<RunView> recover(std::string_view id, std::string_view by, const Checked& checked);
+  /// Both.
   Result<RunView> recover(std::string_view id, std::string_view by);
   /// The runs that wait, and in which order. Outlives the daemon. One that begins with runs in line
   /// holds them: somebody starts the line, or resets the rig.
@@ -146,7 +160,14 @@ class RunDesk {
   [[nodiscard]] bool may_begin(const Run& run) const;
   void stand(const RigStanding& standing, std::string_view by);
   void keep_standing();
-  void plan_known(Run& run, const recipes::Plan& plan);
+  /// What a run is told by, of a plan that may have a million trials.
+  struct PlanKnown {
+    std::size_t trials = 0;
+    Deadlines limits{};
+    std::optional<recipes::OperatorAsk> first_ask;
+  };
+  static PlanKnown known_of(const recipes::Plan& plan);
+  void plan_known(Run& run, const PlanKnown& plan);
   void tell_end(Run& run);
   [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);

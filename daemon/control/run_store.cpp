@@ -28,7 +28,7 @@ CREATE TABLE IF NOT EXISTS rig (
 ) STRICT;
 CREATE TABLE IF NOT EXISTS hand_over (
   run INTEGER PRIMARY KEY, state TEXT NOT NULL, by TEXT NOT NULL, error TEXT NOT NULL,
-  result_json TEXT NOT NULL
+  result_json TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 )sql";
 
@@ -76,21 +76,26 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
 }
 
 /// A file from before there was the column gets it.
-Status add_column(sqlite::Database& database, std::string_view name, const char* alter_sql) {
-  auto query = database.prepare("SELECT count(*) FROM pragma_table_info('run') WHERE name = ?");
+Status add_column(sqlite::Database& database, std::string_view table, std::string_view name,
+                  const char* alter_sql) {
+  auto query = database.prepare("SELECT count(*) FROM pragma_table_info(?) WHERE name = ?");
   if (!query) return pass(query.error());
-  query->bind(1, name);
+  query->bind(1, table).bind(2, name);
   const auto row = query->step();
   if (!row) return pass(row.error());
   return query->integer(0) > 0 ? Status{} : database.execute(alter_sql);
 }
 
 Status add_columns(sqlite::Database& database) {
-  const Status done = add_column(database, "resume",
-                                 "ALTER TABLE run ADD COLUMN resume INTEGER NOT NULL DEFAULT 0");
-  if (!done) return done;
-  return add_column(database, "recovered",
-                    "ALTER TABLE run ADD COLUMN recovered TEXT NOT NULL DEFAULT ''");
+  Status done = add_column(database, "run", "resume",
+                           "ALTER TABLE run ADD COLUMN resume INTEGER NOT NULL DEFAULT 0");
+  if (done)
+    done = add_column(database, "run", "recovered",
+                      "ALTER TABLE run ADD COLUMN recovered TEXT NOT NULL DEFAULT ''");
+  if (done)
+    done = add_column(database, "hand_over", "attempts",
+                      "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0");
+  return done;
 }
 
 }  // namespace

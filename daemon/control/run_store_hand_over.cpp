@@ -5,7 +5,8 @@
 namespace weft::daemon::control {
 
 Result<std::map<std::int64_t, HandOverFact>> RunStore::hand_overs() {
-  auto query = database_.prepare("SELECT run, state, by, error, result_json FROM hand_over");
+  auto query =
+      database_.prepare("SELECT run, state, by, error, result_json, attempts FROM hand_over");
   if (!query) return pass(query.error());
   std::map<std::int64_t, HandOverFact> out;
   for (;;) {
@@ -21,16 +22,18 @@ Result<std::map<std::int64_t, HandOverFact>> RunStore::hand_overs() {
     fact.by = query->text(2);
     fact.error = query->text(3);
     fact.result_json = query->text(4);
+    fact.attempts = static_cast<std::size_t>(query->integer(5));
     out.emplace(query->integer(0), std::move(fact));
   }
 }
 
 Status RunStore::keep(std::int64_t run, const HandOverFact& fact) {
   auto change = database_.prepare(
-      "INSERT OR REPLACE INTO hand_over (run, state, by, error, result_json) VALUES (?,?,?,?,?)");
+      "INSERT OR REPLACE INTO hand_over (run, state, by, error, result_json, attempts) VALUES "
+      "(?,?,?,?,?,?)");
   if (!change) return pass(change.error());
   change->bind(1, run).bind(2, to_string(fact.state)).bind(3, fact.by).bind(4, fact.error);
-  change->bind(5, fact.result_json);
+  change->bind(5, fact.result_json).bind(6, static_cast<std::int64_t>(fact.attempts));
   return change->run();
 }
 

@@ -391,6 +391,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (checked.plan.forecast.asks > 0 && hooks.orders == nullptr)
     return fail(Errc::unsupported, "the recipe asks for people, and nobody can confirm here",
                 request.recipe.string());
+  if (hooks.planned) hooks.planned(checked.plan);
   const auto began = steady_wall_now();
   const auto session =
       open_session({rig, request.rig, checked.plan.limits, checked.plan.seed, hooks.person_mounts});
@@ -402,6 +403,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (!past) return pass(past.error());
   if (*past && (*past)->only_concludes)
     return concluded(request.out, checked.plan, rig, (*past)->past);
+  if (*past && (*past)->only_hands_over)
+    return certified_summary(request.out, checked.plan, rig, (*past)->past);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});
   Run run(checked, **session, hooks, request.error_check);
@@ -419,6 +422,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   summary.bench = rig.bench;
   summary.level = rig.plant_level;
   summary.campaign_file = campaign_file;
+  summary.wants_hand_over = checked.plan.hand_over.has_value();
   if (Status ok = conclude(request.out, summary); !ok) return pass(ok.error());
   return summary;
 }

@@ -83,7 +83,8 @@ struct CampaignSummary {
   std::filesystem::path campaign_file;
   std::filesystem::path dataset_file;
   TimeShare time;
-  std::uint64_t events = 0;  ///< callbacks of the virtual loop
+  std::uint64_t events = 0;      ///< callbacks of the virtual loop
+  bool wants_hand_over = false;  ///< its recipe does
 };
 
 /// ", 12 of them with slides that ended early, which are in no data set", or nothing.
@@ -125,6 +126,8 @@ struct CampaignHooks {
   std::function<void(const RunMoment&)> moment;
   /// Every live vote of a recipe that has one, likewise.
   std::function<void(const VoteMoment&)> vote = {};
+  /// Once the recipe is checked, likewise; nothing has moved.
+  std::function<void(const recipes::Plan&)> planned = {};
 };
 
 /// Plan and rig of a request, everything refused that can be refused. The error lists all problems.

@@ -104,10 +104,13 @@ Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
   return ok;
 }
 
-Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
-                                  const RigFile& rig, const CampaignPast& past) {
+namespace {
+
+/// What the file says; nobody has looked at the rig.
+CampaignSummary summary_of(const std::filesystem::path& folder, const recipes::Plan& plan,
+                           const RigFile& rig, const CampaignPast& past) {
   CampaignSummary summary;
-  summary.cleanup = recipes::Cleanup::skipped;  // nobody has looked at the rig
+  summary.cleanup = recipes::Cleanup::skipped;
   summary.rig = recipes::RigFact::unknown;
   summary.name = plan.name;
   summary.bench = rig.bench;
@@ -119,11 +122,31 @@ Result<CampaignSummary> concluded(const std::filesystem::path& folder, const rec
   if (summary.trials_complete < summary.trials_planned) summary.outcome = recipes::Outcome::failed;
   summary.forecast_s = plan.forecast.duration_s;
   summary.campaign_file = folder / "campaign.sqlite";
+  summary.wants_hand_over = plan.hand_over.has_value();
+  return summary;
+}
+
+}  // namespace
+
+Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
+                                  const RigFile& rig, const CampaignPast& past) {
+  CampaignSummary summary = summary_of(folder, plan, rig, past);
   // It may have died before its log was folded in.
   auto file = CampaignWriter::reopen(summary.campaign_file);
   if (!file) return pass(file.error());
   if (Status ok = (*file)->finish(); !ok) return pass(ok.error());
   if (Status ok = conclude(folder, summary); !ok) return pass(ok.error());
+  return summary;
+}
+
+Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
+                                          const recipes::Plan& plan, const RigFile& rig,
+                                          const CampaignPast& past) {
+  CampaignSummary summary = summary_of(folder, plan, rig, past);
+  const auto certificate = read_certificate(folder);
+  if (!certificate) return pass(certificate.error());
+  if (*certificate) summary.dataset_sha256 = (*certificate)->dataset_sha256;
+  if (!summary.dataset_sha256.empty()) summary.dataset_file = folder / dataset_file_name;
   return summary;
 }
 

@@ -29,4 +29,9 @@ Status conclude(const std::filesystem::path& folder, CampaignSummary& summary);
 Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
                                   const RigFile& rig, const CampaignPast& past);
 
+/// Of one that came to its end before. Errors: read_certificate()'s.
+Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
+                                          const recipes::Plan& plan, const RigFile& rig,
+                                          const CampaignPast& past);
+
 }  // namespace weft::daemon

@@ -7,6 +7,7 @@
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/certificate/verify.hpp"
 #include "daemon/dataset/sha256.hpp"
+#include "daemon/handover/hand_over_file.hpp"
 #include "daemon/recorder/log_check.hpp"
 #include "daemon/run/campaign_folder.hpp"
 #include "recipes/engine/motion.hpp"
@@ -133,6 +134,11 @@ bool is_anything_left(const CampaignRequest& request) {
   return !checked || !past || !is_over(*past, checked->plan) || !is_certified(campaign);
 }
 
+bool is_handed_over(const std::filesystem::path& folder) {
+  std::error_code unseen;
+  return std::filesystem::exists(folder / hand_over_folder_name, unseen);
+}
+
 bool is_only_end_left(const CampaignRequest& request) {
   const std::filesystem::path campaign = request.out / "campaign.sqlite";
   const auto checked = check_request(request);
@@ -162,7 +168,10 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   out.plays_again = mode == BenchMode::simulated && !past->disturbed;
   const bool over = is_over(*past, checked.plan);
   out.only_concludes = over && !is_certified(campaign);
-  if (over && !out.only_concludes)
+  out.only_hands_over = over && !out.only_concludes && checked.plan.hand_over &&
+                        past->complete() == past->progress.planned &&
+                        !is_handed_over(campaign.parent_path());
+  if (over && !out.only_concludes && !out.only_hands_over)
     return fail(Errc::wrong_state, "nothing is left: the campaign came to its end",
                 campaign.string());
   out.past = std::move(*past);
@@ -197,6 +206,10 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
   out.left = out.planned - first;
   if (*found && (*found)->only_concludes) {
     out.will.push_back("write the data set and the certificate: every trial is on record");
+    return out;
+  }
+  if (*found && (*found)->only_hands_over) {
+    out.will.push_back("hand the campaign over, as its recipe asks: it is complete and certified");
     return out;
   }
   const std::string aside = *found ? "" : name_aside(request.out / "campaign.sqlite").string();

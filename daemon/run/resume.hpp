@@ -26,6 +26,9 @@ struct Resumption {
   bool plays_again = false;
   /// Every trial is recorded; only data set and certificate are missing. Nothing moves.
   bool only_concludes = false;
+  /// It came to its end, all of it complete, and its recipe's hand-over is not there. Nothing
+  /// moves, nothing is written: who runs campaigns hands them over.
+  bool only_hands_over = false;
 };
 
 /// Nothing when the folder holds no campaign, or one of which nothing was written yet: it begins
@@ -42,6 +45,9 @@ Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked)
 /// Whether the folder's campaign may be gone on with by what its file says, which is not verified.
 /// True as well where that cannot be read: somebody may put right what keeps it from it.
 bool is_anything_left(const CampaignRequest& request);
+
+/// A hand-over that was begun is there whole, or there is none: this asks no more than which.
+bool is_handed_over(const std::filesystem::path& folder);
 
 /// Every trial is on record; data set and certificate are missing.
 bool is_only_end_left(const CampaignRequest& request);

@@ -79,7 +79,8 @@ class Daemon {
   std::unique_ptr<TlsServer> tls_;  // before those who use it
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
-  std::unique_ptr<Errands> errands_, file_errands_;    // those below tell the server too
+  std::unique_ptr<Errands> errands_, change_errands_,
+      file_errands_;                                   // those below tell the server too
   std::unique_ptr<control::RunDesk> desk_;             // gone first: its threads post to the server
   std::unique_ptr<control::HandOverDesk> hand_overs_;  // likewise, and tells the desk
 };
@@ -120,6 +121,10 @@ void Daemon::wire(const DaemonOptions& options) {
                .errand =
                    [this](Errands::Work work, Errands::Failed failed) {
                      return errands_->send(std::move(work), std::move(failed));
+                   },
+               .change_errand =
+                   [this](Errands::Work work, Errands::Failed failed) {
+                     return change_errands_->send(std::move(work), std::move(failed));
                    },
                .file_errand =
                    [this](Errands::Work work, Errands::Failed failed) {
@@ -167,6 +172,7 @@ Status Daemon::begin(const DaemonOptions& options) {
   server_ = std::move(*server);
   const auto post = [this](Errands::Report report) { server_->post(std::move(report)); };
   errands_ = std::make_unique<Errands>(post);
+  change_errands_ = std::make_unique<Errands>(post);
   file_errands_ = std::make_unique<Errands>(post);
   desk_ = std::make_unique<control::RunDesk>(
       control::RunDesk::Surroundings{
@@ -211,7 +217,7 @@ Status Daemon::begin(const DaemonOptions& options) {
 
 void Daemon::changed(const control::RunView& run) {
   hub_.publish("run:" + run.stored.id(), api::run_json(run), utc_us());
-  if (hand_overs_) hand_overs_->consider(run.stored);
+  if (hand_overs_) hand_overs_->consider(run.stored, run.wants_hand_over);
 }
 
 void Daemon::lined(const control::RunLine& line, std::string_view by) {

@@ -57,6 +57,7 @@ class SmallDaemon {
                  .now = [] { return Clock(); },
                  .utc_us = [] { return std::int64_t{0}; },
                  .errand = at_once,
+                 .change_errand = at_once,
                  .file_errand = at_once,
                  .files = &files_};
     api::add_methods(methods_, services_);

@@ -7,10 +7,12 @@ the same by `weft run`. All simulated.
 import hashlib
 import json
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 from weftd_support import PATIENCE_S, Client, Daemon
 
@@ -179,6 +181,49 @@ def over_restarts(folder, daemon, client, slow, done):
     return daemon
 
 
+def given_up(folder, daemon, client, slow):
+    """One that takes the daemon down twice is not begun a third time by itself."""
+    for attempt in range(2):
+        while client.call("run.get", run=slow)["handover"]["state"] != "running":
+            time.sleep(0.02)
+        daemon.end(signal.SIGKILL)
+        daemon = Daemon(WEFTD, ROOT, folder)
+        client = Client(daemon.socket)
+    told = client.call("run.get", run=slow)["handover"]
+    assert told["state"] == "failed" and "ended twice under it" in told["error"], told
+    client.call("handover.start", run=slow)
+    assert client.call("run.get", run=slow)["handover"]["state"] == "running"
+    return daemon
+
+
+def made_up(folder):
+    """`weft run` whose hand-over is killed, or left out: verify says that it is missing, --resume makes it up."""
+    command = [WEFT, "run", folder / "recipes/quick.json", "--rig", ROOT / "sim/rigs/bench17.json", "--repeats", "2", "--out"]
+    killed = folder / "killed"
+    ran = subprocess.Popen([*command, killed], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    while "hand over 1/" not in ran.stderr.readline():
+        assert ran.poll() is None, "it has ended before its hand-over began"
+    ran.kill()
+    ran.communicate()
+    shutil.rmtree(killed / "handover", ignore_errors=True)  # where it was quicker than the signal
+    left_out = folder / "left-out"
+    said = subprocess.run([*command, left_out, "--no-evaluate"], capture_output=True, text=True, check=True).stderr
+    assert "was not handed over" in said and "--no-evaluate" in said, said
+    models = []
+    for out in killed, left_out:
+        seen = weft("verify", out)
+        assert seen["holds"] and seen["certified"] and seen["hand_over_missing"], seen
+        before = (out / "certificate.json").read_bytes()
+        told = weft(*command[1:], out, "--resume")
+        assert told["handover"]["state"] == "done" and (out / "handover/M1.model").exists(), told
+        assert (out / "certificate.json").read_bytes() == before, "nothing was recorded"
+        assert not weft("verify", out)["hand_over_missing"]
+        models.append(told["handover"]["models"])
+        again = subprocess.run([*command, out, "--resume"], capture_output=True, text=True)
+        assert again.returncode == 1 and "nothing is left" in again.stderr, again
+    assert models[0] == models[1]
+
+
 def main():
     with tempfile.TemporaryDirectory(prefix="weftd-") as name:
         folder = pathlib.Path(name)
@@ -192,6 +237,8 @@ def main():
             slow = beside_others(daemon, Client(daemon.socket))
             too_slow(client)
             daemon = over_restarts(folder, daemon, Client(daemon.socket), slow, done)
+            daemon = given_up(folder, daemon, Client(daemon.socket), slow)
+            made_up(folder)
             assert daemon.end() == 0, "a hand-over under way holds nobody up who ends the daemon"
         finally:
             daemon.process.kill()

@@ -182,24 +182,29 @@ def nested(folder, daemon):
 
 
 def plans_beside_a_halt(folder, daemon):
-    """Campaigns of nearly a million trials are planned while somebody halts: he is answered before half of them are."""
+    """Campaigns of nearly a million trials are planned, compared and put in line while somebody halts: he is answered before half of
+    them are. None begins: there is no disk for them."""
     huge = json.loads((ROOT / "recipes/library/m1.json").read_text())
     huge.update(repetitions=1_000_000 // len(huge["fabrics"]) - 1, order={"kind": "randomised"})
     (folder / "recipes/huge.json").write_text(json.dumps(huge))
-    askers = [Client(daemon.socket) for _ in range(10)]
     halts = Client(daemon.socket)
-    for i, client in enumerate(askers):
-        method, params = ("recipe.diff", {"recipe": "huge", "other": "small"}) if i % 2 else ("recipe.plan", {"recipe": "huge", "most": 1})
+    lease = halts.call("lease.acquire")["lease"]
+    questions = [("recipe.plan", {"recipe": "huge", "most": 1}), ("recipe.diff", {"recipe": "huge", "other": "small"}),
+                 ("run.start", {"recipe": "huge", "lease": lease}), ("queue.add", {"recipe": "huge", "lease": lease})] * 3
+    askers = [Client(daemon.socket) for _ in questions]
+    for client, (method, params) in zip(askers, questions):
         client.send(json.dumps({"jsonrpc": "2.0", "id": "plan", "method": method, "params": params}))
     time.sleep(0.1)  # they are all there
     halts.call("rig.halt")
     answered = select.select([client.wire for client in askers], [], [], 0)[0]
     assert len(answered) < len(askers) / 2, f"{len(answered)} of {len(askers)} plans were made before the halt was answered"
-    halts.call("rig.reset", reason="the test is over")
-    for client in askers:
+    for client, (method, _) in zip(askers, questions):
         message = client.read()
-        assert message["id"] == "plan" and "result" in message, message
+        assert message["id"] == "plan" and ("result" in message) == method.startswith("recipe."), message
         client.wire.close()
+    assert not [run for run in halts.call("run.list")["runs"] if run["recipe"] == "huge"]
+    halts.call("lease.release", lease=lease)
+    halts.call("rig.reset", reason="the test is over")
 
 
 def endless_line(daemon):

@@ -13,6 +13,7 @@
 #include "classifier/fabric/model_file.hpp"
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/handover/learn.hpp"
+#include "daemon/run/resume.hpp"
 #include "daemon/run/rig_file.hpp"
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
@@ -245,4 +246,33 @@ TEST_CASE("Every learner that a recipe may name is one of the classifier's") {
     INFO(name);
     CHECK(classifier::learner_from(name));
   }
+}
+
+TEST_CASE("A complete campaign without its hand-over is gone on with to it, and to nothing else") {
+  Recorded campaign;
+  campaign.request.resume = true;
+  const std::string recorded = *read_text_file(campaign.out() / "certificate.json");
+  const auto preview = preview_resume(campaign.request);
+  REQUIRE(preview);
+  CHECK(preview->left == 0);
+  REQUIRE(preview->will.size() == 1);
+  CHECK(preview->will[0].find("hand the campaign over") != std::string::npos);
+  bool taken = false;
+  CampaignHooks hooks;
+  hooks.rig_taken = [&] { taken = true; };
+  const auto summary = run_campaign(campaign.request, hooks);
+  REQUIRE(summary);
+  CHECK(summary->outcome == recipes::Outcome::complete);
+  CHECK(summary->wants_hand_over);
+  CHECK(summary->trials_complete == summary->trials_planned);
+  CHECK(recorded.find(summary->dataset_sha256) != std::string::npos);
+  CHECK_FALSE(taken);
+  CHECK(*read_text_file(campaign.out() / "certificate.json") == recorded);
+  handed(campaign.out());
+  CHECK(run_campaign(campaign.request, {}).error().message.find("nothing is left") !=
+        std::string::npos);
+  Recorded silent(nullptr);
+  silent.request.resume = true;
+  CHECK(run_campaign(silent.request, {}).error().message.find("nothing is left") !=
+        std::string::npos);
 }
