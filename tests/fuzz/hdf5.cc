@@ -31,9 +31,11 @@ void read_every_way(std::span<const std::uint8_t> bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span<const std::uint8_t> bytes(data, size);
   if (size > 0 && data[0] == 'E')
-    weft::fuzz::read_every_way(weft::fuzz::edited_file(bytes.subspan(1)));
+    weft::fuzz::read_every_way(
+        weft::fuzz::edited_file(weft::fuzz::Sample::dataset, bytes.subspan(1)));
   else if (size > 0 && data[0] == 'B')
-    weft::fuzz::read_every_way(weft::fuzz::patched_file(bytes.subspan(1)));
+    weft::fuzz::read_every_way(
+        weft::fuzz::patched_file(weft::fuzz::Sample::dataset, bytes.subspan(1)));
   else
     weft::fuzz::read_every_way(bytes);
   return 0;

@@ -10,6 +10,7 @@
 
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_handle.hpp"
+#include "daemon/recordings/recording_set.hpp"
 #include "tests/fuzz/samples.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -26,18 +27,23 @@ struct Edit {
   std::uint8_t operation, object, a, b, c;
 };
 
-std::vector<std::uint8_t> make_sample() {
+std::vector<std::uint8_t> make_sample(Sample of) {
   const auto path =
       std::filesystem::temp_directory_path() / ("weft-fuzz-" + std::to_string(::getpid()) + ".h5");
-  demand(daemon::write_hdf5(sample_dataset(), path).has_value(), "the sample can be written");
+  const bool written = of == Sample::dataset
+                           ? daemon::write_hdf5(sample_dataset(), path).has_value()
+                           : daemon::write_recordings(sample_recordings(), path).has_value();
+  demand(written, "the sample can be written");
   std::ifstream in(path, std::ios::binary);
   std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
   std::filesystem::remove(path);
   return bytes;
 }
 
-const std::vector<std::uint8_t>& sample() {
-  static const std::vector<std::uint8_t> image = make_sample();
+const std::vector<std::uint8_t>& sample(Sample of) {
+  static std::array<std::vector<std::uint8_t>, 2> images;
+  std::vector<std::uint8_t>& image = images.at(static_cast<std::size_t>(of));
+  if (image.empty()) image = make_sample(of);
   return image;
 }
 
@@ -129,8 +135,8 @@ void replace_by_link(hid_t file, const std::string& name, const std::string& oth
     H5Lcreate_soft(("/" + name).c_str(), file, name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
 }
 
-void apply(hid_t file, const Edit& edit) {
-  static const std::vector<std::string> names = list_objects(file);  // of the first, unedited file
+/// `names`: of the sample before any edit.
+void apply(hid_t file, const std::vector<std::string>& names, const Edit& edit) {
   const std::string& name = names[edit.object % names.size()];
   switch (edit.operation % 5) {
     case 0:
@@ -161,21 +167,24 @@ std::vector<std::uint8_t> image_of(hid_t file) {
 
 }  // namespace
 
-std::vector<std::uint8_t> edited_file(std::span<const std::uint8_t> script) {
+std::vector<std::uint8_t> edited_file(Sample of, std::span<const std::uint8_t> script) {
   const daemon::hdf5::QuietErrors quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_fapl_core(access.id(), std::size_t{1} << 16, false);
-  std::vector<std::uint8_t> image = sample();  // HDF5 takes a copy
+  std::vector<std::uint8_t> image = sample(of);  // HDF5 takes a copy
   H5Pset_file_image(access.id(), image.data(), image.size());
   const Handle file(H5Fopen("sample", H5F_ACC_RDWR, access.id()), H5Fclose);
   demand(file.ok(), "the sample can be opened");
+  static std::array<std::vector<std::string>, 2> listed;
+  std::vector<std::string>& names = listed.at(static_cast<std::size_t>(of));
+  if (names.empty()) names = list_objects(file.id());
   for (; script.size() >= edit_bytes; script = script.subspan(edit_bytes))
-    apply(file.id(), {script[0], script[1], script[2], script[3], script[4]});
+    apply(file.id(), names, {script[0], script[1], script[2], script[3], script[4]});
   return image_of(file.id());
 }
 
-std::vector<std::uint8_t> patched_file(std::span<const std::uint8_t> script) {
-  std::vector<std::uint8_t> image = sample();
+std::vector<std::uint8_t> patched_file(Sample of, std::span<const std::uint8_t> script) {
+  std::vector<std::uint8_t> image = sample(of);
   for (; script.size() >= patch_bytes; script = script.subspan(patch_bytes)) {
     const std::size_t at = std::size_t{script[0]} << 16 | std::size_t{script[1]} << 8 | script[2];
     image[at % image.size()] = script[3];

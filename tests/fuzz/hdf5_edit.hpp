@@ -8,12 +8,15 @@
 
 namespace weft::fuzz {
 
-/// The sample data set as a file image, changed as `script` says: five bytes an edit (operation,
+/// Which of the program's own files: sample_dataset() or sample_recordings().
+enum class Sample : std::uint8_t { dataset, recordings };
+
+/// A sample as a file image, changed as `script` says: five bytes an edit (operation,
 /// object, and three that the operation reads). Any script is an input; edits that HDF5 refuses are
 /// left out.
-std::vector<std::uint8_t> edited_file(std::span<const std::uint8_t> script);
+std::vector<std::uint8_t> edited_file(Sample of, std::span<const std::uint8_t> script);
 
-/// The sample data set with bytes altered: four bytes a place, three of them its offset.
-std::vector<std::uint8_t> patched_file(std::span<const std::uint8_t> script);
+/// A sample with bytes altered: four bytes a place, three of them its offset.
+std::vector<std::uint8_t> patched_file(Sample of, std::span<const std::uint8_t> script);
 
 }  // namespace weft::fuzz

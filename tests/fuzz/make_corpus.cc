@@ -1,7 +1,7 @@
 // Writes the inputs where fuzzing starts, with the program's own writers and from the golden
 // vectors:
-//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, csv, imprint_file, hdf5 and one folder
-//   for each wire; small: without a whole HDF5 file, as committed in corpus/
+//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, csv, imprint_file, hdf5, recordings and
+//   one folder for each wire; small: without a whole HDF5 file, as committed in corpus/
 
 #include <filesystem>
 #include <fstream>
@@ -60,7 +60,7 @@ void write_images(const std::filesystem::path& folder) {
 }
 
 /// Edits of every kind, of objects throughout the file, and a few altered bytes.
-bool write_datasets(const std::filesystem::path& folder, bool whole) {
+void write_edits(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   for (const int operation : {0, 1, 2, 3, 4})
     for (const int object : {0, 7, 14, 21, 28})
@@ -69,7 +69,16 @@ bool write_datasets(const std::filesystem::path& folder, bool whole) {
   for (const int high : {0, 10, 30, 60})
     write(folder / ("bytes" + std::to_string(high)),
           std::string{'B', 0, static_cast<char>(high), 8, 1});
+}
+
+bool write_datasets(const std::filesystem::path& folder, bool whole) {
+  write_edits(folder);
   return !whole || daemon::write_hdf5(sample_dataset(), folder / "dataset").has_value();
+}
+
+bool write_recordings(const std::filesystem::path& folder, bool whole) {
+  write_edits(folder);
+  return !whole || daemon::write_recordings(sample_recordings(), folder / "recordings").has_value();
 }
 
 std::string from_hex(const std::string& text) {
@@ -172,7 +181,8 @@ int main(int argc, char** argv) {
   weft::fuzz::write_wires(folder);
   weft::fuzz::write_lines(WEFT_API_PAGE, folder / "rpc_lines");
   if (weft::fuzz::write_models(folder / "model_file") &&
-      weft::fuzz::write_datasets(folder / "hdf5", argc == 2))
+      weft::fuzz::write_datasets(folder / "hdf5", argc == 2) &&
+      weft::fuzz::write_recordings(folder / "recordings", argc == 2))
     return 0;
   std::cerr << "fuzz_corpus: cannot make the samples\n";
   return 1;

@@ -63,6 +63,23 @@ Dataset sample_dataset() {
   return dataset;
 }
 
+daemon::RecordingSet sample_recordings() {
+  daemon::RecordingSet set{"fuzz", "recordings", daemon::BenchKind::simulated, {}};
+  for (std::size_t number = 0; number < 3; ++number) {
+    classifier::vibro::Recording r{"recording" + std::to_string(number),
+                                   number < 2 ? "felt" : "foil",
+                                   std::to_string(number),
+                                   {{"S", 8000.0, "Pa"}, {"X", 200.0, "m/s2"}},
+                                   {{}, {}}};
+    for (std::size_t i = 0; i < 8 + number; ++i)
+      r.samples[0].push_back(0.25 * static_cast<double>((i * 5) % 7) - 0.5);
+    for (std::size_t i = 0; i < 2 + number; ++i)
+      r.samples[1].push_back(9.81 + 0.5 * static_cast<double>(i));
+    set.recordings.push_back(std::move(r));
+  }
+  return set;
+}
+
 Result<classifier::StoredModel> sample_model(classifier::Learner learner, classifier::View view) {
   classifier::FeatureSetup setup;
   setup.taxels = 1;

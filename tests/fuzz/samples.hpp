@@ -6,11 +6,15 @@
 
 #include "classifier/fabric/model_file.hpp"
 #include "daemon/dataset/dataset.hpp"
+#include "daemon/recordings/recording_set.hpp"
 
 namespace weft::fuzz {
 
 /// Two trials of two taxels with every column filled.
 daemon::Dataset sample_dataset();
+
+/// Three recordings of two channels, each at its own rate.
+daemon::RecordingSet sample_recordings();
 
 /// Three fabrics, one taxel, phases P and M. Of one kind of learner, not a choice.
 Result<classifier::StoredModel> sample_model(classifier::Learner learner, classifier::View view);

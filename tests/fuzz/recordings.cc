@@ -1,0 +1,36 @@
+// Recordings of sound and vibration, HDF5. The first byte says what the rest is, as in hdf5.cc: E,
+// edits of a whole file, which search the reader; B, bytes of it to alter; anything else, the file
+// itself.
+
+#include "daemon/recordings/recording_set.hpp"
+#include "tests/fuzz/hdf5_edit.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace weft::fuzz {
+namespace {
+
+void read(std::span<const std::uint8_t> bytes) {
+  const MemoryFile file(bytes);
+  const bool says_so = daemon::is_recordings_file(file.path());
+  const auto set = daemon::read_recordings(file.path());
+  if (!set) return demand(!set.error().message.empty(), "an error says what is wrong");
+  demand(says_so, "what was read as recordings says that it is");
+  demand(daemon::check(*set).has_value(), "recordings that were read keep their promises");
+  for (const auto& recording : set->recordings)
+    demand(recording.duration_s() > 0, "a recording that was read lasts");
+}
+
+}  // namespace
+}  // namespace weft::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using weft::fuzz::Sample;
+  const std::span<const std::uint8_t> bytes(data, size);
+  if (size > 0 && data[0] == 'E')
+    weft::fuzz::read(weft::fuzz::edited_file(Sample::recordings, bytes.subspan(1)));
+  else if (size > 0 && data[0] == 'B')
+    weft::fuzz::read(weft::fuzz::patched_file(Sample::recordings, bytes.subspan(1)));
+  else
+    weft::fuzz::read(bytes);
+  return 0;
+}
