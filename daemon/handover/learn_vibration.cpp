@@ -16,7 +16,7 @@ constexpr double longest_window_s = 2;  // the paper went on with it
 constexpr double window_step_s = 1;
 constexpr std::size_t windows_of_a_texture = 100;  // the paper's
 constexpr std::size_t fewest_at_random = 10;
-constexpr std::size_t random_splits = 2;  // the fewest that tell a spread
+constexpr std::size_t random_splits = 5;  // fewer tell next to nothing of their spread
 constexpr std::size_t trade_windows = 2;  // 1 s and 2 s
 constexpr std::size_t timed_windows = 31;
 

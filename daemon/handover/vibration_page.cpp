@@ -82,8 +82,8 @@ std::string by_material(const RecordingSet& set, const ChosenLearner& best) {
          figure("<div class=\"scroll\">" +
                     confusion_map(confusion, "Windows of " + general(best.window_s) + " s") +
                     "</div>",
-                "The chosen learner on repetitions left out. Most frequent mistakes: " +
-                    escape(worst_confusions(confusion, mistakes_told)) + ".",
+                "The chosen learner on repetitions left out. " +
+                    escape(worst_confusions(confusion, mistakes_told)),
                 bench_badge(set.kind)) +
          "</section>\n";
 }
@@ -102,8 +102,9 @@ Result<std::string> compared_learners(const RecordingSet& set, const VibroTrade&
   if (!sections) return sections;
   return "<section>\n<h2>F-score against time</h2>\n<p>The learners of the paper and ours by its "
          "own features: SMMRPFFT, the mean over the channels, three principal components; accuracy "
-         "is the macro F-score. Windows at random are its protocol: nearly every sample of a test "
-         "window is in some training window too. Whole recordings share none.</p>\n</section>\n" +
+         "is the macro F-score. Windows at random are its protocol: how much of a test window "
+         "is in a training window too is measured below. Whole recordings share "
+         "nothing.</p>\n</section>\n" +
          *sections;
 }
 

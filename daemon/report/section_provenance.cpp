@@ -1,3 +1,5 @@
+#include <nlohmann/json.hpp>
+
 #include "daemon/report/format.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/paper.hpp"
@@ -30,9 +32,28 @@ std::size_t lost_samples(const Dataset& dataset) {
   return lost;
 }
 
+std::string rate_of(std::string_view name, const BlockFormat& format) {
+  return format.readings == 0 ? std::string()
+                              : ", " + std::string(name) + " " + fixed(format.rate_hz, 1) + " Hz";
+}
+
 std::string rates(const DatasetInfo& info) {
   return "taxels " + fixed(info.taxel_rate_hz, 1) + " Hz, wrench " + fixed(info.wrench_rate_hz, 1) +
-         " Hz, stages " + fixed(info.stage_rate_hz, 1) + " Hz";
+         " Hz, stages " + fixed(info.stage_rate_hz, 1) + " Hz" +
+         rate_of("acceleration", info.acceleration) + rate_of("sound", info.sound);
+}
+
+/// Pages that the hand-over writes after this report, by name: it stands alone.
+std::string handed_over(const Dataset& dataset) {
+  const auto recipe = nlohmann::json::parse(dataset.info.recipe_json, nullptr, false);
+  if (!recipe.is_object() || !recipe.contains("hand_over") || !recipe["hand_over"].is_object())
+    return {};
+  const bool heard = recipe["hand_over"].value("from", nlohmann::json("taxels")) == "vibration";
+  std::string out;
+  for (const std::string& exploration : explorations_of(dataset))
+    out += (out.empty() ? "" : ", ") + code("handover/" + exploration + ".html") +
+           (heard ? " (sound and vibration)" : " (model)");
+  return out;
 }
 
 }  // namespace
@@ -54,6 +75,8 @@ std::string provenance_section(const ReportInput& input) {
   out += item("machine", escape(input.machine));
   out += item("devices", device_list(info));
   out += item("rates", rates(info));
+  if (const std::string pages = handed_over(input.dataset); !pages.empty())
+    out += item("evaluated on, once handed over", pages);
   out += item("lost taxel frames", thousands(lost_samples(input.dataset)));
   out += item("campaign file", code(input.run.campaign_file.filename().string()));
   out += item("data set", code(input.run.dataset_file.filename().string()));

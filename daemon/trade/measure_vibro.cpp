@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "daemon/report/format.hpp"
+#include "daemon/report/interval_words.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -80,6 +81,7 @@ Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
         got->split_f_score.size() > 1
             ? classifier::split_interval(got->split_f_score, splits->front().train.size(), tested)
             : classifier::wilson_interval(got->confusion.correct(), tested);
+    if (bed.protocol.protocol != vibro::Protocol::random) name_groups_left_out(interval);
     out.points.push_back({method, bed.family, bed.protocol.window_s, bed.source,
                           bed.protocol.protocol, std::move(*got), *features_s,
                           std::move(interval)});

@@ -66,8 +66,8 @@ std::string confusions(const VibroEvaluation& evaluation) {
   for (const EvaluatedMethod& method : evaluation.methods)
     out += figure("<div class=\"scroll\">" +
                       confusion_map(method.result.confusion, "Windows, " + method.name) + "</div>",
-                  escape(method.name) + ". Most frequent mistakes: " +
-                      escape(worst_confusions(method.result.confusion, mistakes_in_words)) + ".",
+                  escape(method.name) + ". " +
+                      escape(worst_confusions(method.result.confusion, mistakes_in_words)),
                   bench_badge(evaluation.bench));
   return out + "</section>\n";
 }

@@ -92,6 +92,11 @@ def handed_over(t, out, ran):
     t.expect("SIMULATED" in page and "Confusion by material" in page and "sandpaper_p60" in page, "the page")
 
 
+def reported(t, out):
+    page = (out / "report.html").read_text()
+    t.expect("SIMULATED" in page and "handover/V1.html" in page and "sound 8000.0 Hz" in page, "the campaign's report tells of both channels")
+
+
 def evaluated(t, d):
     """The recorded data set as weft evaluate takes it: whole repetitions left out, contiguous parts, and the paper's windows, which leak."""
     common = ["--window-s", "1", "--step-s", "0.5", "--method", "LDA,kNN"]
@@ -131,6 +136,7 @@ def main():
         recorded(t, d / "out/campaign.sqlite")
         handed_over(t, d / "out", json.loads(ran.stdout))
         t.expect(t.run("verify", "out", cwd=d).returncode == 0, "the folder is what its certificate says")
+        reported(t, d / "out")
         evaluated(t, d)
         weighed(t, d)
         t.refuses("check", "recipe.json", "--rig", root / "sim/rigs/bench17.json", cwd=d, says=["vibration sensor"])

@@ -161,6 +161,24 @@ TEST_CASE("the page is well formed, stands alone and is small") {
     CHECK(page.find(word) == std::string::npos);
 }
 
+TEST_CASE("the page tells what was heard and where the hand-over shows it") {
+  Dataset set = report_test::small_campaign(1);
+  const CampaignSummary run = report_test::summary_of(set);
+  const auto page_of = [&] { return report_html({run, set, campaign().results, "", ""}); };
+  CHECK(page_of().find("handover/") == std::string::npos);
+  CHECK(page_of().find("sound 8000") == std::string::npos);
+  json recipe = json::parse(set.info.recipe_json);
+  recipe["hand_over"] = {{"from", "vibration"}};
+  set.info.recipe_json = recipe.dump();
+  set.info.sound = {8000, 160};
+  CHECK(page_of().find("sound 8000.0 Hz") != std::string::npos);
+  CHECK(page_of().find("handover/M1.html</code> (sound and vibration)") != std::string::npos);
+  recipe["hand_over"] = json::object();
+  set.info.recipe_json = recipe.dump();
+  CHECK(page_of().find("handover/M1.html</code> (model)") != std::string::npos);
+  CHECK(report_test::unbalanced(page_of()) == "");
+}
+
 TEST_CASE("every figure says that it is simulated") {
   const std::string page = report_html(campaign().input());
   const std::string badge = "<figcaption><span class=\"badge\">SIMULATED</span>";
