@@ -148,13 +148,19 @@ std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Pr
                                  : std::to_string(i % fifths);
     parts[part].push_back(r);
   }
+  const auto labels_of = [&](const std::vector<std::size_t>& rows) {
+    std::set<std::string> labels;
+    for (const std::size_t r : rows) labels.insert(windows.matrix.labels[r]);
+    return labels;
+  };
   std::vector<Split> out;
   for (const auto& [part, tests] : parts) {
     Split split;
     split.test = tests;
     std::set_difference(outer.train.begin(), outer.train.end(), tests.begin(), tests.end(),
                         std::back_inserter(split.train));
-    if (!split.train.empty()) out.push_back(std::move(split));
+    // A class that only this part has cannot be learnt without it.
+    if (labels_of(split.train) == labels_of(outer.train)) out.push_back(std::move(split));
   }
   return out;
 }
@@ -163,6 +169,10 @@ Result<Method> choose(const Assessor& assessor, const WindowSet& windows, const 
                       Protocol protocol, std::span<const Method> candidates,
                       PipelineOptions options) {
   const std::vector<Split> inner = inner_splits(windows, outer, protocol);
+  if (inner.empty())
+    return fail(Errc::invalid_argument, "the training windows cannot be parted to choose a learner",
+                {}, "two blocks or groups that each train every class", {},
+                "Take more blocks or groups, or name one learner");
   std::optional<Method> best;
   double most = -1.0;
   for (const Method method : candidates) {

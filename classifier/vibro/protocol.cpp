@@ -131,7 +131,7 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
   return out;
 }
 
-double leak_of(const WindowSet& windows, const std::vector<Split>& splits) {
+Leak leak_of(const WindowSet& windows, const std::vector<Split>& splits) {
   std::vector<double> share;
   for (const Split& split : splits) {
     std::map<std::size_t, std::vector<double>> starts;  // of training windows, by recording
@@ -144,7 +144,13 @@ double leak_of(const WindowSet& windows, const std::vector<Split>& splits) {
       share.push_back(std::max(0.0, 1.0 - nearest / windows.window_s));
     }
   }
-  return MedianFinder().median(share);
+  Leak out;
+  if (share.empty()) return out;
+  out.largest = *std::ranges::max_element(share);
+  out.windows = static_cast<double>(std::ranges::count_if(share, [](double s) { return s > 0; })) /
+                static_cast<double>(share.size());
+  out.median = MedianFinder().median(share);
+  return out;
 }
 
 }  // namespace weft::classifier::vibro

@@ -42,7 +42,13 @@ PlacesOf places_of(const ProtocolOptions& options);
 /// without test windows, and no windows at all (each with what to change).
 Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options);
 
-/// Median share of a test window that its nearest training window of the same recording covers.
-double leak_of(const WindowSet& windows, const std::vector<Split>& splits);
+/// How much of the test windows the training has seen. Of each, the share that its nearest training
+/// window of the same recording covers.
+struct Leak {
+  double median = 0.0;   ///< of the shares
+  double largest = 0.0;  ///< 0: no sample of a test window is in a training window
+  double windows = 0.0;  ///< share of the test windows of which anything was seen
+};
+Leak leak_of(const WindowSet& windows, const std::vector<Split>& splits);
 
 }  // namespace weft::classifier::vibro

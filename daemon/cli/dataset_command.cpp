@@ -260,14 +260,14 @@ void add_options(CLI::App& command, ImportArgs& args) {
 }
 
 Result<int> run_import(const ImportArgs& args, Console& console) {
-  if (makes_recordings(args.format)) return run_import_recordings(args, console);
   if (args.format != "fabricslide" && args.filter != "*")
-    return fail(Errc::invalid_argument, "a manifest has no file names to filter", "--filter", {},
-                {}, "Leave lines out of the manifest instead");
+    return fail(Errc::invalid_argument, args.format + " has no file names to filter", "--filter",
+                {}, {}, "Leave lines out of the manifest instead");
   if (args.format != "imprint-table" && !args.shape.empty())
     return fail(Errc::invalid_argument, "only a table needs a shape", "--shape", {}, args.shape);
   if (args.format != "fabricslide" && !args.group.empty())
     return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
+  if (makes_recordings(args.format)) return run_import_recordings(args, console);
   Result<Dataset> dataset = import(args);
   if (!dataset) return pass(dataset.error());
   if (auto ok = refuse_same_files(args, *dataset); !ok) return pass(ok.error());

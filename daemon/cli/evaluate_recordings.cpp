@@ -14,6 +14,7 @@
 #include "daemon/recordings/recording_set.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
+#include "daemon/report/leak_words.hpp"
 #include "daemon/trade/vibro_evaluation_page.hpp"
 
 namespace weft::daemon::cli {
@@ -89,10 +90,9 @@ std::string words_of(const Plan& plan) {
          " contiguous parts of each recording, each left out in turn";
 }
 
-std::string leak_words(double leak) {
-  if (leak == 0.0) return "No sample of a test window is in a training window.\n";
-  return "LEAK: half of all test windows share " + percent(leak, 0) +
-         " % or more of their samples with a training window; the figures are too good.\n";
+std::string leak_words(const vibro::Leak& leak) {
+  if (leak.largest == 0.0) return "No sample of a test window is in a training window.\n";
+  return "LEAK: " + leak_sentence(leak) + "; the figures are too good.\n";
 }
 
 json interval_json(classifier::Interval interval, vibro::Protocol protocol) {
@@ -252,7 +252,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const double features_s = steady_wall_seconds() - begun;
   const auto splits = vibro::split_windows(*windows, plan->protocol);
   if (!splits) return pass(splits.error(), args.dataset.string());
-  const double leak = vibro::leak_of(*windows, *splits);
+  const vibro::Leak leak = vibro::leak_of(*windows, *splits);
   Table table;
   table.row(
       {"learner", "windows %", "95 %", "F-score", "recordings %", "training", "answer", "chosen"});
@@ -293,7 +293,10 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"protocol", vibro::to_string(plan->protocol.protocol)},
          {"protocol_words", words_of(*plan)},
          {"window_s", plan->protocol.window_s},
-         {"leak", leak},
+         {"leak",
+          {{"median_share", leak.median},
+           {"largest_share", leak.largest},
+           {"share_of_windows", leak.windows}}},
          {"features", vibro::to_string(plan->features.family)},
          {"combine", vibro::to_string(plan->features.combine)},
          {"components", plan->pipeline.components},

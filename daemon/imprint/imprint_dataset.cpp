@@ -35,19 +35,20 @@ Result<std::vector<Imprint>> imprints_of(const Dataset& dataset) {
   if (!holds_imprints(dataset))
     return fail(Errc::invalid_argument, "the data set does not hold imprints alone", {},
                 "trials of exploration imprint", dataset.info.source, "weft dataset import --help");
-  std::map<std::string, std::string> label_of;  // of a group; empty where there are several
-  for (const classifier::Trial& trial : dataset.trials) {
-    const auto [at, first] = label_of.emplace(trial.group, trial.label);
-    if (!first && at->second != trial.label) at->second.clear();
-  }
-  const bool objects = std::ranges::none_of(
-      label_of, [](const auto& entry) { return entry.first.empty() || entry.second.empty(); });
+  // Objects may be numbered within their class: then a group's name alone is no object's.
+  std::map<std::string, std::string> label_of;
+  bool within_class = false;
+  for (const classifier::Trial& trial : dataset.trials)
+    within_class |= label_of.emplace(trial.group, trial.label).first->second != trial.label;
+  const auto object_of = [&](const classifier::Trial& trial) {
+    if (trial.group.empty()) return trial.file;
+    return within_class ? trial.label + "/" + trial.group : trial.group;
+  };
   std::vector<Imprint> out;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     const classifier::Trial& trial = dataset.trials[i];
     if (dataset.records[i].outcome != TrialOutcome::complete) continue;
-    Imprint one{Image(trial.samples(), trial.taxels), trial.file, trial.label,
-                objects ? trial.group : trial.file};
+    Imprint one{Image(trial.samples(), trial.taxels), trial.file, trial.label, object_of(trial)};
     std::ranges::copy(trial.counts, one.image.data().begin());
     out.push_back(std::move(one));
   }

@@ -73,6 +73,24 @@ Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions option
                 "scales, experiments and rules");
   const auto imprints = imprints_of(dataset);
   if (!imprints) return pass(imprints.error());
+  ImprintTables out;
+  std::set<std::string> labels, objects;
+  for (const ci::Imprint& one : *imprints) {
+    labels.insert(one.label);
+    objects.insert(one.object);
+  }
+  // Without an object that was pressed twice, setting objects aside is setting imprints aside.
+  if (objects.size() == imprints->size())
+    std::erase_if(options.experiments, [&](ci::Experiment experiment) {
+      const bool of_objects = experiment == ci::Experiment::object_of_all ||
+                              experiment == ci::Experiment::object_of_class;
+      if (of_objects) out.left_out.emplace_back(ci::to_string(experiment));
+      return of_objects;
+    });
+  if (options.experiments.empty())
+    return fail(Errc::invalid_argument, "no object was pressed twice", dataset.info.name,
+                "two imprints of an object, to set the object aside", {},
+                "Name the objects in the manifest's column group");
   auto prepared = prepare_sets(*imprints, options);
   if (!prepared) return pass(prepared.error());
   std::vector<std::optional<Error>> problems(prepared->size());
@@ -81,15 +99,9 @@ Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions option
   });
   for (const auto& problem : problems)
     if (problem) return pass(*problem);
-  ImprintTables out;
   out.bench = dataset.info.kind;
   out.dataset = dataset.info.name;
   out.sha256 = dataset_sha256(dataset);
-  std::set<std::string> labels, objects;
-  for (const ci::Imprint& one : *imprints) {
-    labels.insert(one.label);
-    objects.insert(one.object);
-  }
   out.imprints = imprints->size();
   out.classes = labels.size();
   out.objects = objects.size();
@@ -125,7 +137,10 @@ std::string tables_note(const ImprintTables& tables) {
          std::to_string(tables.imprints) + " imprints of " + std::to_string(tables.objects) +
          " objects in " + std::to_string(tables.classes) + " classes" +
          (tables.bench == BenchKind::simulated ? ", SIMULATED" : "") +
-         "; \u221E: the perceptron did not converge in 1000 rounds.";
+         "; \u221E: the perceptron did not converge in 1000 rounds." +
+         (tables.left_out.empty()
+              ? ""
+              : " Left out, as no object was pressed twice: " + joined(tables.left_out) + ".");
 }
 
 }  // namespace weft::daemon

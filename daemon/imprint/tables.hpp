@@ -43,6 +43,7 @@ struct ImprintTables {
   std::string sha256;
   std::size_t imprints = 0, classes = 0, objects = 0;
   TableOptions options;
+  std::vector<std::string> left_out;  ///< experiments that have no meaning on this data set
   std::vector<FeatureSet> sets;
 
   [[nodiscard]] const classifier::imprint::ExperimentOutcome& outcome(const FeatureSet& set,

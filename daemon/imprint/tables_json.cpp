@@ -47,7 +47,8 @@ ordered_json tables_json(const ImprintTables& tables) {
   return {{"command", "imprint tables"}, {"bench", to_string(tables.bench)},
           {"dataset", tables.dataset},   {"dataset_sha256", tables.sha256},
           {"imprints", tables.imprints}, {"classes", tables.classes},
-          {"objects", tables.objects},   {"sets", std::move(sets)}};
+          {"objects", tables.objects},   {"left_out", tables.left_out},
+          {"sets", std::move(sets)}};
 }
 
 }  // namespace weft::daemon

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "daemon/recordings/recording_set.hpp"
@@ -25,27 +26,54 @@ std::optional<Span> motion_of(const classifier::Trial& trial, const TrialRecord&
   return out;
 }
 
-// Samples of the blocks that lie in M whole, an array per axis.
-Status take_blocks(const BlockStream& stream, const BlockFormat& format, std::size_t axes,
-                   double per_unit, Span motion, std::vector<std::vector<double>>& out) {
+Error lost_blocks(std::int64_t at_ns) {
+  return {Errc::invalid_argument,
+          "blocks were lost while the probe slid",
+          {},
+          "every block of phase M",
+          "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock",
+          {}};
+}
+
+// Samples of the blocks that lie in M whole, an array per axis, and where the first one begins.
+Result<std::int64_t> take_blocks(const BlockStream& stream, const BlockFormat& format,
+                                 std::size_t axes, double per_unit, Span motion,
+                                 std::vector<std::vector<double>>& out) {
   const std::size_t first_channel = out.size();
   out.resize(first_channel + axes);
   const auto block_ns =
       static_cast<std::int64_t>(1e9 * static_cast<double>(format.readings) / format.rate_hz);
+  // Blocks are stamped as they arrive: half of one is what that may be late.
+  const std::int64_t tolerance_ns = block_ns / 2;
   bool begun = false;
+  std::int64_t begin_ns = 0, end_ns = 0;
   for (std::size_t b = 0; b < stream.blocks(); ++b) {
     if (stream.t_ns[b] - block_ns < motion.from_ns || stream.t_ns[b] > motion.to_ns) continue;
-    if (begun && stream.lost[b] > 0)
-      return fail(Errc::invalid_argument, "blocks were lost while the probe slid", {}, "0",
-                  std::to_string(stream.lost[b]));
+    if (!begun) begin_ns = stream.t_ns[b] - block_ns;
+    if (begun && stream.lost[b] > 0) return pass(lost_blocks(end_ns));
     begun = true;
+    end_ns = stream.t_ns[b];
     for (std::size_t r = 0; r < format.readings; ++r)
       for (std::size_t a = 0; a < axes; ++a)
         out[first_channel + a].push_back(stream.quanta[(b * format.readings + r) * axes + a] /
                                          per_unit);
   }
   if (!begun) return fail(Errc::invalid_argument, "no whole block while the probe slid");
-  return {};
+  if (begin_ns - motion.from_ns >= block_ns + tolerance_ns)
+    return pass(lost_blocks(motion.from_ns));
+  if (motion.to_ns - end_ns >= block_ns + tolerance_ns) return pass(lost_blocks(end_ns));
+  return begin_ns;
+}
+
+// Streams have blocks of different length: all channels begin where the last of them does.
+void align(std::vector<std::int64_t> begin_ns, const std::vector<Channel>& channels,
+           std::vector<std::vector<double>>& samples) {
+  const std::int64_t common_ns = std::ranges::max(begin_ns);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const double early = 1e-9 * static_cast<double>(common_ns - begin_ns[c]) * channels[c].rate_hz;
+    const auto cut = std::min(static_cast<std::size_t>(std::llround(early)), samples[c].size());
+    samples[c].erase(samples[c].begin(), samples[c].begin() + static_cast<std::ptrdiff_t>(cut));
+  }
 }
 
 }  // namespace
@@ -70,13 +98,20 @@ Result<RecordingSet> recordings_of(const Dataset& dataset,
     Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
     const auto motion = motion_of(trial, record);
     if (!motion) return fail(Errc::invalid_argument, "a trial without phase M", trial.file);
-    Status done;
-    if (info.sound.readings > 0)
-      done = take_blocks(record.sound, info.sound, 1, sound_quanta_per_pa, *motion, own.samples);
-    if (done && info.acceleration.readings > 0)
-      done = take_blocks(record.acceleration, info.acceleration, acceleration_axes,
-                         acceleration_quanta_per_mps2, *motion, own.samples);
-    if (!done) return pass(done.error(), trial.file);
+    std::vector<std::int64_t> begin_ns;
+    if (info.sound.readings > 0) {
+      const auto begin =
+          take_blocks(record.sound, info.sound, 1, sound_quanta_per_pa, *motion, own.samples);
+      if (!begin) return pass(begin.error(), trial.file);
+      begin_ns.push_back(*begin);
+    }
+    if (info.acceleration.readings > 0) {
+      const auto begin = take_blocks(record.acceleration, info.acceleration, acceleration_axes,
+                                     acceleration_quanta_per_mps2, *motion, own.samples);
+      if (!begin) return pass(begin.error(), trial.file);
+      begin_ns.resize(channels.size(), *begin);
+    }
+    align(begin_ns, channels, own.samples);
     out.recordings.push_back(std::move(own));
   }
   if (auto fine = check(out); !fine) return pass(fine.error(), info.name);

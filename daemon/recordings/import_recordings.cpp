@@ -29,6 +29,25 @@ Status check_folder(const std::filesystem::path& folder) {
   return fail(Errc::not_found, "no such folder", folder.string());
 }
 
+// The rate of times that are even but for how they are written; the place names the line.
+Result<double> even_rate(const std::vector<double>& times) {
+  constexpr std::size_t first_line = 2;
+  const double step_s = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double due_s = times.front() + static_cast<double>(i) * step_s;
+    if (std::abs(times[i] - due_s) <= 0.5 * step_s) continue;
+    return fail(Errc::parse, "the samples are not evenly spaced",
+                "line " + std::to_string(i + first_line),
+                "a time within half a step of " + std::to_string(due_s) + " s",
+                std::to_string(times[i]) + " s",
+                "Cut the recording where samples are missing, or resample it");
+  }
+  // Few decimals of the times tell the rate to a hundredth, a slow one to four digits.
+  const double rate_hz = 1 / step_s;
+  const double grain = rate_hz >= 1 ? 0.01 : std::pow(10.0, std::floor(std::log10(rate_hz)) - 3);
+  return std::round(rate_hz / grain) * grain;
+}
+
 // Evenly sampled columns beside a column of times.
 Status read_table(const std::filesystem::path& path, const std::string& time,
                   const std::string& unit, Recording& out) {
@@ -55,10 +74,9 @@ Status read_table(const std::filesystem::path& path, const std::string& time,
   }
   if (times.size() < 2 || !(times.back() > times.front()))
     return csv->complaint("the times do not tell the sampling rate");
-  const auto steps = static_cast<double>(times.size() - 1);
-  // Times are written with few decimals: what they tell is the rate to four digits.
-  const double rate = steps / (times.back() - times.front());
-  for (Channel& c : out.channels) c.rate_hz = std::round(rate * 100.0) / 100.0;
+  const auto rate_hz = even_rate(times);
+  if (!rate_hz) return pass(rate_hz.error(), path.string());
+  for (Channel& c : out.channels) c.rate_hz = *rate_hz;
   return {};
 }
 
@@ -124,6 +142,9 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     if (!std::filesystem::exists(path)) continue;
     auto sound = read_sound_file(path);
     if (!sound) return pass(sound.error());
+    if (channel.rate_hz > 0 && channel.rate_hz != sound->rate_hz)
+      return fail(Errc::parse, "another sampling rate than the tracks before", path.string(),
+                  std::to_string(channel.rate_hz) + " Hz", std::to_string(sound->rate_hz) + " Hz");
     channel = {"S", sound->rate_hz, "1"};
     out[t] = std::move(sound->channels.front());
   }

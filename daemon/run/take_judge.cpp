@@ -37,17 +37,21 @@ TakeJudge::TakeJudge(const recipes::RepeatBad& limits, double taxel_rate_hz, dou
   readings_.rate_hz = wrench_rate_hz;
 }
 
+std::uint64_t TakeJudge::Arrived::lost_by(TimePoint now) const {
+  const double silent_s = to_seconds(now - due_from);
+  const bool long_ago = silent_s > std::max(patience_s, patience_samples / rate_hz);
+  return long_ago ? static_cast<std::uint64_t>(silent_s * rate_hz) : 0;
+}
+
 void TakeJudge::Arrived::add(const Sample& sample) {
   ++samples;
-  lost += sample.lost;
-  last = sample.host;
+  lost += waits ? std::max<std::uint64_t>(sample.lost, lost_by(sample.host)) : sample.lost;
+  due_from = sample.host;
+  waits = false;
 }
 
 void TakeJudge::Arrived::pause(TimePoint now) {
-  if (samples == 0) return;
-  const double silent_s = to_seconds(now - last);
-  if (silent_s > std::max(patience_s, patience_samples / rate_hz))
-    lost += static_cast<std::uint64_t>(silent_s * rate_hz);
+  if (samples > 0) lost += lost_by(now);
 }
 
 void TakeJudge::begin() {
@@ -61,6 +65,13 @@ void TakeJudge::look(const Sample& sample) {
     look(*frame);
   } else if (std::holds_alternative<WrenchSample>(sample.value)) {
     readings_.add(sample);
+  }
+}
+
+void TakeJudge::resume(TimePoint now) {
+  for (Arrived* const sensor : {&frames_, &readings_}) {
+    sensor->due_from = now;
+    sensor->waits = true;
   }
 }
 

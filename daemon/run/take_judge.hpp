@@ -19,8 +19,11 @@ class TakeJudge {
 
   void begin();
   void look(const Sample& sample);
+  /// The recording goes on: samples are due from `now`.
+  void resume(TimePoint now);
   /// The recording pauses: a sensor that has been silent for a while has lost what was due by
-  /// `now`. The sample that would tell how many comes when nobody looks any more.
+  /// `now`. The sample that would tell how many comes when nobody looks any more. A sensor that
+  /// gave nothing in the whole take is not judged: its driver's watch reports it.
   void pause(TimePoint now);
   /// Why the take is bad, the first of: lost samples; taxel by taxel a saturated one, a dead one;
   /// force out of its band. `in_band_fraction`: of phase M.
@@ -35,8 +38,10 @@ class TakeJudge {
   struct Arrived {
     double rate_hz = 0;
     std::uint64_t samples = 0, lost = 0;
-    TimePoint last = {};
+    TimePoint due_from = {};  ///< the last sample, or where the recording went on after it
+    bool waits = false;       ///< for the first sample since then
     void add(const Sample& sample);
+    [[nodiscard]] std::uint64_t lost_by(TimePoint now) const;
     void pause(TimePoint now);
   };
   void look(const TaxelSample& frame);

@@ -110,6 +110,7 @@ TrialRecording::TrialRecording(Recorder& recorder, const recipes::Plan& plan)
 
 void TrialRecording::set_phase(Phase phase, TimePoint now) {
   if (judge_ && phase_ != Phase::none && phase == Phase::none) judge_->pause(now);
+  if (judge_ && phase_ == Phase::none && phase != Phase::none) judge_->resume(now);
   const bool whole = phase_ == Phase::end && phase == Phase::none;
   phase_ = phase;
   if (whole && judge_ && !trial_bad_)

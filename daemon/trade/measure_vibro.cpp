@@ -4,6 +4,7 @@
 
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
+#include "daemon/report/leak_words.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -68,9 +69,10 @@ Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
   const auto features_s =
       vibro_features_time(*bed.recordings, *windows, choice, options.timings, now);
   if (!features_s) return pass(features_s.error());
-  double& leak =
+  vibro::Leak& leak =
       bed.protocol.protocol == vibro::Protocol::random ? out.random_leak : out.honest_leak;
-  leak = std::max(leak, vibro::leak_of(*windows, *splits));
+  const vibro::Leak own = vibro::leak_of(*windows, *splits);
+  if (own.largest > leak.largest) leak = own;
   for (const vibro::Method method : options.methods) {
     if (!vibro::available(method)) continue;
     auto got = vibro::assess(*windows, *splits,
@@ -168,11 +170,10 @@ TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const
                                : ", " + protocol_name(protocol) + " left out in turn");
   out.sha256 = recordings_sha256(set);
   out.bench = set.kind;
-  const double leak = random ? trade.random_leak : trade.honest_leak;
+  const vibro::Leak& leak = random ? trade.random_leak : trade.honest_leak;
   out.facts = {{"recordings", static_cast<double>(set.recordings.size())},
-               {"leak", leak == 0.0 ? "no sample of a test window is in a training window"
-                                    : "half of all test windows share " + percent(leak, 0) +
-                                          " % or more of their samples with a training window"}};
+               {"leak", leak.largest == 0.0 ? "no sample of a test window is in a training window"
+                                            : leak_sentence(leak)}};
   for (const std::string& name : trade.left_out)
     out.left_out.emplace_back(name, "this build of Weft has no library for it");
   for (const VibroPoint& p : trade.points) {

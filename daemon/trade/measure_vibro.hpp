@@ -47,9 +47,8 @@ struct VibroPoint {
 struct VibroTrade {
   std::vector<VibroPoint> points;
   classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
-  /// Median share of a test window that is trained on, over all choices the largest: of random
-  /// windows, and of the honest protocol.
-  double random_leak = 0.0, honest_leak = 0.0;
+  /// Of random windows, and of the honest protocol: over all choices the largest.
+  classifier::vibro::Leak random_leak, honest_leak;
   std::vector<std::string> left_out;  ///< learners that this build has no library for
 };
 

@@ -142,6 +142,22 @@ TEST_CASE("lost force readings are a bad take's too, and so is what never came a
   const TakeJudge frames_alone = frames_of(live_count);
   CHECK(paused(frames_alone, 2.55) == "");
   CHECK(paused(frames_alone, 2.6) == ": taxel frames were lost");
+  // The recording goes on at 2.5 s: what comes late, or no more, is lost.
+  const auto resumed = [&](double first_s, double now_s) {
+    TakeJudge at = frames_alone;
+    at.resume(TimePoint(from_seconds(2.5)));
+    Sample late;
+    late.host = TimePoint(from_seconds(first_s));
+    TaxelSample frame;
+    const std::array<std::uint16_t, 4> counts{1, 2, 3, 4};
+    frame.counts = counts;
+    late.value = frame;
+    if (first_s > 0) at.look(late);
+    return paused(at, now_s);
+  };
+  CHECK(resumed(2.55, 2.6) == "");
+  CHECK(resumed(3.5, 3.55) == ": taxel frames were lost");
+  CHECK(resumed(0, 3.5) == ": taxel frames were lost");
   judge.begin();
   CHECK(paused(judge, 9) == "");  // of another take
 }

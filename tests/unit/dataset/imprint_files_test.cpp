@@ -8,6 +8,7 @@
 #include "daemon/imprint/import_imprints.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/imprint/imprint_scene.hpp"
+#include "daemon/imprint/tables.hpp"
 #include "tests/unit/dataset/support.hpp"
 
 namespace weft::daemon::test {
@@ -116,6 +117,47 @@ TEST_CASE("a manifest of imprints becomes a data set that survives its file") {
   CHECK(import_imprints(folder / "m.csv").error().where.find("m.csv:3") != std::string::npos);
   write_file(folder / "a.csv", "1,nan,3\n");
   CHECK(!import_imprints(folder / "m.csv"));
+}
+
+TEST_CASE("objects that are numbered within their class are as many as they are") {
+  const TemporaryFolder folder;
+  std::string lines = "file,label,group\n";
+  for (const char* label : {"knit", "rasp"})
+    for (const char* object : {"1", "2"})
+      for (const char* press : {"a", "b"}) {
+        const std::string file = std::string(label) + object + press + ".csv";
+        write_file(folder / file, "1,2,3\n4,5,6\n7,8,9\n");
+        lines += file + "," + label + "," + object + "\n";
+      }
+  write_file(folder / "m.csv", lines);
+  const auto dataset = import_imprints(folder / "m.csv");
+  REQUIRE(dataset);
+  const auto imprints = imprints_of(*dataset);
+  REQUIRE(imprints);
+  std::map<std::string, int> presses;
+  for (const auto& one : *imprints) ++presses[one.object];
+  CHECK(presses ==
+        std::map<std::string, int>{{"knit/1", 2}, {"knit/2", 2}, {"rasp/1", 2}, {"rasp/2", 2}});
+}
+
+TEST_CASE("without an object that was pressed twice no object is set aside") {
+  const TemporaryFolder folder;
+  write_file(folder / "t.csv",
+             "label,index,then\n0,1,1,2,3,4\n0,2,5,6,7,8\n1,1,9,1,9,9\n1,2,9,8,3,1\n");
+  const auto dataset = import_imprint_table(folder / "t.csv", 2, 2);
+  REQUIRE(dataset);
+  TableOptions options;
+  options.scales = {{0}};
+  options.rules = {classifier::imprint::Rule::least_squares};
+  options.laws = false;
+  const auto tables = measure_tables(*dataset, options);
+  REQUIRE(tables);
+  CHECK(tables->objects == 4);
+  CHECK(tables->left_out == std::vector<std::string>{"2/N", "2/CLASS"});
+  CHECK(tables->options.experiments.size() == 2);
+  CHECK(tables_note(*tables).find("2/N, 2/CLASS") != std::string::npos);
+  options.experiments = {classifier::imprint::Experiment::object_of_all};
+  CHECK_FALSE(measure_tables(*dataset, options));
 }
 
 TEST_CASE("a table of imprints: an object of its own where groups mix labels") {

@@ -148,6 +148,18 @@ TEST_CASE("A manifest of tables and sound files is imported, its mistakes are na
   CHECK(missing.error().where.find("m2.csv:3") != std::string::npos);
   write_file(folder / "m3.csv", "file\none.csv\n");
   CHECK_FALSE(import_recordings(folder / "m3.csv"));
+  // A hole of a second, and a channel of one sample in 250 s.
+  write_file(folder / "hole.csv", "t_s,X\n0,1\n0.005,2\n0.01,3\n1.015,4\n1.02,5\n");
+  write_file(folder / "m5.csv", "file,label\nhole.csv,felt\n");
+  const auto hole = import_recordings(folder / "m5.csv");
+  REQUIRE_FALSE(hole);
+  CHECK(hole.error().message.find("not evenly spaced") != std::string::npos);
+  CHECK(hole.error().where.find("hole.csv") != std::string::npos);
+  write_file(folder / "slow.csv", "t_s,X\n0,1\n250,2\n500,3\n");
+  write_file(folder / "m6.csv", "file,label\nslow.csv,felt\n");
+  const auto slow = import_recordings(folder / "m6.csv");
+  REQUIRE(slow);
+  CHECK(slow->recordings[0].channels[0].rate_hz == Approx(0.004));
   write_file(folder / "still.csv", "t_s,X\n0,1\n0,2\n");
   write_file(folder / "m4.csv", "file,label\nstill.csv,felt\n");
   CHECK_FALSE(import_recordings(folder / "m4.csv"));
@@ -225,6 +237,30 @@ TEST_CASE("Of a campaign the whole blocks of phase M are taken, and lost ones re
   dataset.records[0].sound.lost[7] = 0;
   dataset.records[0].sound.lost[2] = 1;  // before M
   CHECK(recordings_of(dataset));
+
+  // Blocks that are missing at either end of M, whether or not a later one tells of it.
+  const auto without = [](std::size_t first, std::size_t last) {
+    Dataset torn = campaign();
+    BlockStream& sound = torn.records[0].sound;
+    const auto erase = [&](auto& of_blocks, std::size_t each) {
+      of_blocks.erase(of_blocks.begin() + static_cast<std::ptrdiff_t>(first * each),
+                      of_blocks.begin() + static_cast<std::ptrdiff_t>(last * each));
+    };
+    erase(sound.t_ns, 1);
+    erase(sound.device_us, 1);
+    erase(sound.lost, 1);
+    erase(sound.clipped, 1);
+    erase(sound.quanta, 4);
+    return static_cast<bool>(recordings_of(torn));
+  };
+  CHECK(without(0, 0));
+  CHECK(without(0, 5));         // all before M
+  CHECK_FALSE(without(5, 8));   // ending at 120, 140, 160 ms
+  CHECK_FALSE(without(0, 7));   // and all before them
+  CHECK_FALSE(without(8, 10));  // ending at 180, 200 ms
+  CHECK_FALSE(without(8, 15));
+  CHECK(without(10, 15));
+
   dataset.records[0].outcome = TrialOutcome::aborted;
   CHECK_FALSE(recordings_of(dataset));
   dataset.info.sound = {};
