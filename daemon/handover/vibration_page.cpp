@@ -141,7 +141,7 @@ ordered_json vibration_json(const RecordingSet& set, const VibrationLearnt& lear
             {"f_score", r.f_score},
             {"labels", r.confusion.labels},
             {"confusion", r.confusion.count}}},
-          {"random_leak", learnt.trade.random_leak},
+          {"random_leak", learnt.trade.random_leak.median},
           {"points", points}};
 }
 
