@@ -11,7 +11,7 @@ namespace {
 
 using hdf5::Reader;
 
-constexpr std::size_t max_taxels = 4096;
+constexpr std::size_t max_taxels = 16384;
 
 Status read_root(Reader& in, DatasetInfo& info) {
   const std::string format = in.text_attribute("/", "format");

@@ -16,7 +16,7 @@
 namespace weft::daemon {
 namespace {
 
-constexpr std::int64_t max_taxels = 4096;
+constexpr std::int64_t max_taxels = 16384;
 
 Result<std::int64_t> read_integer(sqlite::Database& database, const char* sql) {
   auto query = database.prepare(sql);

@@ -12,11 +12,11 @@ struct Interval {
   std::int64_t last_ns = -1;
 };
 
-Interval motion_of(const classifier::Trial& trial, const TrialRecord& record) {
+Interval time_of(Phase phase, const classifier::Trial& trial, const TrialRecord& record) {
   Interval out;
   bool found = false;
   for (std::size_t i = 0; i < trial.samples(); ++i) {
-    if (trial.phase[i] != Phase::motion) continue;
+    if (trial.phase[i] != phase) continue;
     if (!found) out.first_ns = record.t_ns[i];
     out.last_ns = record.t_ns[i];
     found = true;
@@ -26,10 +26,10 @@ Interval motion_of(const classifier::Trial& trial, const TrialRecord& record) {
 
 void add_trial(const classifier::Trial& trial, const TrialRecord& record, const ForceTarget& target,
                ForceTally& tally) {
-  const Interval motion = motion_of(trial, record);
+  const Interval held = time_of(target.phase, trial, record);
   const auto& times = record.wrench.t_ns;
-  const auto first = std::lower_bound(times.begin(), times.end(), motion.first_ns) - times.begin();
-  const auto last = std::upper_bound(times.begin(), times.end(), motion.last_ns) - times.begin();
+  const auto first = std::lower_bound(times.begin(), times.end(), held.first_ns) - times.begin();
+  const auto last = std::upper_bound(times.begin(), times.end(), held.last_ns) - times.begin();
   for (auto i = first; i < last; ++i)
     tally.add(record.wrench.force_n(static_cast<std::size_t>(i), 2) - target.force_n,
               target.band_n);
@@ -53,8 +53,9 @@ std::vector<ForceTarget> force_targets(const DatasetInfo& info) {
   const recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits);
   if (!report.plan) return out;
   for (const recipes::Exploration& exploration : report.plan->explorations) {
-    const recipes::PhaseStep& step = exploration.step(Phase::motion);
-    out.push_back({exploration.name, step.force_n, step.force_band_n});
+    const Phase held = exploration.held_phase();
+    const recipes::PhaseStep& step = exploration.step(held);
+    out.push_back({exploration.name, step.force_n, step.force_band_n, held});
   }
   return out;
 }

@@ -16,6 +16,7 @@ struct ForceTarget {
   std::string exploration;
   double force_n = 0;
   double band_n = 0;
+  Phase phase = Phase::motion;  ///< in which it is judged: P of a press
 };
 
 /// Empty when the data set carries no recipe and rig that can be read.

@@ -78,9 +78,8 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
   will.push_back("take the force sensor's zero");
   will.push_back("lower z until contact, at most " +
                  place(recipes::Axis::z, recipes::lowest_z_m(plan.limits)).substr(2));
-  will.push_back("run the repetition: rest, press, " +
-                 std::to_string(exploration.step(Phase::motion).path_m.size()) +
-                 " legs of slide, rest");
+  const std::string legs = std::to_string(exploration.path_m().size()) + " legs of slide, ";
+  will.push_back("run the repetition: rest, press, " + (exploration.slides() ? legs : "") + "rest");
   return {};
 }
 

@@ -88,10 +88,10 @@ void TrialRecording::sensor(const Sample& sample) {
     write([&] { return recorder_->taxel(stamp, *taxels, phase_); });
   } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
     write([&] { return recorder_->wrench(stamp, *wrench); });
-    if (phase_ != Phase::motion) return;
     const recipes::Exploration& exploration =
         plan_->explorations[plan_->trials[trial_].exploration];
-    const recipes::PhaseStep& step = exploration.step(Phase::motion);
+    if (phase_ != exploration.held_phase()) return;
+    const recipes::PhaseStep& step = exploration.step(phase_);
     trial_force_.add(wrench->force_n[2] - step.force_n, step.force_band_n);
   }
 }

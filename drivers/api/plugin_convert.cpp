@@ -6,7 +6,7 @@ namespace weft::plugin {
 namespace {
 
 // More than any array has; a count beyond it is a broken struct.
-constexpr std::uint32_t most_taxels = 4096;
+constexpr std::uint32_t most_taxels = 16384;
 constexpr std::uint32_t most_block_values = 65536;
 
 std::string text_of(const char* text) {

@@ -28,6 +28,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits) {
   plan.name = std::move(stated.name);
   plan.seed = stated.seed;
   plan.fabrics = std::move(stated.fabrics);
+  plan.class_of = std::move(stated.class_of);
   for (StatedExploration& exploration : stated.explorations)
     plan.explorations.push_back(std::move(exploration.exploration));
   plan.approach = stated.approach;

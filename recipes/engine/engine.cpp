@@ -96,7 +96,7 @@ class Machine {
       case Step::resting:
         return press();
       case Step::holding:
-        return slide();
+        return exploration().slides() ? slide() : release();
       case Step::ending:
         return retract();
       case Step::retracting:
@@ -260,7 +260,7 @@ class Machine {
 
   void next_leg() {
     ++state_.leg;
-    if (state_.leg < exploration().step(Phase::motion).path_m.size()) return start_leg();
+    if (state_.leg < exploration().path_m().size()) return start_leg();
     release();
   }
 

@@ -7,7 +7,7 @@
 // motion that was replaced) are ignored, so that nobody has to cancel anything.
 //
 // Order of a trial: clear (first trial only), mount, position, bias, approach, seat, lower to rest,
-// S, press, P, M (one leg at a time), release, E, retract.
+// S, press, P, M (one leg at a time), release, E, retract; a press alone goes from P to release.
 // Between two trials, and before the first, a person may be asked for something
 // (operator_steps.hpp): the stages are at rest then and the probe is up, and it goes up again
 // before anything else moves. P is recorded once the force has settled in its band, so that P is at

@@ -29,8 +29,9 @@ std::string letter(Phase phase) {
 /// Reads the phases of one exploration; the members are what its parts share.
 class PhaseReader {
  public:
-  PhaseReader(const RigLimits& limits, Problems& problems, StatedExploration& out)
-      : limits_(limits), problems_(problems), out_(out) {}
+  /// `press`: without phase M.
+  PhaseReader(bool press, const RigLimits& limits, Problems& problems, StatedExploration& out)
+      : press_(press), limits_(limits), problems_(problems), out_(out) {}
 
   void read(const json& list, const std::string& place) {
     if (list.size() > 2 * phase_order.size())
@@ -114,21 +115,32 @@ class PhaseReader {
           key, "phase " + letter(phase) + " has no force control: the probe's weight alone acts");
   }
 
+  /// Each once and in this order; a press has no M.
   void check_order(const std::string& place) {
     const std::vector<PhaseStep>& phases = out_.exploration.phases;
     bool once = true;
     for (const Phase phase : phase_order) {
       const auto count = std::count_if(phases.begin(), phases.end(),
                                        [&](const PhaseStep& p) { return p.phase == phase; });
-      if (count == 1) continue;
+      const bool unwanted = press_ && phase == Phase::motion;
+      if (count == (unwanted ? 0 : 1)) continue;
       once = false;
       problems_.add({place,
-                     "phase " + letter(phase) + (count == 0 ? " is missing" : " is given twice"),
-                     "S, P, M, E, each once", "", "the classifier needs all four"});
+                     "phase " + letter(phase) +
+                         (unwanted     ? " is none of a press"
+                          : count == 0 ? " is missing"
+                                       : " is given twice"),
+                     press_ ? "S, P, E, each once" : "S, P, M, E, each once", "",
+                     press_ ? "" : "the classifier needs all four"});
     }
+    if (!once) return;
+    std::vector<Phase> expected(phase_order.begin(), phase_order.end());
+    if (press_) std::erase(expected, Phase::motion);
     const auto same = [](const PhaseStep& p, Phase phase) { return p.phase == phase; };
-    if (once && !std::equal(phases.begin(), phases.end(), phase_order.begin(), same))
-      problems_.add({place, "the phases are in another order", "S, P, M, E", "", ""});
+    if (!std::equal(phases.begin(), phases.end(), expected.begin(), expected.end(), same))
+      problems_.add(
+          {place, "the phases are in another order", press_ ? "S, P, E" : "S, P, M, E", "", ""});
+    if (press_) out_.path_pointer = place;  // its point must lie on the plate
   }
 
   /// One set point per trial: the force loop is switched on once, for P and M together.
@@ -148,6 +160,7 @@ class PhaseReader {
                      json(motion->force_n).dump() + " N in M", "leave force_N out of phase M"});
   }
 
+  bool press_;
   const RigLimits& limits_;
   Problems& problems_;
   StatedExploration& out_;
@@ -205,8 +218,11 @@ StatedExploration read_exploration(const std::string& name, const json& value,
   reader.text("description", Need::optional);
   read_start(reader, stated, problems);
   read_live_vote(reader, stated, problems);
+  const bool press = reader.choice("kind", {"slide", "press"}, Need::optional) == 1;
+  if (press && stated.exploration.live_vote)
+    problems.add({reader.at("live_vote"), "a press has no slide to vote on", "", "", ""});
   if (const json* phases = reader.array("phases"))
-    PhaseReader(limits, problems, stated).read(*phases, reader.at("phases"));
+    PhaseReader(press, limits, problems, stated).read(*phases, reader.at("phases"));
   reader.finish();
   return stated;
 }

@@ -40,8 +40,8 @@ double transfer_s(const Plan& plan, Vec2 from, Vec2 to) {
 }
 
 Vec2 end_of(const Exploration& exploration) {
-  const std::vector<Vec2>& path = exploration.step(Phase::motion).path_m;
-  return path_leg(exploration, path.size() - 1).to_m;
+  const std::vector<Vec2>& path = exploration.path_m();
+  return path.empty() ? exploration.start_m : path_leg(exploration, path.size() - 1).to_m;
 }
 
 double recording_s(const Plan& plan, const Exploration& exploration) {
@@ -74,7 +74,7 @@ std::array<Range, axis_count> envelope_of(const Plan& plan) {
   envelope.fill({inf, -inf});
   for (const Exploration& exploration : plan.explorations) {
     widen_by(envelope, plan, exploration.start_m);
-    for (std::size_t i = 0; i < exploration.step(Phase::motion).path_m.size(); ++i)
+    for (std::size_t i = 0; i < exploration.path_m().size(); ++i)
       widen_by(envelope, plan, path_leg(exploration, i).to_m);
   }
   widen(envelope[index(Axis::z)], lowest_z_m(plan.limits));
@@ -91,6 +91,7 @@ Range force_range(const Plan& plan) {
 }  // namespace
 
 double motion_duration_s(const Exploration& exploration, double acceleration_mps2) {
+  if (!exploration.slides()) return 0;
   const PhaseStep& motion = exploration.step(Phase::motion);
   const Moves move{acceleration_mps2};
   double total_s = 0;

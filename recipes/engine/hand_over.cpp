@@ -14,7 +14,7 @@ constexpr double longest_s = 86'400;
 
 /// In the order of the enumeration.
 const std::vector<std::string_view>& from_names() {
-  static const std::vector<std::string_view> names{"taxels", "vibration"};
+  static const std::vector<std::string_view> names{"taxels", "vibration", "imprints"};
   return names;
 }
 
@@ -34,7 +34,16 @@ const std::vector<std::string_view>& hand_over_learners(HandOverFrom from) {
   static const std::vector<std::string_view> of_taxels{
       "best", "cores-best", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc"};
   static const std::vector<std::string_view> of_vibration{"best", "every"};
-  return from == HandOverFrom::taxels ? of_taxels : of_vibration;
+  static const std::vector<std::string_view> of_imprints{"every"};
+  switch (from) {
+    case HandOverFrom::taxels:
+      return of_taxels;
+    case HandOverFrom::vibration:
+      return of_vibration;
+    case HandOverFrom::imprints:
+      return of_imprints;
+  }
+  return of_taxels;
 }
 
 std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics,
@@ -47,6 +56,7 @@ std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics
   if (const auto from = reader.choice("from", from_names(), Need::optional))
     out.from = static_cast<HandOverFrom>(*from);
   const auto& learners = hand_over_learners(out.from);
+  out.learner = learners.front();
   if (const auto learner = reader.choice("learner", learners, Need::optional))
     out.learner = learners[*learner];
   out.groups = static_cast<std::uint32_t>(
@@ -57,6 +67,12 @@ std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics
   if (out.from == HandOverFrom::vibration && !hears)
     problems.add({place + "/from", "the rig has no vibration sensor", "a device of role vibro", "",
                   "sim/rigs/vibrotactile.json has one"});
+  if (out.from == HandOverFrom::imprints) {
+    if (reader.has("groups"))
+      problems.add({reader.at("groups"), "imprints are left out one by one and by object",
+                    "no groups", std::to_string(out.groups), ""});
+    return out;
+  }
   // 0 of either has been found wanting by itself
   if (fabrics == 1)
     problems.add({place, "there is nothing to tell apart", "at least 2 fabrics", "1", ""});

@@ -14,7 +14,8 @@ namespace weft::recipes {
 /// What a hand-over learns from.
 enum class HandOverFrom : std::uint8_t {
   taxels,    ///< and force: a model of all trials of each exploration, and its evaluation
-  vibration  ///< sound and acceleration of phase M: an evaluation, no model
+  vibration,  ///< sound and acceleration of phase M: an evaluation, no model
+  imprints    ///< the last scan of phase P of presses: Ellis' experiments, no model
 };
 std::string_view to_string(HandOverFrom from);
 
@@ -31,12 +32,13 @@ struct HandOver {
 };
 
 /// Names as `weft train --learner` takes them; of vibration "best", chosen on training windows
-/// alone, and "every": the paper's ten, ours, and best.
+/// alone, and "every": the paper's ten, ours, and best; of imprints "every" rule there is.
 const std::vector<std::string_view>& hand_over_learners(HandOverFrom from);
 
 /// Reads the recipe's "hand_over", where it has one. A problem as well: fewer than two fabrics,
 /// repetitions of which fewer than two would be left to train on, a learner of another source, and
-/// vibration from a rig without a sensor of it (`hears`).
+/// vibration from a rig without a sensor of it (`hears`). Imprints are left out one by one and by
+/// object: there groups are refused and one repetition is enough.
 std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics,
                                        std::uint32_t repetitions, bool hears, Problems& problems);
 

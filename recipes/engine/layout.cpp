@@ -73,7 +73,7 @@ void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems
   if (stated.path_pointer.empty()) return;  // already refused
   Exploration& exploration = stated.exploration;
   if (stated.start_m) exploration.start_m = *stated.start_m;
-  const std::vector<Vec2>& corners = exploration.step(Phase::motion).path_m;
+  const std::vector<Vec2>& corners = exploration.path_m();
   for (const Direction& direction : directions) {
     const Range room = allowed(limits, direction);
     const Range path = extent(corners, direction);

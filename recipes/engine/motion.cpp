@@ -17,7 +17,7 @@ Vec2 sum(Vec2 a, Vec2 b) {
 }  // namespace
 
 PathLeg path_leg(const Exploration& exploration, std::size_t leg) {
-  const std::vector<Vec2>& path = exploration.step(Phase::motion).path_m;
+  const std::vector<Vec2>& path = exploration.path_m();
   const Vec2 from = sum(exploration.start_m, leg == 0 ? Vec2{} : path[leg - 1]);
   const Vec2 to = sum(exploration.start_m, path[leg]);
   return {from, to, std::hypot(to.x_m - from.x_m, to.y_m - from.y_m)};

@@ -1,5 +1,6 @@
 #include "recipes/engine/plan.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "recipes/engine/splitmix.hpp"
@@ -23,6 +24,15 @@ const PhaseStep& Exploration::step(Phase phase) const {
     if (candidate.phase == phase) return candidate;
   WEFT_ASSERT(false && "a checked exploration has every phase");
   return phases.front();
+}
+
+bool Exploration::slides() const {
+  return std::ranges::any_of(phases, [](const PhaseStep& p) { return p.phase == Phase::motion; });
+}
+
+const std::vector<Vec2>& Exploration::path_m() const {
+  static const std::vector<Vec2> none;
+  return slides() ? step(Phase::motion).path_m : none;
 }
 
 std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,

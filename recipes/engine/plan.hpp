@@ -40,14 +40,22 @@ struct LiveVote {
   std::optional<StopEarly> stop_early;  ///< without it the model votes and nothing follows
 };
 
-/// An exploratory movement: phases S, P, M, E in this order (paper, section III-B).
+/// An exploratory movement: phases S, P, M, E in this order (paper, section III-B), or S, P, E: a
+/// press without a slide, for a static imprint.
 struct Exploration {
   std::string name;  ///< "M1"
   std::vector<PhaseStep> phases;
   Vec2 start_m;  ///< where on the cloth the probe touches down, fabric frame
   std::optional<LiveVote> live_vote = {};
 
+  /// It must have the phase.
   [[nodiscard]] const PhaseStep& step(Phase phase) const;
+  /// It has a phase M; otherwise it presses and stands still.
+  [[nodiscard]] bool slides() const;
+  /// The last phase under a regulated force: M, or P where it stands still.
+  [[nodiscard]] Phase held_phase() const { return slides() ? Phase::motion : Phase::press; }
+  /// Corner points of phase M; none where it stands still.
+  [[nodiscard]] const std::vector<Vec2>& path_m() const;
 };
 
 /// One experiment: a fabric, an exploration and a repetition.
@@ -115,6 +123,7 @@ struct Plan {
   std::string name;
   std::uint64_t seed = 0;
   std::vector<std::string> fabrics;
+  std::vector<std::string> class_of;  ///< of each fabric; empty: the recipe has no classes
   std::vector<Exploration> explorations;
   std::vector<TrialSpec> trials;  ///< in order of execution
   Approach approach;

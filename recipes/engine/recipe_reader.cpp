@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "recipes/engine/class_reader.hpp"
 #include "recipes/engine/exploration_reader.hpp"
 #include "recipes/engine/operator_reader.hpp"
 #include "recipes/schema/object_reader.hpp"
@@ -151,6 +152,18 @@ void read_scalars(ObjectReader& recipe, StatedRecipe& stated) {
   stated.on_trial_failure = on_failure == 1 ? OnTrialFailure::carry_on : OnTrialFailure::stop;
 }
 
+/// Imprints are of presses, and of objects in classes.
+void check_imprints(const StatedRecipe& stated, Problems& problems) {
+  if (!stated.hand_over || stated.hand_over->from != HandOverFrom::imprints) return;
+  const std::string place = "/hand_over/from";
+  for (const StatedExploration& e : stated.explorations)
+    if (e.exploration.slides())
+      problems.add({place, "an exploration slides: it leaves no imprint", "presses alone",
+                    e.exploration.name, "\"kind\": \"press\", and no phase M"});
+  if (stated.class_of.empty())
+    problems.add({place, "the objects have no classes", "\"classes\" of the fabrics", "", ""});
+}
+
 /// Before the order is read: an order without a seed of its own draws from this one.
 void take_seed(std::optional<std::uint64_t> seed, StatedRecipe& stated, Problems& problems) {
   if (!seed) return;
@@ -169,6 +182,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_scalars(recipe, stated);
   take_seed(seed, stated, problems);
   read_fabrics(recipe, limits, stated, problems);
+  stated.class_of = read_classes(recipe, stated.fabrics, problems);
   read_order(recipe, stated, problems);
   read_approach(recipe, limits, stated, problems);
   read_settle(recipe, stated, problems);
@@ -178,6 +192,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
       read_hand_over(recipe, stated.fabrics.size(), stated.repetitions,
                      limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);
   read_explorations(recipe, limits, stated, problems);
+  check_imprints(stated, problems);
   recipe.finish();
   return stated;
 }

@@ -17,8 +17,9 @@ namespace weft::recipes {
 struct StatedExploration {
   Exploration exploration;
   std::optional<Vec2> start_m;
-  std::string pointer;       ///< of the exploration
-  std::string path_pointer;  ///< of phase M's path; empty when there is no usable one
+  std::string pointer;  ///< of the exploration
+  /// Of phase M's path, or of a press that has none; empty when there is no usable one.
+  std::string path_pointer;
 };
 
 enum class Order { blocked, randomised };
@@ -27,6 +28,7 @@ struct StatedRecipe {
   std::string name;
   std::uint64_t seed = 1;
   std::vector<std::string> fabrics;
+  std::vector<std::string> class_of;  ///< of each fabric; empty: there are no classes
   std::uint32_t repetitions = 0;
   Order order = Order::blocked;
   std::uint64_t order_seed = 1;

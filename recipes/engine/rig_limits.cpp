@@ -182,10 +182,18 @@ class RigReader {
         set(limits_.wrench_rate_hz, config.quantity(rate, {1, 7000, {}}, Need::optional));
       } else {
         set(limits_.taxel_rate_hz, config.quantity(rate, {0.1, 1e4, {}}, Need::optional));
-        if (const auto taxels = config.integer("taxels", 1, 64, Need::optional))
-          limits_.taxels = static_cast<std::size_t>(*taxels);
+        read_taxels(config);
       }
     }
+  }
+
+  /// A number of them, or rows and columns of an array that keeps imprints.
+  void read_taxels(ObjectReader& config) {
+    const auto taxels = config.integer("taxels", 1, 64, Need::optional);
+    if (taxels) limits_.taxels = static_cast<std::size_t>(*taxels);
+    const auto rows = config.integer("rows", 1, 128, Need::optional);
+    const auto cols = config.integer("cols", 1, 128, Need::optional);
+    if (rows && cols) limits_.taxels = static_cast<std::size_t>(*rows * *cols);
   }
 
   void read_vibration(const json& object, const std::string& where) {

@@ -10,9 +10,10 @@ BenchWorld::BenchWorld(const WorldParams& params, std::uint64_t seed)
     : geometry_(params.geometry),
       stages_(params.stages.begin(), params.stages.end()),
       plant_(params.plant, seed),
+      patch_(bare_plate()),
       listens_(params.plant.level == Level::modal) {
   finished_.counts = plant_.pad_counts();
-  plant_.mount(bare_plate(), pose({}));
+  plant_.mount(patch_, pose({}));
 }
 
 TimePoint BenchWorld::frame_start(std::uint64_t frame) {
@@ -57,6 +58,8 @@ void BenchWorld::mount(const Patch& patch, TimePoint now) {
   const Pose there = pose(now);
   if (listens_) hear_out(there, now);
   plant_.mount(patch, there, now);
+  patch_ = patch;
+  ++mounts_;
   plant_time_ = std::max(plant_time_, now);
   motion_.reset();
   if (keep_motion_) motion_ = BenchMotion{patch, there, plant_time_, next_, {}};

@@ -54,6 +54,9 @@ class BenchWorld {
   /// The last scan that was complete at `now`.
   const PadFrame& frame(TimePoint now);
   [[nodiscard]] const Plant& plant() const { return plant_; }
+  /// What lies on the plate, and how often that was changed.
+  [[nodiscard]] const Patch& patch() const { return patch_; }
+  [[nodiscard]] std::uint64_t mounts() const { return mounts_; }
   /// What accelerometer and microphone have read since this was last called, without a gap from one
   /// patch to the next; nothing below level L3.
   VibrationReadings take_vibration(TimePoint now);
@@ -76,8 +79,10 @@ class BenchWorld {
   BenchGeometry geometry_;
   std::vector<Stage> stages_;
   Plant plant_;
-  bool listens_;             ///< the plant hears vibrations
-  VibrationReadings heard_;  ///< under earlier patches
+  Patch patch_;
+  std::uint64_t mounts_ = 1;  ///< the bare plate was the first
+  bool listens_;              ///< the plant hears vibrations
+  VibrationReadings heard_;   ///< under earlier patches
   TimePoint plant_time_{};
   GridPoint next_;  ///< of the grid
   PadFrame finished_;

@@ -88,6 +88,7 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params,
   const auto law = law_from_kes(fabric.kes);
   if (!law) return pass(law.error(), fabric.name);
   Patch patch;
+  patch.fabric = fabric.name;
   patch.seed = mix(mix(0, fabric.name), patch_seed);
   patch.grain_m = fabric.grain_m;
   ContactMaterial& material = patch.material;

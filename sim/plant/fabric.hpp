@@ -68,6 +68,7 @@ struct MaterialSwitches {
 
 /// One trial's piece of cloth.
 struct Patch {
+  std::string fabric;  ///< name of the cloth it was cut from; empty: the bare plate
   ContactMaterial material;
   HeightField field;
   double skew_rad = 0;

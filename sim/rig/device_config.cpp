@@ -8,6 +8,7 @@
 #include "protocols/base/units.hpp"
 #include "sim/plant/field_reader.hpp"
 #include "sim/rig/digital_config.hpp"
+#include "sim/rig/imprint_config.hpp"
 #include "sim/rig/vibro_config.hpp"
 
 namespace weft::sim {
@@ -16,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kinds = "apt_stage, rdt, ati_digital, taxel or vibro";
+constexpr const char* kinds = "apt_stage, rdt, ati_digital, taxel, vibro or imprint";
 constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
 
 /// The controller that a stage usually has, and serial numbers as it has them (reference A.1).
@@ -144,23 +145,11 @@ std::string text_at(const json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Sensors that the ladder of fidelity knows and that no emulator plays yet are named as such.
+/// Channels of a device are named as such.
 Result<EmulatedDevice> no_emulator(const std::string& kind, const std::string& where) {
-  struct Sensor {
-    std::string_view kind;
-    Channel channel;
-  };
   if (kind == "accelerometer" || kind == "microphone")
     return fail(Errc::parse, "a channel of a vibration sensor, not a device", where, "vibro", kind,
                 "acceleration_rate_hz or sound_rate_hz 0 leaves the other channel out");
-  for (const auto& [name, channel] : {Sensor{"imprint", Channel::imprint}}) {
-    if (kind != name) continue;
-    const auto level = least_level({"of one sensor", {channel}, {}});
-    return fail(Errc::unsupported,
-                "level " + std::string(level ? to_string(*level) : "?") + " produces " +
-                    std::string(to_string(channel)) + ", but no emulator of this version sends it",
-                where, kinds, kind);
-  }
   return fail(Errc::parse, "no such emulator", where, kinds, kind);
 }
 
@@ -195,6 +184,10 @@ Result<EmulatedDevice> read_device(const json& device, const std::string& where,
     out.params = *params;
   } else if (kind == "vibro") {
     auto params = read_vibro(emulator, at, config.world.plant.vibration);
+    if (!params) return pass(params.error());
+    out.params = *params;
+  } else if (kind == "imprint") {
+    auto params = read_imprint(emulator, at);
     if (!params) return pass(params.error());
     out.params = *params;
   } else {

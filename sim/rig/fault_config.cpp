@@ -53,6 +53,8 @@ std::uint8_t exposure_of(const EmulatedDevice& device) {
     return befalls::force | befalls::datagram;
   if (const auto* vibro = std::get_if<VibroEmulatorParams>(&device.params))
     return befalls::vibration | (vibro->datagrams ? befalls::datagram : befalls::stream);
+  if (std::holds_alternative<ImprintEmulatorParams>(device.params))
+    return befalls::imprint | befalls::stream;
   const auto& taxels = std::get<TaxelEmulatorParams>(device.params);
   return befalls::taxels | (taxels.wire == TaxelWire::weft ? befalls::stream : befalls::datagram);
 }

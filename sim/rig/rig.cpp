@@ -76,6 +76,11 @@ struct Rig::Parts {
       with_seed.chunk_seed = mix(seed, device.name);
       return std::make_unique<VibroEmulator>(with_seed, world, now);
     }
+    if (const auto* array = std::get_if<ImprintEmulatorParams>(&device.params)) {
+      ImprintEmulatorParams with_seed = *array;
+      with_seed.seed = mix(seed, device.name);
+      return std::make_unique<ImprintEmulator>(with_seed, world, now);
+    }
     TaxelEmulatorParams taxels = std::get<TaxelEmulatorParams>(device.params);
     taxels.chunk_seed = mix(seed, device.name);
     return std::make_unique<TaxelEmulator>(taxels, world, now);
@@ -215,6 +220,8 @@ std::optional<double> Rig::stream_rate_hz(std::string_view device_name) const {
       return digital->rate_hz;
     if (std::holds_alternative<TaxelEmulatorParams>(device.params))
       return 1e9 / pad_timing::frame_ns;
+    if (const auto* array = std::get_if<ImprintEmulatorParams>(&device.params))
+      return 1e9 / static_cast<double>(array->period_ns);
   }
   return std::nullopt;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/units.hpp"
@@ -65,7 +66,21 @@ Status read_plate(const json& plate, RigConfig& config) {
   return reader.finish();
 }
 
+/// The face is square, its area that of the footprint.
+Status read_footprint(const json& probe, RigConfig& config) {
+  if (!probe.is_object() || !probe.contains("footprint_mm")) return {};
+  const json alone{{"footprint_mm", probe["footprint_mm"]}};
+  double& half_m = config.world.plant.geometry.face_half_width_m;
+  double width_m = 2 * half_m, depth_m = width_m;
+  FieldReader reader(alone, "/probe");
+  reader.pair("footprint_mm", width_m, depth_m, 1, 1000, m_per_mm);
+  if (Status s = reader.finish(); !s) return s;
+  half_m = width_m == depth_m ? width_m / 2 : std::sqrt(width_m * depth_m) / 2;
+  return {};
+}
+
 Status read_probe(const json& probe, RigConfig& config) {
+  if (Status s = read_footprint(probe, config); !s) return s;
   if (Status s =
           shared_number(probe, "/probe", "mass_kg", config.world.plant.mount.mass_kg, 1e-3, 50, 1);
       !s)
@@ -232,9 +247,14 @@ Status read_simulation(const json& object, RigConfig& config) {
   return {};
 }
 
+bool is_imprint(const EmulatedDevice& device) {
+  return std::holds_alternative<ImprintEmulatorParams>(device.params);
+}
+
 std::vector<Channel> channels_of(const EmulatedDevice& device) {
   if (std::holds_alternative<AptStageParams>(device.params)) return {Channel::stages};
   if (std::holds_alternative<TaxelEmulatorParams>(device.params)) return {Channel::taxels};
+  if (is_imprint(device)) return {};  // a scene of its own, at its own level
   const auto* vibro = std::get_if<VibroEmulatorParams>(&device.params);
   if (vibro == nullptr) return {Channel::wrench};
   std::vector<Channel> channels;
@@ -252,7 +272,8 @@ void watch(RigConfig& config) {
   std::sort(channels.begin(), channels.end());
   Watched& watched = config.world.plant.watched;
   watched.pads = asks_for(config.scene, Channel::taxels);
-  watched.contact = watched.pads || asks_for(config.scene, Channel::wrench);
+  watched.contact = watched.pads || asks_for(config.scene, Channel::wrench) ||
+                    std::ranges::any_of(config.devices, is_imprint);
   const bool vibrations =
       asks_for(config.scene, Channel::accelerometer) || asks_for(config.scene, Channel::microphone);
   if (vibrations) {

@@ -12,6 +12,7 @@
 #include "sim/devices/ati_digital_emulator.hpp"
 #include "sim/devices/bench_world.hpp"
 #include "sim/devices/faults/fault.hpp"
+#include "sim/devices/imprint_emulator.hpp"
 #include "sim/devices/rdt_emulator.hpp"
 #include "sim/devices/taxel_emulator.hpp"
 #include "sim/devices/vibro_emulator.hpp"
@@ -23,7 +24,7 @@ namespace weft::sim {
 struct EmulatedDevice {
   std::string name;
   std::variant<AptStageParams, RdtEmulatorParams, AtiDigitalParams, TaxelEmulatorParams,
-               VibroEmulatorParams>
+               VibroEmulatorParams, ImprintEmulatorParams>
       params;
 };
 

@@ -26,7 +26,7 @@ ALLOWED = {
 }
 # which wires a driver may speak
 WIRES = {"thorlabs_apt": ["apt"], "ati_netft": ["rdt"], "ati_digital": ["modbus", "ati_digital"], "taxel_array": ["taxel"],
-         "vibro": ["vibro"]}
+         "vibro": ["vibro"], "imprint_array": ["imprint"]}
 ROOTS = ("protocols", "drivers", "recipes", "classifier", "sim", "daemon", "tests")
 # only a Loop reads a clock; benchmarks and the wall-time figures of the report measure real time
 CLOCK_FILES = ("daemon/loop/", "tests/bench/")

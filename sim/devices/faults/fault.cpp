@@ -8,7 +8,7 @@ namespace weft::sim {
 namespace {
 
 using enum FaultKind;
-constexpr std::uint8_t blocks = befalls::taxels | befalls::vibration;
+constexpr std::uint8_t blocks = befalls::taxels | befalls::vibration | befalls::imprint;
 constexpr std::uint8_t wrench = befalls::force | befalls::digital;
 constexpr std::uint8_t numbered = befalls::force | blocks;
 constexpr std::uint8_t sensors = wrench | blocks;

@@ -79,7 +79,8 @@ inline constexpr std::uint8_t force = 4;     ///< a Net F/T box
 inline constexpr std::uint8_t stage = 8;
 inline constexpr std::uint8_t taxels = 16;
 inline constexpr std::uint8_t vibration = 32;
-inline constexpr std::uint8_t digital = 64;  ///< a Digital F/T sensor: no numbers, no thresholds
+inline constexpr std::uint8_t digital = 64;   ///< a Digital F/T sensor: no numbers, no thresholds
+inline constexpr std::uint8_t imprint = 128;  ///< a dense array
 inline constexpr std::uint8_t wire = stream | datagram;
 }  // namespace befalls
 

@@ -8,6 +8,7 @@
 
 #include "drivers/ati_digital/ati_digital.hpp"
 #include "drivers/ati_netft/ati_netft.hpp"
+#include "drivers/imprint_array/imprint_array.hpp"
 #include "drivers/taxel_array/taxel_array.hpp"
 #include "drivers/thorlabs_apt/thorlabs_apt.hpp"
 #include "drivers/vibro/vibro.hpp"
@@ -34,6 +35,10 @@ json device_of(const json& rig, const std::string& device) {
         {"name", "vibro"},
         {"config", json::object()},
         {"emulator", {{"kind", "vibro"}, {"form", device == "vibro_udp" ? "datagram" : "stream"}}}};
+  if (device == "imprint")
+    return {{"name", "imprint"},
+            {"config", {{"rows", 32}, {"cols", 32}, {"rate_hz", 20}}},
+            {"emulator", {{"kind", "imprint"}, {"rate_hz", 20}}}};
   if (device.starts_with("digital")) {
     const int records = device == "digital_mean" ? 10 : 1;
     return {{"name", "ft"},
@@ -73,6 +78,7 @@ FaultBench::FaultBench(const std::string& device) {
                        : device.starts_with("ft")    ? drivers::ati_netft_entry
                        : device.starts_with("vibro") ? drivers::vibro_entry
                        : device.starts_with("dig")   ? drivers::ati_digital_entry
+                       : device == "imprint"         ? drivers::imprint_array_entry
                                                      : drivers::taxel_array_entry;
   auto driver = plugin.create(entry["config"].dump(), *this);
   if (!driver) FAIL(to_string(driver.error()));

@@ -134,7 +134,8 @@ TEST_CASE("no fault that can befall a device is left out of the table") {
       {"lts", stage | stream},       {"prm", stage | stream},
       {"ft", force | datagram},      {"digital", digital | stream},
       {"taxels", taxels | stream},   {"cpm", taxels | datagram},
-      {"vibro", vibration | stream}, {"vibro_udp", vibration | datagram}};
+      {"vibro", vibration | stream}, {"vibro_udp", vibration | datagram},
+      {"imprint", imprint | stream}};
   for (const auto& [device, exposure] : exposures) {
     std::set<std::string_view> tried;
     for (const Row& row : rows)

@@ -92,11 +92,10 @@ TEST_CASE("a level that cannot produce the scene is refused with the scene's sen
         std::string::npos);
 }
 
-TEST_CASE("an imprint is refused until an emulator plays it, and a channel is not a device") {
+TEST_CASE("a channel is not a device") {
   const auto kind = [](const std::string& name) {
     return refusal(bench17_with({{"/devices/6/emulator/kind", '"' + name + '"'}}));
   };
-  CHECK(kind("imprint").find("level Z produces an imprint") != std::string::npos);
   CHECK(kind("accelerometer").find("not a device") != std::string::npos);
   CHECK(kind("microphone").find("vibro") != std::string::npos);
 }

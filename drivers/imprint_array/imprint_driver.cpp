@@ -1,0 +1,241 @@
+#include "drivers/imprint_array/imprint_driver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace weft::drivers {
+
+namespace imprint = protocols::imprint;
+
+namespace {
+
+/// Damage is logged when it begins, and then so often at most.
+constexpr Duration damage_report_period = std::chrono::seconds(1);
+constexpr double rate_tolerance = 1e-3;
+/// So many scans of another part may be under way when a part has been asked for anew.
+constexpr int most_foreign_scans = 3;
+
+std::string text_of(const imprint::Window& window) {
+  return std::to_string(window.rows) + " x " + std::to_string(window.cols) + " from row " +
+         std::to_string(window.first_row) + ", column " + std::to_string(window.first_col);
+}
+
+}  // namespace
+
+ImprintDriver::ImprintDriver(const ImprintSettings& settings, DriverHost& driver_host)
+    : DriverBase(driver_host),
+      settings_(settings),
+      watch_(settings.rate_hz, settings.watch),
+      silence_(driver_host.loop(), [this] { on_silence(); }) {}
+
+Status ImprintDriver::open() noexcept {
+  if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
+  if (Status taken = attach(); !taken) return taken;
+  splitter_.clear();
+  sequence_.reset();
+  description_.reset();
+  watch_.restart();
+  foreign_scans_ = 0;
+  silence_.expect_within(settings_.reply_timeout);
+  return {};
+}
+
+Status ImprintDriver::arm() noexcept {
+  if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
+  if (arming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
+  arming_ = true;
+  watch_.restart();
+  silence_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
+  return {};
+}
+
+Result<std::uint32_t> ImprintDriver::command(const Command&) noexcept {
+  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+    return pass(std::move(allowed.error()));
+  return fail(Errc::unsupported, "an imprint array takes no commands");
+}
+
+void ImprintDriver::stop() noexcept {
+  rest();
+  enter(LifecycleEvent::disarmed);
+}
+
+void ImprintDriver::close() noexcept {
+  rest();
+  splitter_.clear();
+  detach();
+  enter(LifecycleEvent::close);
+}
+
+void ImprintDriver::make_safe() noexcept {
+  rest();
+}
+
+void ImprintDriver::rest() {
+  arming_ = false;
+  silence_.stop();
+}
+
+void ImprintDriver::received(ByteView bytes, TimePoint arrival) {
+  const std::uint64_t before = splitter_.damaged();
+  splitter_.push(bytes);
+  while (attached() && splitter_.next(frame_)) {
+    if (frame_.kind == imprint::Kind::description) on_description();
+    if (frame_.kind == imprint::Kind::scan && description_) on_scan(arrival);
+  }
+  damaged_ += splitter_.damaged() - before;
+  if (damaged_ != damaged_reported_ && attached()) report_damage(arrival);
+}
+
+void ImprintDriver::on_description() {
+  const imprint::Description& told = frame_.description;
+  if (description_) {
+    if (*description_ == told) return;
+    return raise({Errc::device,
+                  "the array describes itself in another way than at first",
+                  {},
+                  "serial " + std::to_string(description_->serial) + ", the same array",
+                  "serial " + std::to_string(told.serial),
+                  "Was it replaced or set up anew? Open it again"});
+  }
+  if (const auto wrong = unfit(told)) return raise(*wrong);
+  const auto window = window_on(settings_, told.rows, told.cols);
+  if (!window) return raise(window.error());
+  description_ = told;
+  window_ = *window;
+  silence_.expect_within(settings_.reply_timeout);
+  ask_for_window();
+}
+
+std::optional<Error> ImprintDriver::unfit(const imprint::Description& told) const {
+  if (settings_.serial != 0 && settings_.serial != told.serial)
+    return Error{Errc::device,
+                 "another serial number than configured",
+                 "/serial",
+                 std::to_string(settings_.serial),
+                 std::to_string(told.serial),
+                 "Correct the rig file, or look which array is on this port"};
+  if (told.bits < 1 || told.bits > 7 || told.full_scale_pa == 0 || told.period_us == 0 ||
+      told.rows == 0 || told.cols == 0)
+    return Error{Errc::device,
+                 "the array describes itself as nothing that can be",
+                 {},
+                 "1 to 7 bits, a full scale, a period, rows and columns",
+                 std::to_string(told.bits) + " bits, " + std::to_string(told.full_scale_pa) +
+                     " Pa, " + std::to_string(told.period_us) + " us",
+                 "Is its firmware the right one?"};
+  const double rate_hz = 1e6 / told.period_us;
+  if (std::abs(rate_hz - settings_.rate_hz) <= rate_tolerance * settings_.rate_hz)
+    return std::nullopt;
+  return Error{Errc::device,
+               "the array scans at another rate than configured",
+               "/rate_hz",
+               std::to_string(settings_.rate_hz) + " scans/s",
+               std::to_string(rate_hz) + " scans/s",
+               "Correct the rig file, or the array's settings"};
+}
+
+void ImprintDriver::ask_for_window() {
+  imprint::Frame request;
+  request.kind = imprint::Kind::request;
+  request.sequence = requests_++;
+  request.window = window_;
+  Bytes bytes;
+  append(bytes, request);
+  static_cast<void>(send(bytes));
+}
+
+void ImprintDriver::on_scan(TimePoint arrival) {
+  if (frame_.window != window_) return on_foreign_scan();
+  foreign_scans_ = 0;
+  const std::uint32_t lost = count_lost();
+  if (!advance()) return;
+  if (auto wrong = watch_.look(frame_, lost, arrival)) return raise(*wrong);
+  publish(lost, arrival);
+}
+
+/// Scans that were under way when the part was asked for, or an array that has forgotten it.
+void ImprintDriver::on_foreign_scan() {
+  if (++foreign_scans_ > most_foreign_scans)
+    return raise({Errc::device, "the array scans another part than it was asked for", "/rows",
+                  text_of(window_), text_of(frame_.window), "Is another program talking to it?"});
+  if (state() != DriverState::closed) ask_for_window();
+}
+
+/// The line keeps the order: an older number is an array that has begun anew.
+std::uint32_t ImprintDriver::count_lost() {
+  const SequenceStep step = sequence_.observe(frame_.sequence);
+  if (step.event != SequenceEvent::duplicate && step.event != SequenceEvent::out_of_order)
+    return step.lost;
+  watch_.restart();
+  host().log(LogLevel::warning, "the array's scan numbers jumped back: it has restarted");
+  sequence_.reset();
+  sequence_.observe(frame_.sequence);
+  return 0;
+}
+
+/// Moves along the lifecycle on a good scan. False while nothing is to be published.
+bool ImprintDriver::advance() {
+  if (state() == DriverState::closed) {
+    silence_.stop();
+    tell_identity();
+    enter(LifecycleEvent::opened);
+    return false;
+  }
+  if (arming_) {
+    arming_ = false;
+    enter(LifecycleEvent::armed);
+  }
+  if (state() != DriverState::armed) return false;
+  silence_.expect_within(settings_.stale_after);
+  return true;
+}
+
+void ImprintDriver::publish(std::uint32_t lost, TimePoint arrival) {
+  const auto taxels = frame_.taxels();
+  std::ranges::copy(taxels, counts_.begin());
+  host().publish({arrival, frame_.sequence, lost,
+                  TaxelSample{std::span(counts_).first(taxels.size()), 0, 0, frame_.device_us}});
+}
+
+void ImprintDriver::tell_identity() {
+  const imprint::Description& told = *description_;
+  const auto text = [](auto number) { return std::to_string(number); };
+  const auto& firmware = told.firmware;
+  DeviceIdentity identity;
+  identity.reported = {
+      {"serial", text(told.serial)},
+      {"firmware", text(firmware[0]) + "." + text(firmware[1]) + "." + text(firmware[2])},
+      {"array", text(told.rows) + " x " + text(told.cols)},
+      {"rows", text(window_.rows)},
+      {"cols", text(window_.cols)},
+      {"first_row", text(window_.first_row)},
+      {"first_col", text(window_.first_col)},
+      {"bits", text(told.bits)},
+      {"spacing_um", text(told.spacing_um)}};
+  const double highest = (1U << told.bits) - 1;
+  identity.scale = {{"pa_per_count", told.full_scale_pa / highest}};
+  host().identified(identity);
+}
+
+void ImprintDriver::report_damage(TimePoint arrival) {
+  const bool first = damaged_reported_ == 0;
+  if (!first && arrival - damage_reported_at_ < damage_report_period) return;
+  damaged_reported_ = damaged_;
+  damage_reported_at_ = arrival;
+  host().log(LogLevel::warning, "damaged frames so far: " + std::to_string(damaged_));
+}
+
+void ImprintDriver::on_silence() {
+  const bool described = description_.has_value();
+  raise({Errc::timeout,
+         described ? "no scan came from the imprint array"
+                   : "no description came from the imprint array",
+         {},
+         described ? "scans of " + text_of(window_) : "one each second",
+         "silence",
+         state() == DriverState::closed ? "Check the port and the array's power" : ""});
+}
+
+}  // namespace weft::drivers

@@ -1,0 +1,110 @@
+#pragma once
+// Weft's own framing between a dense imprint array and the host. No published array of this kind
+// gives a wire form [E]. Layout: README.md of this folder. Little-endian.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "protocols/base/bytes.hpp"
+#include "protocols/base/sequence.hpp"
+#include "protocols/base/stream_buffer.hpp"
+
+namespace weft::protocols::imprint {
+
+inline constexpr std::array<std::uint8_t, 2> sync{0xB9, 0x9B};
+inline constexpr std::uint8_t version = 1;
+inline constexpr std::size_t head_size = 14;
+inline constexpr std::size_t tail_size = 4;  ///< CRC-32
+inline constexpr std::size_t description_size = 20;
+inline constexpr std::size_t window_size = 4;
+inline constexpr std::size_t max_side = 128;  ///< taxels along either side
+inline constexpr std::size_t max_taxels = max_side * max_side;
+inline constexpr std::uint8_t highest_count = 127;  ///< 7 bits
+
+enum class Kind : std::uint8_t {
+  description = 0,  ///< who the array is and what it sends; once a second
+  scan = 1,         ///< the taxels of the window, row after row
+  request = 2       ///< from the host: scan this window from now on
+};
+
+/// The part of the array that is scanned. It has a taxel at least and lies in the largest array.
+struct Window {
+  std::uint8_t first_row = 0, first_col = 0;
+  std::uint8_t rows = 0, cols = 0;
+
+  [[nodiscard]] std::size_t taxels() const { return std::size_t{rows} * cols; }
+  bool operator==(const Window&) const = default;
+};
+
+/// 1 to 128 rows and columns, none of them beyond row or column 127.
+constexpr bool makes_sense(const Window& window) {
+  return window.rows >= 1 && window.cols >= 1 && window.first_row + window.rows <= int{max_side} &&
+         window.first_col + window.cols <= int{max_side};
+}
+
+struct Description {
+  std::uint32_t serial = 0;
+  std::array<std::uint8_t, 3> firmware{};
+  std::uint8_t rows = 0, cols = 0;  ///< of the whole array
+  std::uint8_t bits = 0;            ///< of a count
+  std::uint16_t spacing_um = 0;     ///< of neighbouring taxels
+  std::uint32_t full_scale_pa = 0;  ///< pressure of the highest count
+  std::uint32_t period_us = 0;      ///< from scan to scan
+
+  bool operator==(const Description&) const = default;
+};
+
+/// Plain numbers, no heap.
+struct Frame {
+  Kind kind = Kind::description;
+  std::uint16_t sequence = 0;   ///< +1 with each frame of this kind, wraps
+  std::uint32_t device_us = 0;  ///< the array's clock at the end of the scan; wraps
+  Description description;      ///< where kind says so
+  Window window;                ///< of a scan and a request
+  std::array<std::uint8_t, max_taxels>
+      counts{};  ///< of a scan; the first window.taxels() are meant
+
+  [[nodiscard]] std::span<const std::uint8_t> taxels() const {
+    return std::span(counts).first(kind == Kind::scan ? window.taxels() : 0);
+  }
+  bool operator==(const Frame& other) const;
+};
+
+constexpr std::size_t frame_size(std::size_t body_size) {
+  return head_size + body_size + tail_size;
+}
+
+/// Appends a frame: a window that makes sense, counts of at most 127. Allocates nothing when `out`
+/// has room.
+void append(Bytes& out, const Frame& frame);
+
+/// push() a chunk, then call next() until it returns false. Any chunking of a stream gives the same
+/// frames. Bytes outside a frame are skipped; after a wrong check value, or a body that no array
+/// sends, the search goes on one byte further, so that a good frame behind a damaged one is not
+/// lost. The head has a check value of its own: a damaged length makes nobody wait for bytes that
+/// do not come.
+class Splitter {
+ public:
+  /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
+  static constexpr std::size_t capacity = 131072;
+
+  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+  bool next(Frame& frame);
+  /// Forgets a frame in progress; the counters stay.
+  void clear() { buffer_.clear(); }
+
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+  /// Frames with sync and version that could not be used.
+  [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
+
+ private:
+  StreamBuffer buffer_{capacity};
+  std::uint64_t skipped_bytes_ = 0;
+  std::uint64_t damaged_ = 0;
+};
+
+/// For Frame::sequence.
+using SequenceTracker = BasicSequenceTracker<std::uint16_t>;
+
+}  // namespace weft::protocols::imprint

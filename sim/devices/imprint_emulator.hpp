@@ -1,0 +1,94 @@
+#pragma once
+// A dense array of taxels that is pressed on an object: a scan of the part that the host asked for
+// at every period and, once a second, who it is, from power-on. The normal force is the bench's
+// contact's; where it goes on the array is the static press of levels Z and Z+
+// (sim/plant/imprint).
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "protocols/imprint/imprint.hpp"
+#include "sim/devices/bench_world.hpp"
+#include "sim/devices/emulator.hpp"
+#include "sim/plant/imprint/half_space.hpp"
+#include "sim/plant/imprint/objects.hpp"
+#include "sim/plant/imprint/taxels.hpp"
+#include "sim/plant/random.hpp"
+#include "sim/plant/scene/level.hpp"
+
+namespace weft::sim {
+
+struct ImprintEmulatorParams {
+  Level level = Level::z_plus;  ///< z or z_plus
+  TaxelParams taxels;           ///< of 7 bits
+  std::int64_t period_ns = 200'000'000;
+  std::uint32_t serial = 86000001;
+  std::array<std::uint8_t, 3> firmware{1, 2, 3};
+  /// Frames are cut into pieces of 1 to this many bytes, at random; 0 sends them whole.
+  std::size_t largest_chunk_bytes = 0;
+  std::uint64_t seed = 0;  ///< of noise and pieces
+};
+
+/// The object on the plate under the whole array, pressed with any force.
+class PressedFace {
+ public:
+  explicit PressedFace(Level level) : level_(level) {}
+
+  /// Lays `object` on, as `seed` says. Errors: range, for what `place` refuses.
+  Status lay(const ObjectSpec& object, std::uint64_t seed);
+  /// The imprint of the whole array. A force within a thousandth of the last one, which is less
+  /// than the noise of any taxel, is the last one. Errors: those of the press.
+  Result<const Imprint*> press(double force_n);
+
+ private:
+  Level level_;
+  HeightMap map_;
+  SpringLaw bed_;
+  std::optional<HalfSpace> half_space_;  ///< of Z+
+  double modulus_pa_ = 0;                ///< that it was made for
+  double pressed_n_ = -1;                ///< none yet
+  Imprint imprint_;
+};
+
+class ImprintEmulator final : public Emulator {
+ public:
+  /// `world` outlives the emulator. Powered on at `now`: the first scan ends a period later.
+  ImprintEmulator(const ImprintEmulatorParams& params, BenchWorld& world, TimePoint now);
+
+  void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
+  [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
+  void wake(TimePoint now, ByteSink& out) override;
+
+ private:
+  void act(TimePoint at, ByteSink& out);
+  void send_description(TimePoint at, ByteSink& out);
+  void send_scan(TimePoint at, ByteSink& out);
+  [[nodiscard]] Result<TaxelFrame> read(TimePoint at);
+  [[nodiscard]] Status look_at_plate();
+  void suffer_numbers(TimePoint at);
+  void suffer(protocols::imprint::Frame& frame, TimePoint at);
+  void send(const protocols::imprint::Frame& frame, TimePoint at, ByteSink& out);
+
+  ImprintEmulatorParams params_;
+  BenchWorld* world_;
+  TimePoint power_on_, next_description_, next_scan_;
+  std::uint64_t scans_ = 0;  ///< since power-on
+  std::uint16_t sequence_ = 0, descriptions_ = 0;
+  protocols::imprint::Splitter requests_;
+  protocols::imprint::Frame request_;
+  protocols::imprint::Window window_;
+  PressedFace face_;
+  std::uint64_t seen_mounts_;  ///< of the world, that `face_` is of
+  CoverState cover_;           ///< of the window
+  Random chunks_;
+  Bytes buffer_;
+
+  // What faults have done.
+  std::optional<TimePoint> jumped_, restarted_;  ///< onset of the fault that was carried out
+  std::optional<protocols::imprint::Frame> frozen_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,125 @@
+// Explorations that press and stand still, for static imprints; classes; their hand-over.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/recipes/engine_bench.hpp"
+
+using namespace weft;
+using namespace weft::recipes;
+using test::all_of;
+using test::with;
+
+namespace {
+
+const std::string press_recipe = R"({
+  "schema_version": 1, "name": "presses", "fabrics": ["a", "b", "c"], "repetitions": 2,
+  "classes": {"soft": ["a", "c"], "hard": ["b"]},
+  "explorations": {"P1": {"kind": "press", "phases": [
+    {"phase": "S", "duration_s": 1},
+    {"phase": "P", "force_N": 5, "duration_s": 2},
+    {"phase": "E", "duration_s": 1}]}}})";
+
+std::string problem_of(const std::string& recipe) {
+  const CheckReport report = check_recipe(recipe, test::limits());
+  CHECK_FALSE(report.plan);
+  std::string all;
+  for (const Diagnostic& problem : report.problems) all += to_string(problem) + "\n";
+  return all;
+}
+
+bool says(const std::string& recipe, const std::string& words) {
+  const std::string all = problem_of(recipe);
+  INFO(all << " should say " << words);
+  CHECK(all.find(words) != std::string::npos);
+  return true;
+}
+
+std::string with_hand_over(const std::string& members) {
+  return with(press_recipe, "\"repetitions\": 2",
+              "\"repetitions\": 1, \"hand_over\": {\"from\": \"imprints\"" + members + "}");
+}
+
+}  // namespace
+
+TEST_CASE("A press goes from P back to rest and never slides") {
+  test::Bench b(test::plan_of(press_recipe));
+  CHECK_FALSE(b.plan.explorations[0].slides());
+  CHECK(b.plan.explorations[0].held_phase() == Phase::press);
+  std::vector<Step> steps;
+  std::string phases;
+  for (b.advance(); b.trials.empty(); b.advance()) {
+    steps.push_back(b.state.step);
+    for (const SetPhase& e : all_of<SetPhase>(b.effects)) phases += to_char(e.phase);
+  }
+  const std::vector<Step> expected{
+      Step::clearing,  Step::mounting, Step::positioning, Step::biasing,  Step::approaching,
+      Step::seating,   Step::lowering, Step::resting,     Step::pressing, Step::holding,
+      Step::releasing, Step::ending,   Step::retracting};
+  CHECK(steps == expected);
+  CHECK(phases == "S-P-E-");
+  CHECK_FALSE(b.force_loop);
+  b.finish();
+  CHECK(b.trials.size() == 6);
+}
+
+TEST_CASE("A press lies in the middle of the plate, and its time is that of its phases") {
+  const Plan press = test::plan_of(press_recipe);
+  CHECK(press.explorations[0].start_m.x_m == Approx(0.075));
+  CHECK(press.explorations[0].start_m.y_m == Approx(0.075));
+  const Plan longer = test::plan_of(with(press_recipe, "\"duration_s\": 2", "\"duration_s\": 12"));
+  CHECK(longer.forecast.duration_s - press.forecast.duration_s == Approx(60));
+  says(with(press_recipe, "\"kind\": \"press\",",
+            R"("kind": "press", "start": {"x_mm": 149, "y_mm": 75},)"),
+       "the path leaves the plate");
+}
+
+TEST_CASE("A press has no phase M, and a slide has one") {
+  const std::string motion =
+      R"({"phase": "M", "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 5}]}, {"phase": "E")";
+  says(with(press_recipe, "{\"phase\": \"E\"", motion), "phase M is none of a press");
+  says(with(press_recipe, "\"kind\": \"press\",", ""), "phase M is missing");
+  says(with(press_recipe, "\"kind\": \"press\"", "\"kind\": \"stamp\""), "/explorations/P1/kind");
+  says(with(press_recipe, "\"kind\": \"press\"",
+            "\"kind\": \"press\", \"live_vote\": {\"model\": \"a.model\"}"),
+       "a press has no slide to vote on");
+}
+
+TEST_CASE("Each fabric is in one class, or the recipe has none") {
+  CHECK(test::plan_of(press_recipe).class_of == std::vector<std::string>{"soft", "hard", "soft"});
+  CHECK(test::plan_of(test::small_recipe).class_of.empty());
+  const std::string canonical = test::plan_of(press_recipe).canonical_json;
+  CHECK(nlohmann::json::parse(canonical)["classes"]["soft"] == nlohmann::json{"a", "c"});
+  const std::string classes = R"({"soft": ["a", "c"], "hard": ["b"]})";
+  says(with(press_recipe, classes, R"({"soft": ["a", "c"], "hard": ["d"]})"),
+       "/classes/hard/0: the recipe has no such fabric");
+  says(with(press_recipe, classes, R"({"soft": ["a", "c"], "hard": ["b", "a"]})"),
+       "/classes/soft/0: the fabric has a class already");
+  says(with(press_recipe, classes, R"({"soft": ["a"], "hard": ["b"]})"), "a fabric is in no class");
+  says(with(press_recipe, classes, R"({"all": ["a", "b", "c"]})"), "at least 2 classes");
+  says(with(press_recipe, classes, R"({"soft": ["a", "b", "c"], "hard": []})"), "/classes/hard");
+}
+
+TEST_CASE("Imprints are handed over of presses in classes, also of one repetition") {
+  const Plan plan = test::plan_of(with_hand_over(""));
+  REQUIRE(plan.hand_over);
+  CHECK(plan.hand_over->from == HandOverFrom::imprints);
+  CHECK(nlohmann::json::parse(plan.canonical_json)["hand_over"]["from"] == "imprints");
+  says(with_hand_over(", \"groups\": 4"), "/hand_over/groups");
+  says(with(with_hand_over(""), R"("classes": {"soft": ["a", "c"], "hard": ["b"]},)", ""),
+       "the objects have no classes");
+  says(test::small_with("\"repetitions\": 2",
+                        R"("repetitions": 9, "hand_over": {"from": "imprints"})"),
+       "an exploration slides");
+}
+
+TEST_CASE("The library's imprints are the paper's 24, and an array's rows and columns are taxels") {
+  const auto rig = parse_rig_limits(test::source_file("sim/rigs/imprint12.json"));
+  REQUIRE(rig);
+  CHECK(rig->taxels == 1024);
+  CHECK(rig->taxel_rate_hz == 5);
+  const CheckReport report = check_recipe(test::source_file("recipes/library/imprint.json"), *rig);
+  REQUIRE(report.plan);
+  CHECK(report.plan->trials.size() == 24);
+  CHECK(report.plan->forecast.force_n.max == 50);
+}
