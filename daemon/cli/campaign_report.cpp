@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/evaluate_campaign.hpp"
 #include "daemon/report/report.hpp"
@@ -39,8 +40,9 @@ Result<CampaignReport> write_report(const CampaignSummary& summary,
   options.repeats = repeats;
   // What a live vote has left says nothing of all slides.
   const bool selected = !dataset->info.ended_early.empty();
+  // Imprints have rules of their own: the hand-over's.
   auto results =
-      selected ? Result<std::vector<ExplorationResult>>()
+      selected || holds_imprints(*dataset) ? Result<std::vector<ExplorationResult>>()
                : evaluate_campaign(*dataset, options, steady_wall_seconds, progress_to(console));
   CampaignReport report;
   report.selected = selected;

@@ -81,9 +81,9 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
   facts.row({"trials", thousands(dataset.trials.size()) + " of " +
                            std::to_string(counts.label.size()) + " labels, " +
                            thousands(counts.samples) + " samples"});
-  if (holds_imprints(dataset))
-    facts.row({"imprints", std::to_string(dataset.trials.front().samples()) + " x " +
-                               std::to_string(dataset.trials.front().taxels) + " taxels"});
+  if (const auto imprints = imprints_of(dataset); imprints && !imprints->empty())
+    facts.row({"imprints", std::to_string(imprints->front().image.rows()) + " x " +
+                               std::to_string(imprints->front().image.cols()) + " taxels"});
   else if (!dataset.trials.empty())
     facts.row({"taxels", std::to_string(dataset.trials.front().taxels) + " at " +
                              fixed(dataset.info.taxel_rate_hz, 2) + " Hz"});

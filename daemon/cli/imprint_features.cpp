@@ -7,6 +7,7 @@
 #include "classifier/imprint/laws.hpp"
 #include "daemon/cli/scale_list.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
+#include "daemon/imprint/recorded_imprints.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -85,6 +86,7 @@ Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
   };
   auto out = ci::build_matrix(*imprints, plan->names, make_extract);
   if (!out) return pass(out.error());
+  if (holds_scans(dataset)) return out;
   const auto trials = complete_trials(dataset);
   for (std::size_t i = 0; i < trials.size(); ++i) out->groups[i] = trials[i].group;
   return out;

@@ -34,12 +34,14 @@ std::optional<RunHandOver> hand_over_of(const CampaignSummary& summary,
   };
   auto done = hand_over(folder, hooks);
   if (!done) return RunHandOver{std::nullopt, done.error()};
-  return RunHandOver{std::move(*done), std::nullopt};
+  return RunHandOver{std::move(*done), std::nullopt, folder / hand_over_folder_name};
 }
 
 std::string text_of(const RunHandOver& hand_over) {
   if (!hand_over.done) return {};
   std::string out;
+  if (hand_over.done->models.empty() && hand_over.done->evaluations.empty())
+    out += "Handed over (" + hand_over.done->bench + "): " + hand_over.folder.string() + "\n";
   for (const HandedModel& model : hand_over.done->models)
     out += "Model " + model.file + " (" + model.learner + ", " + std::to_string(model.trained) +
            " trials, " + hand_over.done->bench + "): accuracy " + percent(model.accuracy, 1) +

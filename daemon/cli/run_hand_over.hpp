@@ -16,6 +16,7 @@ namespace weft::daemon::cli {
 struct RunHandOver {
   std::optional<HandedOver> done;
   std::optional<Error> failed;  ///< the campaign and its data are what they are all the same
+  std::filesystem::path folder = {};  ///< of what was done
 };
 
 /// Nothing where the campaign is not complete or its recipe wants none. Progress goes to the

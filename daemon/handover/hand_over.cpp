@@ -6,6 +6,7 @@
 
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/dataset/sha256.hpp"
+#include "daemon/handover/imprints.hpp"
 #include "daemon/handover/learn.hpp"
 #include "daemon/handover/learn_vibration.hpp"
 #include "daemon/recorder/recorder.hpp"
@@ -231,6 +232,14 @@ Result<HandedOver> hand_over(const fs::path& folder, const HandOverHooks& hooks)
   const Patience allowed(hooks, plan->hand_over->at_most_s);
   const auto data = certified_data(folder, *certificate, [&] { return allowed.stops(); });
   if (!data) return pass(allowed.told(data.error()));
+  if (plan->hand_over->from == recipes::HandOverFrom::imprints) {
+    const auto handed =
+        hand_over_imprints(*data, certificate->dataset_sha256, *plan->hand_over, hooks);
+    if (!handed || allowed.stops())
+      return pass(allowed.told(handed ? Error{Errc::wrong_state, "stopped", {}, {}, {}, {}}
+                                      : handed.error()));
+    return write_hand_over(folder, handed->evaluation, handed->texts);
+  }
   Handing handing(*data, certificate->dataset_sha256, *plan, hooks, allowed);
   if (Status ok = handing.work(); !ok) return pass(allowed.told(ok.error()));
   return write_hand_over(folder, handing.evaluation(), handing.texts());

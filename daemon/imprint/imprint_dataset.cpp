@@ -4,6 +4,7 @@
 #include <map>
 
 #include "daemon/dataset/trial_csv.hpp"
+#include "daemon/imprint/recorded_imprints.hpp"
 
 namespace weft::daemon {
 
@@ -11,6 +12,7 @@ using classifier::imprint::Image;
 using classifier::imprint::Imprint;
 
 bool holds_imprints(const Dataset& dataset) {
+  if (holds_scans(dataset)) return true;
   return !dataset.records.empty() && std::ranges::all_of(dataset.records, [](const auto& record) {
     return record.spec.exploration == imprint_exploration;
   });
@@ -35,6 +37,7 @@ Result<std::vector<Imprint>> imprints_of(const Dataset& dataset) {
   if (!holds_imprints(dataset))
     return fail(Errc::invalid_argument, "the data set does not hold imprints alone", {},
                 "trials of exploration imprint", dataset.info.source, "weft dataset import --help");
+  if (holds_scans(dataset)) return imprints_of_scans(dataset);
   // Objects may be numbered within their class: then a group's name alone is no object's.
   std::map<std::string, std::string> label_of;
   bool within_class = false;

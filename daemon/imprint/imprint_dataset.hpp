@@ -13,7 +13,7 @@ namespace weft::daemon {
 
 inline constexpr std::string_view imprint_exploration = "imprint";
 
-/// Every trial is an imprint; false of an empty set.
+/// Every trial is an imprint, or scans of an array; false of an empty set.
 bool holds_imprints(const Dataset& dataset);
 
 /// Adds one. `image` must be checked. Errors: those of append(), for another number of columns than
@@ -21,7 +21,7 @@ bool holds_imprints(const Dataset& dataset);
 Status append_imprint(Dataset& dataset, const classifier::imprint::Image& image, std::string file,
                       std::string label, std::string group);
 
-/// The complete imprints, in order. The object is the trial's group; where a group holds several
+/// The complete imprints, in order; of scans see recorded_imprints.hpp. The object is the trial's group; where a group holds several
 /// labels, or none is given, every imprint is an object of its own. Errors: invalid_argument, for a
 /// data set that holds other trials.
 Result<std::vector<classifier::imprint::Imprint>> imprints_of(const Dataset& dataset);

@@ -19,7 +19,9 @@ add_test(NAME scenario_imprint_oracle
                  $<TARGET_FILE:imprint_oracle> ${PROJECT_SOURCE_DIR}/../shared)
 add_test(NAME scenario_cli_imprint
          COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/cli_imprint.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
-set_tests_properties(scenario_imprint_oracle scenario_cli_imprint PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+add_test(NAME scenario_imprint_run
+         COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_imprint_oracle scenario_cli_imprint scenario_imprint_run PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Sound and vibration: features, learners.
 add_executable(vibro_agreement ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_agreement.cc)

@@ -1,0 +1,25 @@
+#pragma once
+// The hand-over of a campaign of presses: the experiments of Ellis 1986 on its imprints.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/dataset/dataset.hpp"
+#include "daemon/handover/hand_over.hpp"
+#include "daemon/handover/hand_over_file.hpp"
+
+namespace weft::daemon {
+
+struct HandedImprints {
+  nlohmann::ordered_json evaluation;  ///< what evaluation.json says
+  std::vector<HandOverText> texts;    ///< imprints.html, imprints.json
+};
+
+/// The tables of daemon/imprint on the complete trials of `data`, with all scales, forms and rules.
+/// Errors: a data set without imprints, what the rules refuse, wrong_state where it is stopped.
+Result<HandedImprints> hand_over_imprints(const Dataset& data, const std::string& dataset_sha256,
+                                          const recipes::HandOver& wanted,
+                                          const HandOverHooks& hooks);
+
+}  // namespace weft::daemon
