@@ -38,4 +38,26 @@ struct ChunkedInput {
         stream(input.subspan(sizes.size())) {}
 };
 
+/// What every splitter of numbered frames promises on any bytes. `damage_of` counts the frames that
+/// it could not use, `look_at` is shown each that it gave.
+template <class Splitter, class Frame, class DamageOf, class LookAt>
+void try_frames(const ChunkedInput& input, const DamageOf& damage_of, const LookAt& look_at) {
+  Splitter whole;
+  Splitter pieces;
+  const auto at_once = split<Frame>(whole, input.stream, {});
+  demand(at_once == split<Frame>(pieces, input.stream, input.sizes),
+         "any chunking gives the same frames");
+  demand(damage_of(whole) == damage_of(pieces), "any chunking sees the same damage");
+  demand(whole.skipped_bytes() == pieces.skipped_bytes(), "any chunking skips the same bytes");
+  Bytes clean;
+  for (const Frame& frame : at_once) {
+    look_at(frame);
+    append(clean, frame);
+  }
+  demand(clean.size() + whole.skipped_bytes() <= input.stream.size(), "no byte is counted twice");
+  Splitter again;
+  demand(split<Frame>(again, clean, {}) == at_once, "frames that were read are written back");
+  demand(again.skipped_bytes() == 0, "what is written has no garbage");
+}
+
 }  // namespace weft::fuzz

@@ -15,22 +15,8 @@ void look_at(const Frame& frame) {
 }
 
 void try_stream(const ChunkedInput& input) {
-  Splitter whole;
-  Splitter pieces;
-  const auto at_once = split<Frame>(whole, input.stream, {});
-  demand(at_once == split<Frame>(pieces, input.stream, input.sizes),
-         "any chunking gives the same frames");
-  demand(whole.damaged() == pieces.damaged(), "any chunking sees the same damage");
-  demand(whole.skipped_bytes() == pieces.skipped_bytes(), "any chunking skips the same bytes");
-  Bytes clean;
-  for (const Frame& frame : at_once) {
-    look_at(frame);
-    append(clean, frame);
-  }
-  demand(clean.size() + whole.skipped_bytes() <= input.stream.size(), "no byte is counted twice");
-  Splitter again;
-  demand(split<Frame>(again, clean, {}) == at_once, "frames that were read are written back");
-  demand(again.skipped_bytes() == 0, "what is written has no garbage");
+  try_frames<Splitter, Frame>(
+      input, [](const Splitter& splitter) { return splitter.damaged(); }, look_at);
 }
 
 }  // namespace
