@@ -93,6 +93,8 @@ std::string canonical_json(const StatedRecipe& stated) {
       {"settle", {{"dwell_s", stated.settle.dwell_s}, {"timeout_s", stated.settle.timeout_s}}},
       {"on_trial_failure", stops ? "stop" : "continue"},
       {"mount_timeout_s", stated.mount_timeout_s}};
+  for (std::size_t i = 0; i < stated.class_of.size(); ++i)
+    document["classes"][stated.class_of[i]].push_back(stated.fabrics[i]);
   if (stated.repeat_bad) document["repeat_bad"] = normal(*stated.repeat_bad);
   for (const OperatorStep& step : stated.operator_steps)
     document["operator_steps"].push_back(normal(step, stated.fabrics));

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "daemon/dataset/trial_csv.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "tests/unit/dataset/support.hpp"
 
