@@ -42,8 +42,9 @@ Result<CampaignReport> write_report(const CampaignSummary& summary,
   const bool selected = !dataset->info.ended_early.empty();
   // Imprints have rules of their own: the hand-over's.
   auto results =
-      selected || holds_imprints(*dataset) ? Result<std::vector<ExplorationResult>>()
-               : evaluate_campaign(*dataset, options, steady_wall_seconds, progress_to(console));
+      selected || holds_imprints(*dataset)
+          ? Result<std::vector<ExplorationResult>>()
+          : evaluate_campaign(*dataset, options, steady_wall_seconds, progress_to(console));
   CampaignReport report;
   report.selected = selected;
   report.html = folder / "report.html";

@@ -10,8 +10,8 @@ namespace weft::daemon::cli {
 
 /// `scales`: "1,2,4" [taxels]. `kinds`: a sum of 10 or 7 (Ellis 1986, at every scale), laws3 and
 /// laws5 (Laws 1979, on the imprint as it is), such as "10+laws5". A row for every complete
-/// imprint; groups are those of the data set, of recorded scans the objects. Errors: parse for words that mean nothing, and those
-/// of ScaleFeatures and build_matrix().
+/// imprint; groups are those of the data set, of recorded scans the objects. Errors: parse for
+/// words that mean nothing, and those of ScaleFeatures and build_matrix().
 Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
                                                    const std::string& scales,
                                                    const std::string& kinds);

@@ -15,7 +15,7 @@ namespace weft::daemon::cli {
 /// One of the two.
 struct RunHandOver {
   std::optional<HandedOver> done;
-  std::optional<Error> failed;  ///< the campaign and its data are what they are all the same
+  std::optional<Error> failed;        ///< the campaign and its data are what they are all the same
   std::filesystem::path folder = {};  ///< of what was done
 };
 

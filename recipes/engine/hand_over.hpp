@@ -13,7 +13,7 @@ namespace weft::recipes {
 
 /// What a hand-over learns from.
 enum class HandOverFrom : std::uint8_t {
-  taxels,    ///< and force: a model of all trials of each exploration, and its evaluation
+  taxels,     ///< and force: a model of all trials of each exploration, and its evaluation
   vibration,  ///< sound and acceleration of phase M: an evaluation, no model
   imprints    ///< the last scan of phase P of presses: Ellis' experiments, no model
 };
