@@ -238,7 +238,7 @@ Result<HandedOver> hand_over(const fs::path& folder, const HandOverHooks& hooks)
     if (!handed || allowed.stops())
       return pass(allowed.told(handed ? Error{Errc::wrong_state, "stopped", {}, {}, {}, {}}
                                       : handed.error()));
-    return write_hand_over(folder, handed->evaluation, handed->texts);
+    return write_hand_over(folder, ordered_json::parse(handed->evaluation_json), handed->texts);
   }
   Handing handing(*data, certificate->dataset_sha256, *plan, hooks, allowed);
   if (Status ok = handing.work(); !ok) return pass(allowed.told(ok.error()));

@@ -18,8 +18,7 @@ Result<HandedImprints> hand_over_imprints(const Dataset& data, const std::string
   if (!tables) return pass(tables.error());
   const ordered_json figures = tables_json(*tables);
   const DatasetInfo& info = data.info;
-  HandedImprints out;
-  out.evaluation = {
+  const ordered_json evaluation{
       {"bench", to_string(info.kind)},
       {"campaign", info.name},
       {"dataset_sha256", dataset_sha256},
@@ -32,6 +31,7 @@ Result<HandedImprints> hand_over_imprints(const Dataset& data, const std::string
        "answers of rules that were trained without the imprints they are asked about."},
       {"models", ordered_json::array()},
       {"imprints", figures}};
+  HandedImprints out{evaluation.dump(), {}};
   out.texts = {{"imprints.html", tables_html(*tables)}, {"imprints.json", figures.dump(2) + "\n"}};
   return out;
 }

@@ -1,7 +1,6 @@
 #pragma once
 // The hand-over of a campaign of presses: the experiments of Ellis 1986 on its imprints.
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -12,8 +11,8 @@
 namespace weft::daemon {
 
 struct HandedImprints {
-  nlohmann::ordered_json evaluation;  ///< what evaluation.json says
-  std::vector<HandOverText> texts;    ///< imprints.html, imprints.json
+  std::string evaluation_json;      ///< what evaluation.json says
+  std::vector<HandOverText> texts;  ///< imprints.html, imprints.json
 };
 
 /// The tables of daemon/imprint on the complete trials of `data`, with all scales, forms and rules.
