@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/certificate/verify.hpp"
 #include "daemon/dataset/stop_asked.hpp"
 #include "daemon/server/http_file.hpp"
 #include "daemon/server/open_file.hpp"
@@ -40,6 +41,11 @@ class DataFiles {
   /// One of them, open, its bytes hashed. Errors: list()'s; not_found; wrong_state, when they are
   /// not what the list says, or a symbolic link leads to them.
   Result<server::ServedFile> open(const std::filesystem::path& folder, const std::string& name);
+
+  /// daemon::verify() of a run's folder: a second for each 150 MB.
+  Result<VerifyReport> verify(const std::filesystem::path& folder) const {
+    return daemon::verify(folder, stop_asked_);
+  }
 
   /// What has been done so far.
   struct Work {

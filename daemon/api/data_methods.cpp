@@ -2,6 +2,7 @@
 
 #include "daemon/api/data_files.hpp"
 #include "daemon/api/parts.hpp"
+#include "daemon/certificate/verify_json.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -49,6 +50,28 @@ void files_of_run(const Services& services, const Call& call, const rpc::Respond
   });
 }
 
+/// Of a run that nobody writes to.
+void verify_run(const Services& services, const Call& call, const rpc::Responder& respond) {
+  const auto run = services.desk->get(call.params.at("run").get<std::string>());
+  if (!run) return respond(refused(run.error()));
+  const control::RunState state = run->machine.state;
+  if (state != control::RunState::ended && state != control::RunState::interrupted)
+    return respond(refused({Errc::wrong_state,
+                            "the run is not over",
+                            "/params/run",
+                            "ended or interrupted",
+                            std::string(to_string(state)),
+                            {}}));
+  answer_apart(services.file_errand, respond,
+               [files = services.files, stored = run->stored]() -> Outcome {
+                 const auto report = files->verify(stored.folder);
+                 if (!report) return refused(report.error());
+                 json out = verify_json(*report);
+                 out["run"] = stored.id();
+                 return text_of(out);
+               });
+}
+
 }  // namespace
 
 void add_data_methods(rpc::Methods& methods, const Services& services) {
@@ -60,6 +83,17 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
                {},
                "datasets: run, recipe, name, created_us, outcome, dataset_sha256, handover"},
               [s](const Call&) { return data_sets(*s); });
+  methods.add(
+      {"data.verify",
+       "whether a run's campaign file, data set and hand-over are what was recorded, byte by "
+       "byte",
+       {},
+       {},
+       {{"run", ParamType::text, true, "its name, \"R-000318\""}},
+       "run, holds, certified, finished, blank, trials_planned, trials_complete, attempts, "
+       "lost_samples, dataset_sha256, software_version, findings: where, what, hint"},
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { verify_run(*s, call, respond); }));
   methods.add({"data.get",
                "the files of a run that has ended; bytes are had by GET of `path` over HTTP, with "
                "Range, the digest as ETag",

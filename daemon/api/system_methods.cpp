@@ -1,3 +1,4 @@
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/parts.hpp"
@@ -11,6 +12,8 @@ namespace {
 using nlohmann::json;
 using rpc::Call;
 using rpc::Outcome;
+
+constexpr std::int64_t most_lines = 10'000;
 
 json system_info(const Services& services) {
   return {{"product", "weftd"},
@@ -54,23 +57,70 @@ void add_rig_file_blocker(const Services& services, json& blockers) {
     blockers.push_back(blocker("rig.invalid", services.rig.string(), to_string(limits.error())));
 }
 
-Outcome log_tail(const Services& services, const Call& call) {
-  const std::int64_t most = call.params.value("most", std::int64_t{100});
-  if (most < 1 || most > 10000)
-    return refused(
-        {Errc::range, "too many lines", "/params/most", "1 to 10000", std::to_string(most), {}});
-  const auto lines =
-      services.log->tail(call.params.value("run", ""), static_cast<std::size_t>(most));
-  if (!lines) return refused(lines.error());
+json lines_json(const std::vector<control::RunStore::Line>& lines) {
   json out = json::array();
-  for (const auto& line : *lines)
+  for (const auto& line : lines)
     out.push_back({{"sequence", line.sequence},
                    {"t_us", line.utc_us},
                    {"run", line.run},
                    {"kind", line.kind},
                    {"by", line.by},
                    {"data", json::parse(line.payload_json, nullptr, false)}});
-  return text_of({{"lines", std::move(out)}});
+  return out;
+}
+
+Outcome log_tail(const Services& services, const Call& call) {
+  const std::int64_t most = call.params.value("most", std::int64_t{100});
+  if (most < 1 || most > most_lines)
+    return refused({Errc::range,
+                    "too many lines",
+                    "/params/most",
+                    "1 to " + std::to_string(most_lines),
+                    std::to_string(most),
+                    {}});
+  const auto lines =
+      services.log->tail(call.params.value("run", ""), static_cast<std::size_t>(most));
+  if (!lines) return refused(lines.error());
+  return text_of({{"lines", lines_json(*lines)}});
+}
+
+/// A whole number from 0 on, as SQLite has them.
+Result<std::int64_t> number_in(const Call& call, const char* name, std::int64_t fallback) {
+  const auto found = call.params.find(name);
+  if (found == call.params.end()) return fallback;
+  // Above the largest signed number JSON's are unsigned here; as signed ones they are negative.
+  if (const auto number = found->get<std::int64_t>(); number >= 0) return number;
+  return fail(Errc::range, "no such number", std::string("/params/") + name, "0 to 2^63 - 1",
+              found->dump());
+}
+
+Outcome log_query(const Services& services, const Call& call) {
+  control::RunStore::Query wanted;
+  wanted.run = call.params.value("run", "");
+  wanted.kind = call.params.value("kind", "");
+  const auto since = number_in(call, "since_us", wanted.since_us);
+  if (!since) return refused(since.error());
+  const auto until = number_in(call, "until_us", wanted.until_us);
+  if (!until) return refused(until.error());
+  const auto from = number_in(call, "from", wanted.from);
+  if (!from) return refused(from.error());
+  const auto most = number_in(call, "most", 100);
+  if (!most) return refused(most.error());
+  if (*most < 1 || *most > most_lines)
+    return refused({Errc::range,
+                    "how many lines",
+                    "/params/most",
+                    "1 to " + std::to_string(most_lines),
+                    std::to_string(*most),
+                    {}});
+  wanted.since_us = *since;
+  wanted.until_us = *until;
+  wanted.from = *from;
+  wanted.most = static_cast<std::size_t>(*most);
+  const auto page = services.log->query(wanted);
+  if (!page) return refused(page.error());
+  return text_of(
+      {{"lines", lines_json(page->lines)}, {"next", page->next ? json(*page->next) : json()}});
 }
 
 }  // namespace
@@ -119,6 +169,20 @@ void add_system_methods(rpc::Methods& methods, const Services& services) {
                 {"most", rpc::ParamType::integer, false, "lines, 100"}},
                "lines: sequence, t_us, run, kind, by, data"},
               [s](const Call& call) { return log_tail(*s, call); });
+  methods.add({"log.query",
+               "lines of the daemon's journal, oldest first, by run, kind and time",
+               {},
+               {},
+               {{"run", rpc::ParamType::text, false, "of this run only"},
+                {"kind", rpc::ParamType::text, false, "of this kind only, \"state\""},
+                {"since_us", rpc::ParamType::integer, false, "not before, UTC"},
+                {"until_us", rpc::ParamType::integer, false, "before, UTC"},
+                {"from", rpc::ParamType::integer, false,
+                 "this sequence number on: next of the page before"},
+                {"most", rpc::ParamType::integer, false, "lines, 100; at most 10000"}},
+               "lines: sequence, t_us, run, kind, by, data; next, null where there is no more: a "
+               "page may be short, or empty, and have one"},
+              [s](const Call& call) { return log_query(*s, call); });
   rpc::Methods* const all = &methods;
   methods.add({"rpc.discover", "this document", {}, {}, {}, "OpenRPC"},
               [all](const Call&) -> Outcome {

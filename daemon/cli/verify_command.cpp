@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/certificate/verify.hpp"
+#include "daemon/certificate/verify_json.hpp"
 #include "daemon/handover/hand_over.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/run/resume.hpp"
@@ -46,26 +46,6 @@ std::string verify_text(const VerifyReport& report) {
                            : "the files' own digests agree; there is no certificate.\n");
 }
 
-json verify_json(const VerifyReport& report) {
-  json findings = json::array();
-  for (const VerifyFinding& finding : report.findings)
-    findings.push_back({{"where", finding.where}, {"what", finding.what}, {"hint", finding.hint}});
-  return {{"command", "verify"},
-          {"campaign_file", report.campaign.string()},
-          {"dataset_file", report.dataset.string()},
-          {"holds", report.holds()},
-          {"certified", report.certified},
-          {"finished", report.finished},
-          {"blank", report.blank},
-          {"trials_planned", report.planned},
-          {"trials_complete", report.complete},
-          {"attempts", report.attempts},
-          {"lost_samples", report.lost_samples},
-          {"dataset_sha256", report.dataset_sha256},
-          {"software_version", report.software_version},
-          {"findings", std::move(findings)}};
-}
-
 }  // namespace
 
 void add_options(CLI::App& command, VerifyArgs& args) {
@@ -83,6 +63,9 @@ Result<int> run_verify(const VerifyArgs& args, Console& console) {
   if (lacks)
     text += "Its recipe asks for a hand-over, and there is none: weft run --resume makes it up.\n";
   json told = verify_json(*report);
+  told["command"] = "verify";
+  told["campaign_file"] = report->campaign.string();
+  told["dataset_file"] = report->dataset.string();
   told["hand_over_missing"] = lacks;
   print(console, text, told);
   return report->holds() ? exit_ok : exit_failure;

@@ -261,31 +261,4 @@ Status RunStore::update(const StoredRun& run) {
   return change->run();
 }
 
-Status RunStore::journal(std::int64_t utc_us, std::string_view run, std::string_view kind,
-                         std::string_view by, std::string_view payload_json) {
-  auto insert = database_.prepare(
-      "INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)");
-  if (!insert) return pass(insert.error());
-  insert->bind(1, utc_us).bind(2, run).bind(3, kind).bind(4, by).bind(5, payload_json);
-  return insert->run();
-}
-
-Result<std::vector<RunStore::Line>> RunStore::tail(std::string_view run, std::size_t most) {
-  auto query = database_.prepare(
-      "SELECT sequence, utc_us, run, kind, by, payload_json FROM journal "
-      "WHERE ?1 = '' OR run = ?1 ORDER BY sequence DESC LIMIT ?2");
-  if (!query) return pass(query.error());
-  query->bind(1, run).bind(2, static_cast<std::int64_t>(most));
-  std::vector<Line> lines;
-  for (;;) {
-    const auto row = query->step();
-    if (!row) return pass(row.error());
-    if (!*row) break;
-    lines.push_back({query->integer(0), query->integer(1), query->text(2), query->text(3),
-                     query->text(4), query->text(5)});
-  }
-  std::reverse(lines.begin(), lines.end());
-  return lines;
-}
-
 }  // namespace weft::daemon::control

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -83,6 +84,21 @@ class RunStore {
   };
   /// The newest `most` lines, oldest first; of one run where `run` is not empty.
   [[nodiscard]] Result<std::vector<Line>> tail(std::string_view run, std::size_t most);
+
+  struct Query {
+    std::string run, kind;  ///< empty: any
+    std::int64_t since_us = 0,
+                 until_us = std::numeric_limits<std::int64_t>::max();  ///< [since, until)
+    std::int64_t from = 0;                                             ///< sequence
+    std::size_t most = 100;                                            ///< lines
+  };
+  struct Page {
+    std::vector<Line> lines;           ///< oldest first
+    std::optional<std::int64_t> next;  ///< where to ask on from; nothing after the newest line
+  };
+  /// Looks at a bounded part of the journal, so that a question which few lines answer keeps nobody
+  /// waiting: a page may be empty and have a next one.
+  [[nodiscard]] Result<Page> query(const Query& wanted);
 
  private:
   explicit RunStore(sqlite::Database database) : database_(std::move(database)) {}

@@ -69,6 +69,9 @@ Result<std::optional<Certificate>> read_certificate(const std::filesystem::path&
 Result<CampaignHeader> load_header(const std::filesystem::path&) {
   return nothing();
 }
+Result<VerifyReport> verify(const std::filesystem::path&, const StopAsked&) {
+  return nothing();
+}
 double steady_wall_seconds() {
   return 0;
 }

@@ -174,8 +174,13 @@ def beside_others(web, client, folder, data):
     for query, headers in ("", {}), ("?sha256=" + data["sha256"], {}), ("", {"If_None_Match": f'"{data["sha256"]}"'}), ("", {"Range": "bytes=0-0"}):
         status, _, body = web.get(data["path"] + query, **headers)
         assert status == 409 and b"data.altered" in body, (query, headers, status, body[:200])
+    run = data["path"].split("/")[2]
+    seen = client.call("data.verify", run=run)
+    assert not seen["holds"] and seen["findings"][0]["where"].startswith("dataset.h5: bytes"), seen
     file.write_bytes(whole)
     assert web.get(data["path"])[0] == 200
+    seen = web.post("data.verify", run=run)["result"]
+    assert seen["holds"] and seen["certified"] and seen["trials_complete"] == 8 and not seen["findings"], seen
     # a folder that leads elsewhere, with the very files that are listed
     elsewhere, place = folder / "elsewhere", file.parent / "handover"
     place.rename(elsewhere)

@@ -201,6 +201,23 @@ TEST_CASE("A run's files are listed by an errand: its certificate may have megab
   CHECK(json::parse(said->value())["files"].size() == 3);
   CHECK(files.work().lists_read == 1);
 
+  const auto verified = [&] {
+    said.reset();
+    errand = {};
+    methods.find("data.verify").value()->handler({params, caller}, [&](auto out) { said = out; });
+    CHECK_FALSE(said);
+    errand()();
+    return json::parse(said->value());
+  };
+  CHECK(verified()["certified"] == true);
+  CHECK(verified()["findings"].empty());
+  std::string whole = test::read_file(run.stored.folder / "dataset.h5");
+  whole[whole.size() / 2] ^= 1;
+  test::write_file(run.stored.folder / "dataset.h5", whole);
+  CHECK(verified()["holds"] == false);
+  CHECK(verified()["findings"][0]["where"].get<std::string>().starts_with("dataset.h5: bytes"));
+  whole[whole.size() / 2] ^= 1;
+  test::write_file(run.stored.folder / "dataset.h5", whole);
   std::optional<Result<server::ServedFile>> served;
   const auto told = [&](const Result<server::ServedFile>& file) { served = file; };
   api::open_served_file(services, run.stored.id() + "/dataset.h5", told);
