@@ -10,8 +10,6 @@ namespace imprint = protocols::imprint;
 
 namespace {
 
-/// Damage is logged when it begins, and then so often at most.
-constexpr Duration damage_report_period = std::chrono::seconds(1);
 constexpr double rate_tolerance = 1e-3;
 /// So many scans of another part may be under way when a part has been asked for anew.
 constexpr int most_foreign_scans = 3;
@@ -24,7 +22,7 @@ std::string text_of(const imprint::Window& window) {
 }  // namespace
 
 ImprintDriver::ImprintDriver(const ImprintSettings& settings, DriverHost& driver_host)
-    : DriverBase(driver_host),
+    : ListeningDriver(driver_host, "an imprint array"),
       settings_(settings),
       watch_(settings.rate_hz, settings.watch),
       silence_(driver_host.loop(), [this] { on_silence(); }) {}
@@ -41,40 +39,17 @@ Status ImprintDriver::open() noexcept {
   return {};
 }
 
-Status ImprintDriver::arm() noexcept {
-  if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
-  if (arming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
-  arming_ = true;
+void ImprintDriver::await_frames() {
   watch_.restart();
   silence_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
-  return {};
 }
 
-Result<std::uint32_t> ImprintDriver::command(const Command&) noexcept {
-  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
-    return pass(std::move(allowed.error()));
-  return fail(Errc::unsupported, "an imprint array takes no commands");
-}
-
-void ImprintDriver::stop() noexcept {
-  rest();
-  enter(LifecycleEvent::disarmed);
-}
-
-void ImprintDriver::close() noexcept {
-  rest();
-  splitter_.clear();
-  detach();
-  enter(LifecycleEvent::close);
-}
-
-void ImprintDriver::make_safe() noexcept {
-  rest();
-}
-
-void ImprintDriver::rest() {
-  arming_ = false;
+void ImprintDriver::stop_waiting() noexcept {
   silence_.stop();
+}
+
+void ImprintDriver::forget_bytes() noexcept {
+  splitter_.clear();
 }
 
 void ImprintDriver::received(ByteView bytes, TimePoint arrival) {
@@ -84,8 +59,7 @@ void ImprintDriver::received(ByteView bytes, TimePoint arrival) {
     if (frame_.kind == imprint::Kind::description) on_description();
     if (frame_.kind == imprint::Kind::scan && description_) on_scan(arrival);
   }
-  damaged_ += splitter_.damaged() - before;
-  if (damaged_ != damaged_reported_ && attached()) report_damage(arrival);
+  count_damaged(splitter_.damaged() - before, arrival);
 }
 
 void ImprintDriver::on_description() {
@@ -183,10 +157,7 @@ bool ImprintDriver::advance() {
     enter(LifecycleEvent::opened);
     return false;
   }
-  if (arming_) {
-    arming_ = false;
-    enter(LifecycleEvent::armed);
-  }
+  if (arming()) be_armed();
   if (state() != DriverState::armed) return false;
   silence_.expect_within(settings_.stale_after);
   return true;
@@ -217,14 +188,6 @@ void ImprintDriver::tell_identity() {
   const double highest = (1U << told.bits) - 1;
   identity.scale = {{"pa_per_count", told.full_scale_pa / highest}};
   host().identified(identity);
-}
-
-void ImprintDriver::report_damage(TimePoint arrival) {
-  const bool first = damaged_reported_ == 0;
-  if (!first && arrival - damage_reported_at_ < damage_report_period) return;
-  damaged_reported_ = damaged_;
-  damage_reported_at_ = arrival;
-  host().log(LogLevel::warning, "damaged frames so far: " + std::to_string(damaged_));
 }
 
 void ImprintDriver::on_silence() {

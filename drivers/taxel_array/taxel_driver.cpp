@@ -11,8 +11,6 @@ namespace weft::drivers {
 namespace taxel = protocols::taxel;
 
 namespace {
-/// Damage is logged when it begins, and then so often at most.
-constexpr Duration damage_report_period = std::chrono::seconds(1);
 constexpr std::array<std::uint8_t, 1> hello{0};
 /// A frame that is older than the last one by less than this came late; by more, it is the first of
 /// a sensor that has started anew.
@@ -21,7 +19,7 @@ constexpr int late_run_of_a_restart = 3;
 }  // namespace
 
 TaxelDriver::TaxelDriver(const TaxelSettings& settings, DriverHost& driver_host)
-    : DriverBase(driver_host),
+    : ListeningDriver(driver_host, "a tactile array"),
       settings_(settings),
       watch_(settings.rate_hz, settings.watch, settings.form == TaxelForm::weft),
       silence_(driver_host.loop(), [this] { on_silence(); }) {}
@@ -42,66 +40,38 @@ Status TaxelDriver::open() noexcept {
   return {};
 }
 
-Status TaxelDriver::arm() noexcept {
-  if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
-  if (arming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
-  arming_ = true;
+void TaxelDriver::await_frames() {
   silence_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
-  return {};
 }
 
-Result<std::uint32_t> TaxelDriver::command(const Command&) noexcept {
-  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
-    return pass(std::move(allowed.error()));
-  return fail(Errc::unsupported, "a tactile array takes no commands");
-}
-
-void TaxelDriver::stop() noexcept {
-  rest();
-  enter(LifecycleEvent::disarmed);
-}
-
-void TaxelDriver::close() noexcept {
-  rest();
-  splitter_.clear();
-  detach();
-  enter(LifecycleEvent::close);
-}
-
-void TaxelDriver::make_safe() noexcept {
-  rest();
-}
-
-void TaxelDriver::rest() {
-  arming_ = false;
+void TaxelDriver::stop_waiting() noexcept {
   silence_.stop();
 }
 
-void TaxelDriver::received(ByteView bytes, TimePoint arrival) {
-  if (settings_.form == TaxelForm::weft)
-    take_stream(bytes, arrival);
-  else
-    take_datagram(bytes, arrival);
-  if (damaged_ != damaged_reported_ && attached()) report_damage(arrival);
+void TaxelDriver::forget_bytes() noexcept {
+  splitter_.clear();
 }
 
-void TaxelDriver::take_stream(ByteView bytes, TimePoint arrival) {
+void TaxelDriver::received(ByteView bytes, TimePoint arrival) {
+  const bool stream = settings_.form == TaxelForm::weft;
+  count_damaged(stream ? take_stream(bytes, arrival) : take_datagram(bytes, arrival), arrival);
+}
+
+std::uint64_t TaxelDriver::take_stream(ByteView bytes, TimePoint arrival) {
   const std::uint64_t before = splitter_.crc_errors();
   splitter_.push(bytes);
   while (attached() && splitter_.next(frame_)) on_frame(arrival);
-  damaged_ += splitter_.crc_errors() - before;
+  return splitter_.crc_errors() - before;
 }
 
 // The gateway sends no number: the driver counts, and cannot see what got lost.
-void TaxelDriver::take_datagram(ByteView datagram, TimePoint arrival) {
+std::uint64_t TaxelDriver::take_datagram(ByteView datagram, TimePoint arrival) {
   const Result<taxel::cpm::Counts> counts = taxel::cpm::decode_datagram(datagram);
-  if (!counts) {
-    ++damaged_;
-    return;
-  }
+  if (!counts) return 1;
   std::copy(counts->begin(), counts->end(), frame_.counts.begin());
   ++frame_.sequence;
   on_frame(arrival);
+  return 0;
 }
 
 void TaxelDriver::on_frame(TimePoint arrival) {
@@ -155,10 +125,7 @@ bool TaxelDriver::advance() {
     enter(LifecycleEvent::opened);
     return false;
   }
-  if (arming_) {
-    arming_ = false;
-    enter(LifecycleEvent::armed);
-  }
+  if (arming()) be_armed();
   if (state() != DriverState::armed) return false;
   silence_.expect_within(settings_.stale_after);
   return true;
@@ -168,14 +135,6 @@ void TaxelDriver::publish(std::uint32_t lost, TimePoint arrival) {
   host().publish({arrival, frame_.sequence, lost,
                   TaxelSample{frame_.taxels(), frame_.proximity_counts, frame_.ambient_counts,
                               frame_.device_us}});
-}
-
-void TaxelDriver::report_damage(TimePoint arrival) {
-  const bool first = damaged_reported_ == 0;
-  if (!first && arrival - damage_reported_at_ < damage_report_period) return;
-  damaged_reported_ = damaged_;
-  damage_reported_at_ = arrival;
-  host().log(LogLevel::warning, "damaged frames so far: " + std::to_string(damaged_));
 }
 
 void TaxelDriver::on_silence() {

@@ -12,8 +12,6 @@ namespace vibro = protocols::vibro;
 
 namespace {
 
-/// Damage is logged when it begins, and then so often at most.
-constexpr Duration damage_report_period = std::chrono::seconds(1);
 constexpr double rate_tolerance = 1e-3;
 constexpr double micro = 1e6;
 
@@ -37,7 +35,7 @@ VibroDriver::Channel::Channel(VibroDriver& driver, vibro::Kind its_kind, double 
       silence(driver.host().loop(), [this, &driver] { driver.on_channel_silence(*this); }) {}
 
 VibroDriver::VibroDriver(const VibroSettings& settings, DriverHost& driver_host)
-    : DriverBase(driver_host),
+    : ListeningDriver(driver_host, "a vibration sensor"),
       settings_(settings),
       acceleration_(*this, vibro::Kind::acceleration, settings.acceleration_rate_hz),
       sound_(*this, vibro::Kind::sound, settings.sound_rate_hz),
@@ -56,54 +54,30 @@ Status VibroDriver::open() noexcept {
   return {};
 }
 
-Status VibroDriver::arm() noexcept {
-  if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
-  if (arming_) return fail(Errc::wrong_state, "arm is refused: arming is under way");
-  arming_ = true;
+void VibroDriver::await_frames() {
   for (Channel* channel : {&acceleration_, &sound_}) {
     channel->came = !channel->wanted();
     channel->watch.restart();
     if (channel->wanted())
       channel->silence.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
   }
-  return {};
 }
 
-Result<std::uint32_t> VibroDriver::command(const Command&) noexcept {
-  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
-    return pass(std::move(allowed.error()));
-  return fail(Errc::unsupported, "a vibration sensor takes no commands");
-}
-
-void VibroDriver::stop() noexcept {
-  rest();
-  enter(LifecycleEvent::disarmed);
-}
-
-void VibroDriver::close() noexcept {
-  rest();
-  splitter_.clear();
-  detach();
-  enter(LifecycleEvent::close);
-}
-
-void VibroDriver::make_safe() noexcept {
-  rest();
-}
-
-void VibroDriver::rest() {
-  arming_ = false;
+void VibroDriver::stop_waiting() noexcept {
   silence_.stop();
   acceleration_.silence.stop();
   sound_.silence.stop();
+}
+
+void VibroDriver::forget_bytes() noexcept {
+  splitter_.clear();
 }
 
 void VibroDriver::received(ByteView bytes, TimePoint arrival) {
   const std::uint64_t before = splitter_.crc_errors();
   splitter_.push(bytes);
   while (attached() && splitter_.next(frame_)) on_frame(arrival);
-  damaged_ += splitter_.crc_errors() - before;
-  if (damaged_ != damaged_reported_ && attached()) report_damage(arrival);
+  count_damaged(splitter_.crc_errors() - before, arrival);
 }
 
 void VibroDriver::on_frame(TimePoint arrival) {
@@ -225,12 +199,9 @@ void VibroDriver::on_block(Channel& channel, TimePoint arrival) {
 
 /// Moves along the lifecycle on a good block. False while nothing is to be published.
 bool VibroDriver::advance(Channel& channel) {
-  if (arming_) {
+  if (arming()) {
     channel.came = true;
-    if (acceleration_.came && sound_.came) {
-      arming_ = false;
-      enter(LifecycleEvent::armed);
-    }
+    if (acceleration_.came && sound_.came) be_armed();
   }
   if (state() != DriverState::armed) return false;
   channel.silence.expect_within(settings_.stale_after);
@@ -251,14 +222,6 @@ void VibroDriver::publish(const Channel& channel, std::uint32_t lost, TimePoint 
   if (channel.kind == vibro::Kind::acceleration)
     sample.value = AccelerationSample{values, rate_hz, frame_.device_us, clipped};
   host().publish(sample);
-}
-
-void VibroDriver::report_damage(TimePoint arrival) {
-  const bool first = damaged_reported_ == 0;
-  if (!first && arrival - damage_reported_at_ < damage_report_period) return;
-  damaged_reported_ = damaged_;
-  damage_reported_at_ = arrival;
-  host().log(LogLevel::warning, "damaged frames so far: " + std::to_string(damaged_));
 }
 
 void VibroDriver::on_silence() {

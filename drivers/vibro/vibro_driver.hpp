@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-#include "drivers/api/driver_base.hpp"
+#include "drivers/api/listening_driver.hpp"
 #include "drivers/api/timer.hpp"
 #include "drivers/vibro/block_order.hpp"
 #include "drivers/vibro/block_watch.hpp"
@@ -15,19 +15,12 @@ namespace weft::drivers {
 
 /// Publishes each block as an AccelerationSample or a SoundSample in SI. The sensor sends without
 /// being asked, so this driver only listens. Nothing allocates while streaming.
-class VibroDriver final : public DriverBase {
+class VibroDriver final : public ListeningDriver {
  public:
   VibroDriver(const VibroSettings& settings, DriverHost& driver_host);
 
   /// Open when the sensor's description has come and is the configured one.
   Status open() noexcept override;
-  /// Armed when a block of every configured channel has come.
-  Status arm() noexcept override;
-  /// Errors: wrong_state, unsupported: there is nothing to command.
-  Result<std::uint32_t> command(const Command& command) noexcept override;
-  /// Ends publishing: armed -> open.
-  void stop() noexcept override;
-  void close() noexcept override;
 
  private:
   /// One configured channel.
@@ -48,7 +41,10 @@ class VibroDriver final : public DriverBase {
   };
 
   void received(ByteView bytes, TimePoint arrival) override;
-  void make_safe() noexcept override;
+  /// Armed when a block of every configured channel has come.
+  void await_frames() override;
+  void stop_waiting() noexcept override;
+  void forget_bytes() noexcept override;
 
   void on_frame(TimePoint arrival);
   void on_description();
@@ -59,10 +55,8 @@ class VibroDriver final : public DriverBase {
   void on_block(Channel& channel, TimePoint arrival);
   bool advance(Channel& channel);
   void publish(const Channel& channel, std::uint32_t lost, TimePoint arrival);
-  void report_damage(TimePoint arrival);
   void on_silence();
   void on_channel_silence(const Channel& channel);
-  void rest();
 
   VibroSettings settings_;
   protocols::vibro::Splitter splitter_;
@@ -70,11 +64,6 @@ class VibroDriver final : public DriverBase {
   std::optional<protocols::vibro::Description> description_;
   Channel acceleration_, sound_;
   std::array<double, protocols::vibro::max_values> values_{};  ///< of the block in SI
-  bool arming_ = false;
-
-  std::uint64_t damaged_ = 0;  ///< frames that could not be used
-  std::uint64_t damaged_reported_ = 0;
-  TimePoint damage_reported_at_{};
 
   Watchdog silence_;  ///< for the description
 };
