@@ -238,6 +238,54 @@ bool is_about_recordings(const EvaluateArgs& args) {
          is_recordings_file(args.dataset);
 }
 
+namespace {
+
+json leak_json(const vibro::Leak& leak) {
+  return {{"median_share", leak.median},
+          {"largest_share", leak.largest},
+          {"share_of_windows", leak.windows}};
+}
+
+/// The windows of a set, what they are split into, and what that took.
+struct Windows {
+  vibro::WindowSet set;
+  std::vector<classifier::Split> splits;
+  vibro::Leak leak;
+  double features_s_each = 0;
+};
+
+Result<Windows> cut_windows(const RecordingSet& set, const Plan& plan) {
+  const double begun = steady_wall_seconds();
+  auto windows = vibro::cut_and_extract(set.recordings, plan.protocol.window_s,
+                                        vibro::places_of(plan.protocol), plan.features);
+  if (!windows) return pass(windows.error());
+  const double features_s = steady_wall_seconds() - begun;
+  auto splits = vibro::split_windows(*windows, plan.protocol);
+  if (!splits) return pass(splits.error());
+  const vibro::Leak leak = vibro::leak_of(*windows, *splits);
+  const double each_s = features_s / static_cast<double>(windows->matrix.size());
+  return Windows{std::move(*windows), std::move(*splits), leak, each_s};
+}
+
+Status write_page(const EvaluateArgs& args, const Plan& plan, const RecordingSet& set,
+                  const Windows& windows, const std::string& what,
+                  std::vector<EvaluatedMethod> measured, const std::string& weighed) {
+  const auto page = vibro_evaluation_html(
+      {set.kind,
+       args.dataset.filename().string(),
+       recordings_sha256(set),
+       {{"data", what}, {"protocol", words_of(plan)}, {"leak", leak_words(windows.leak)}},
+       plan.protocol.protocol,
+       plan.protocol.window_s,
+       windows.features_s_each,
+       std::move(measured),
+       weighed});
+  if (!page) return pass(page.error());
+  return write_text_file(args.report, *page);
+}
+
+}  // namespace
+
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
   if (!args.report.empty())
     if (Status ok = refuse_same_file(args.dataset, args.report); !ok) return pass(ok.error());
@@ -245,45 +293,32 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   if (!plan) return pass(plan.error());
   const auto set = open_recordings(args.dataset);
   if (!set) return pass(set.error());
-  const double begun = steady_wall_seconds();
-  const auto windows = vibro::cut_and_extract(set->recordings, plan->protocol.window_s,
-                                              vibro::places_of(plan->protocol), plan->features);
+  const auto windows = cut_windows(*set, *plan);
   if (!windows) return pass(windows.error(), args.dataset.string());
-  const double features_s = steady_wall_seconds() - begun;
-  const auto splits = vibro::split_windows(*windows, plan->protocol);
-  if (!splits) return pass(splits.error(), args.dataset.string());
-  const vibro::Leak leak = vibro::leak_of(*windows, *splits);
+  const classifier::FeatureMatrix& matrix = windows->set.matrix;
   Table table;
   table.row(
       {"learner", "windows %", "95 %", "F-score", "recordings %", "training", "answer", "chosen"});
   json results = json::object(), importance;
   std::vector<EvaluatedMethod> measured;
-  if (auto ok = measure_all(*plan, *windows, *splits, table, results, measured, console); !ok)
+  if (auto ok =
+          measure_all(*plan, windows->set, windows->splits, table, results, measured, console);
+      !ok)
     return pass(ok.error(), args.dataset.string());
-  const auto weighed = weigh(args, *plan, *windows, *splits, importance);
+  const auto weighed = weigh(args, *plan, windows->set, windows->splits, importance);
   if (!weighed) return pass(weighed.error(), args.dataset.string());
-  const double features_s_each = features_s / static_cast<double>(windows->matrix.size());
-  const std::string columns = std::to_string(windows->matrix.names.size());
+  const std::string columns = std::to_string(matrix.names.size());
   const std::string what = std::to_string(set->recordings.size()) + " recordings, " +
-                           thousands(windows->matrix.size()) + " windows, " + columns +
-                           " columns of " + std::string(vibro::to_string(plan->features.family));
+                           thousands(matrix.size()) + " windows, " + columns + " columns of " +
+                           std::string(vibro::to_string(plan->features.family));
   const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
                            std::string(to_string(set->kind)) + "): " + what + "\n" +
-                           words_of(*plan) + "\n" + leak_words(leak) + table.text() + *weighed;
-  if (!args.report.empty()) {
-    const auto page = vibro_evaluation_html(
-        {set->kind,
-         args.dataset.filename().string(),
-         recordings_sha256(*set),
-         {{"data", what}, {"protocol", words_of(*plan)}, {"leak", leak_words(leak)}},
-         plan->protocol.protocol,
-         plan->protocol.window_s,
-         features_s_each,
-         std::move(measured),
-         *weighed});
-    if (!page) return pass(page.error());
-    if (auto ok = write_text_file(args.report, *page); !ok) return pass(ok.error());
-  }
+                           words_of(*plan) + "\n" + leak_words(windows->leak) + table.text() +
+                           *weighed;
+  if (!args.report.empty())
+    if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
+        !ok)
+      return pass(ok.error());
   print(console, text,
         {{"command", "evaluate"},
          {"kind", "recordings"},
@@ -293,16 +328,13 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"protocol", vibro::to_string(plan->protocol.protocol)},
          {"protocol_words", words_of(*plan)},
          {"window_s", plan->protocol.window_s},
-         {"leak",
-          {{"median_share", leak.median},
-           {"largest_share", leak.largest},
-           {"share_of_windows", leak.windows}}},
+         {"leak", leak_json(windows->leak)},
          {"features", vibro::to_string(plan->features.family)},
          {"combine", vibro::to_string(plan->features.combine)},
          {"components", plan->pipeline.components},
-         {"columns", windows->matrix.names},
-         {"windows", windows->matrix.size()},
-         {"features_s_per_window", features_s_each},
+         {"columns", matrix.names},
+         {"windows", matrix.size()},
+         {"features_s_per_window", windows->features_s_each},
          {"importance", importance},
          {"results", results}});
   return exit_ok;
