@@ -16,6 +16,8 @@ namespace {
 constexpr std::array<std::pair<Protocol, std::string_view>, 3> names = {
     {{Protocol::random, "random"}, {Protocol::blocks, "blocks"}, {Protocol::groups, "groups"}}};
 
+constexpr double rounding = 1e-6;  // of a window's length: windows that only touch share nothing
+
 using RowsOf = std::map<std::size_t, std::vector<std::size_t>>;
 
 RowsOf by_recording(const WindowSet& windows) {
@@ -141,7 +143,8 @@ Leak leak_of(const WindowSet& windows, const std::vector<Split>& splits) {
       double nearest = std::numeric_limits<double>::infinity();
       for (const double s : starts[windows.recording[r]])
         nearest = std::min(nearest, std::abs(s - windows.places[r].start_s));
-      share.push_back(std::max(0.0, 1.0 - nearest / windows.window_s));
+      const double covered = 1.0 - nearest / windows.window_s;
+      share.push_back(covered > rounding ? covered : 0.0);
     }
   }
   Leak out;

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "classifier/learn/random.hpp"
-#include "classifier/vibro/median.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -76,17 +75,6 @@ std::vector<Place> block_places(double duration_s, double window_s, std::size_t 
     }
   }
   return out;
-}
-
-double median_overlap(std::span<const Place> train, std::span<const Place> test, double window_s) {
-  std::vector<double> share;
-  for (const Place& t : test) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Place& other : train)
-      nearest = std::min(nearest, std::abs(other.start_s - t.start_s));
-    share.push_back(std::max(0.0, 1.0 - nearest / window_s));
-  }
-  return MedianFinder().median(share);
 }
 
 }  // namespace weft::classifier::vibro

@@ -54,8 +54,4 @@ std::vector<Place> random_places(double duration_s, double window_s, std::size_t
 std::vector<Place> block_places(double duration_s, double window_s, std::size_t blocks,
                                 double step_s);
 
-/// Median share of a test window that its nearest training window of the same recording covers:
-/// what leaks. 0 without test windows.
-double median_overlap(std::span<const Place> train, std::span<const Place> test, double window_s);
-
 }  // namespace weft::classifier::vibro

@@ -88,11 +88,12 @@ Result<std::vector<DataFile>> DataFiles::list(const fs::path& folder) {
   const auto known = lists_.find(folder);
   if (known != lists_.end() && known->second.as_of == as_of) return known->second.files;
   ++work_.lists_read;
+  // Before they are read: what is written within the tick of its stamp would not be seen.
+  const bool settled =
+      as_of.first && is_settled(*as_of.first) && (!as_of.second || is_settled(*as_of.second));
   auto files = read_lists(folder);
   if (!files) return files;
   if (lists_.size() >= most_lists) lists_.clear();
-  const bool settled =
-      as_of.first && is_settled(*as_of.first) && (!as_of.second || is_settled(*as_of.second));
   if (settled && stamps_of(folder) == as_of) lists_[folder] = {as_of, *files};
   return files;
 }
@@ -102,6 +103,7 @@ Result<std::string> DataFiles::digest_of(const OpenFile& file, const Stamp& as_o
   const auto known = hashed_.find(place);
   if (known != hashed_.end() && known->second.as_of == as_of) return known->second.sha256;
   ++work_.files_hashed;
+  const bool settled = is_settled(as_of);
   Bytes piece(piece_bytes);
   Sha256 hash;
   for (std::uint64_t at = 0; at < as_of.bytes; at += piece.size()) {
@@ -112,7 +114,7 @@ Result<std::string> DataFiles::digest_of(const OpenFile& file, const Stamp& as_o
   }
   std::string found = to_hex(hash.finish());
   if (hashed_.size() >= most_digests) hashed_.clear();
-  if (is_settled(as_of)) hashed_[place] = {as_of, found};
+  if (settled) hashed_[place] = {as_of, found};
   return found;
 }
 

@@ -47,7 +47,7 @@ std::string summary_text(const CampaignSummary& s) {
     facts.row({"bad takes", std::to_string(s.takes_rejected) + ", kept and taken again"});
   facts.row({"bench time", duration(s.virtual_s)});
   facts.row({"wall time", duration(s.wall_s)});
-  facts.row({"force error", fixed(s.force.rms_n(), 3) + " N RMS in phase M"});
+  facts.row({"force error", fixed(s.force.rms_n(), 3) + " N RMS while held"});
   facts.row({"campaign", s.campaign_file.string()});
   if (!s.dataset_sha256.empty()) {
     facts.row({"data set", s.dataset_file.string()});

@@ -57,7 +57,8 @@ HandOverDesk::~HandOverDesk() {
   thread_.request_stop();
   thread_.join();
   Item& item = *find(active_);
-  item.fact.state = HandOverState::waiting;
+  item.fact.state = cancelled_by_.empty() ? HandOverState::waiting : HandOverState::cancelled;
+  if (!cancelled_by_.empty()) item.fact.by = cancelled_by_;
   --item.fact.attempts;
   static_cast<void>(store_.keep(item.run.number, item.fact));
 }

@@ -84,7 +84,8 @@ class Patience {
             "/hand_over/at_most_s",
             general(at_most_s_) + " s",
             {},
-            "Raise at_most_s, or take a learner that is trained sooner, such as lda"};
+            "Raise at_most_s, or take fewer trials or, where there is a choice, a learner that is "
+            "trained sooner"};
   }
 
  private:
@@ -233,8 +234,8 @@ Result<HandedOver> hand_over(const fs::path& folder, const HandOverHooks& hooks)
   const auto data = certified_data(folder, *certificate, [&] { return allowed.stops(); });
   if (!data) return pass(allowed.told(data.error()));
   if (plan->hand_over->from == recipes::HandOverFrom::imprints) {
-    const auto handed =
-        hand_over_imprints(*data, certificate->dataset_sha256, *plan->hand_over, hooks);
+    const auto handed = hand_over_imprints(*data, certificate->dataset_sha256, *plan->hand_over,
+                                           hooks, [&] { return allowed.stops(); });
     if (!handed || allowed.stops())
       return pass(allowed.told(handed ? Error{Errc::wrong_state, "stopped", {}, {}, {}, {}}
                                       : handed.error()));

@@ -10,10 +10,11 @@ using nlohmann::ordered_json;
 
 Result<HandedImprints> hand_over_imprints(const Dataset& data, const std::string& dataset_sha256,
                                           const recipes::HandOver& wanted,
-                                          const HandOverHooks& hooks) {
+                                          const HandOverHooks& hooks, std::function<bool()> stop) {
   if (hooks.progress) hooks.progress({0, 1, "imprints: four experiments at all scales"});
   TableOptions options;
   options.threads = hooks.threads;
+  options.stop = std::move(stop);
   const auto tables = measure_tables(data, options);
   if (!tables) return pass(tables.error());
   const ordered_json figures = tables_json(*tables);

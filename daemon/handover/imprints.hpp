@@ -1,6 +1,7 @@
 #pragma once
 // The hand-over of a campaign of presses: the experiments of Ellis 1986 on its imprints.
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,6 @@ struct HandedImprints {
 /// Errors: a data set without imprints, what the rules refuse, wrong_state where it is stopped.
 Result<HandedImprints> hand_over_imprints(const Dataset& data, const std::string& dataset_sha256,
                                           const recipes::HandOver& wanted,
-                                          const HandOverHooks& hooks);
+                                          const HandOverHooks& hooks, std::function<bool()> stop);
 
 }  // namespace weft::daemon

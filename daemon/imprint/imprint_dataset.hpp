@@ -22,8 +22,9 @@ Status append_imprint(Dataset& dataset, const classifier::imprint::Image& image,
                       std::string label, std::string group);
 
 /// The complete imprints, in order; of scans see recorded_imprints.hpp. The object is the trial's
-/// group; where a group holds several labels, or none is given, every imprint is an object of its
-/// own. Errors: invalid_argument, for a data set that holds other trials.
+/// group; where a group holds several labels, objects are numbered within their class and one is
+/// label and group together; without a group an imprint is an object of its own. Errors:
+/// invalid_argument, for a data set that holds other trials.
 Result<std::vector<classifier::imprint::Imprint>> imprints_of(const Dataset& dataset);
 
 }  // namespace weft::daemon

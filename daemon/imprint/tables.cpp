@@ -51,6 +51,7 @@ Status measure_set(const TableOptions& options, PreparedSet& one) {
   one.set.separability = *hull;
   for (const ci::Experiment experiment : options.experiments)
     for (const ci::Rule rule : options.rules) {
+      if (options.stop && options.stop()) return fail(Errc::wrong_state, "stopped");
       auto outcome = ci::run_experiment(one.matrix, experiment, rule);
       if (!outcome) return pass(outcome.error(), one.set.name());
       one.set.outcomes.push_back(std::move(*outcome));

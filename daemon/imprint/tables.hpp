@@ -22,6 +22,8 @@ struct TableOptions {
       classifier::imprint::Rule::lda};
   bool laws = true;         ///< also on Laws' energies
   std::size_t threads = 0;  ///< 0: one per core; results do not depend on it
+  /// Asked between experiments, from several threads at once; empty: nothing stops it.
+  std::function<bool()> stop = {};
 };
 
 /// One set of features: scales and form, or Laws' energies.
@@ -54,7 +56,7 @@ struct ImprintTables {
 };
 
 /// Errors: a data set that does not hold imprints, no scales, experiments or rules, what the rules
-/// refuse.
+/// refuse; wrong_state where it was stopped.
 Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions options);
 
 /// "18 / 24 (75 %)"; the infinity sign where convergence failed.

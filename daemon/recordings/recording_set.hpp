@@ -42,9 +42,9 @@ bool is_recordings_file(const std::filesystem::path& path);
 
 /// Phase M of every complete trial of a campaign with a vibration sensor (of one exploration, or of
 /// all): S from the microphone
-/// [Pa], X Y Z from the accelerometer [m/s2], the group its repetition. Channels begin with their
-/// first whole block in M, so within a block of each other. Refuses a data set without such
-/// streams, and a trial with blocks lost in M, by name.
+/// [Pa], X Y Z from the accelerometer [m/s2], the group its repetition. All channels begin where
+/// the last of them has its first whole block in M, to within a sample. Refuses a data set without
+/// such streams, and a trial with blocks lost in M, by name.
 Result<RecordingSet> recordings_of(const Dataset& dataset,
                                    std::optional<std::string_view> exploration = {});
 

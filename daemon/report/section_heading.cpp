@@ -30,7 +30,7 @@ std::string tiles(const ReportInput& input) {
   if (run.force.samples > 0)
     out += tile(
         fixed(run.force.rms_n() * 1e3, 1) + " mN",
-        "RMS force error in phase M, " +
+        "RMS force error while held, " +
             percent(static_cast<double>(run.force.in_band) / static_cast<double>(run.force.samples),
                     2) +
             " % in band");

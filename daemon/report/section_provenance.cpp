@@ -48,7 +48,9 @@ std::string handed_over(const Dataset& dataset) {
   const auto recipe = nlohmann::json::parse(dataset.info.recipe_json, nullptr, false);
   if (!recipe.is_object() || !recipe.contains("hand_over") || !recipe["hand_over"].is_object())
     return {};
-  const bool heard = recipe["hand_over"].value("from", nlohmann::json("taxels")) == "vibration";
+  const auto from = recipe["hand_over"].value("from", nlohmann::json("taxels"));
+  if (from == "imprints") return code("handover/imprints.html") + " (imprints)";
+  const bool heard = from == "vibration";
   std::string out;
   for (const std::string& exploration : explorations_of(dataset))
     out += (out.empty() ? "" : ", ") + code("handover/" + exploration + ".html") +

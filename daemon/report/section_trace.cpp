@@ -21,7 +21,7 @@ std::string force_caption(const TrialRecord& record) {
   std::string out = "Force on the plate, " + trial_words(record) +
                     ": the trial whose force error is the median of its exploration";
   if (record.quality.force_rms_error_n)
-    out += " (" + fixed(*record.quality.force_rms_error_n * 1e3, 1) + " mN RMS in phase M)";
+    out += " (" + fixed(*record.quality.force_rms_error_n * 1e3, 1) + " mN RMS while held)";
   return out + ". " + std::string(phases_key);
 }
 

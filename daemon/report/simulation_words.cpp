@@ -33,10 +33,11 @@ std::vector<std::string> error_lines(const SimulationNote& note) {
   std::vector<std::string> lines;
   for (const SimulationError& error : note.errors) {
     const sim::RunError& e = error.worst;
-    lines.push_back(against(error) +
-                    text("; taxels max %.0f, rms %.2g counts", e.counts_max, e.counts_rms) + " (" +
-                    std::to_string(error.trials) + (error.trials == 1 ? " trial" : " trials") +
-                    " played again, worst on " + error.worst_fabric +
+    const std::string pads =
+        e.pads ? text("; taxels max %.0f, rms %.2g counts", e.counts_max, e.counts_rms) : "";
+    lines.push_back(against(error) + pads + " (" + std::to_string(error.trials) +
+                    (error.trials == 1 ? " trial" : " trials") + " played again, worst on " +
+                    error.worst_fabric +
                     text("). Touch-down and ramps, which are not recorded: max %.3g mN; without a "
                          "force loop rms %.3g mN",
                          e.anywhere_max_n * 1e3, e.unled_rms_n * 1e3));

@@ -51,7 +51,7 @@ std::string run_lines(const ReportInput& input) {
                               duration(run.time.recorder_s) + "; export " +
                               duration(run.time.export_s));
   if (run.force.samples > 0)
-    out += line("force in phase M", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
+    out += line("force while held", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
                                         fixed(run.force.worst_n * 1e3, 0) + " mN, " +
                                         percent(static_cast<double>(run.force.in_band) /
                                                     static_cast<double>(run.force.samples),

@@ -127,7 +127,7 @@ std::optional<Error> TakeJudge::verdict(double in_band_fraction) const {
   if (auto lost = lost_samples()) return lost;
   if (auto taxel = bad_taxel()) return taxel;
   if (in_band_fraction < limits_.force_in_band_fraction)
-    return bad("the force was out of its band", "phase M",
+    return bad("the force was out of its band", "while it was held",
                "at least " + percent_text(limits_.force_in_band_fraction) + " within it",
                percent_text(in_band_fraction), "Look at the probe's mount, or widen force_band_N");
   return std::nullopt;

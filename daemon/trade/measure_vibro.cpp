@@ -72,7 +72,8 @@ Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
   vibro::Leak& leak =
       bed.protocol.protocol == vibro::Protocol::random ? out.random_leak : out.honest_leak;
   const vibro::Leak own = vibro::leak_of(*windows, *splits);
-  if (own.largest > leak.largest) leak = own;
+  if (own.median > leak.median || (own.median == leak.median && own.largest > leak.largest))
+    leak = own;
   for (const vibro::Method method : options.methods) {
     if (!vibro::available(method)) continue;
     auto got = vibro::assess(*windows, *splits,

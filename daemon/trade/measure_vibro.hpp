@@ -47,7 +47,7 @@ struct VibroPoint {
 struct VibroTrade {
   std::vector<VibroPoint> points;
   classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
-  /// Of random windows, and of the honest protocol: over all choices the largest.
+  /// Of random windows, and of the honest protocol: of all choices the one with the largest median.
   classifier::vibro::Leak random_leak, honest_leak;
   std::vector<std::string> left_out;  ///< learners that this build has no library for
 };

@@ -91,13 +91,15 @@ std::optional<Error> ImprintDriver::unfit(const imprint::Description& told) cons
                  std::to_string(told.serial),
                  "Correct the rig file, or look which array is on this port"};
   if (told.bits < 1 || told.bits > 7 || told.full_scale_pa == 0 || told.period_us == 0 ||
-      told.rows == 0 || told.cols == 0)
+      told.rows == 0 || told.cols == 0 || told.rows > imprint::max_side ||
+      told.cols > imprint::max_side)
     return Error{Errc::device,
                  "the array describes itself as nothing that can be",
                  {},
-                 "1 to 7 bits, a full scale, a period, rows and columns",
+                 "1 to 7 bits, a full scale, a period, 1 to 128 rows and columns",
                  std::to_string(told.bits) + " bits, " + std::to_string(told.full_scale_pa) +
-                     " Pa, " + std::to_string(told.period_us) + " us",
+                     " Pa, " + std::to_string(told.period_us) + " us, " +
+                     std::to_string(told.rows) + " x " + std::to_string(told.cols),
                  "Is its firmware the right one?"};
   const double rate_hz = 1e6 / told.period_us;
   if (std::abs(rate_hz - settings_.rate_hz) <= rate_tolerance * settings_.rate_hz)

@@ -81,6 +81,11 @@ std::optional<HandOver> read_hand_over(ObjectReader& recipe, std::size_t fabrics
                   "at least 2 of each fabric",
                   std::to_string(left_to_train(repetitions, out.groups)),
                   "raise \"repetitions\" or \"groups\""});
+  // One group is set aside to ask, another to choose the learner by.
+  const std::uint32_t used = std::min(out.groups, repetitions);
+  if (out.from == HandOverFrom::vibration && repetitions > 0 && used < 3)
+    problems.add({place, "too few groups of repetitions to choose a learner by", "at least 3",
+                  std::to_string(used), "raise \"repetitions\" or \"groups\""});
   return out;
 }
 

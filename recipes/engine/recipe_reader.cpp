@@ -1,6 +1,7 @@
 #include "recipes/engine/recipe_reader.hpp"
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "recipes/engine/class_reader.hpp"
@@ -152,8 +153,24 @@ void read_scalars(ObjectReader& recipe, StatedRecipe& stated) {
   stated.on_trial_failure = on_failure == 1 ? OnTrialFailure::carry_on : OnTrialFailure::stop;
 }
 
+/// Of each class two imprints must be left where any of its objects is set aside.
+void check_left_to_learn(const StatedRecipe& stated, Problems& problems) {
+  const std::size_t of_an_object = stated.explorations.size() * stated.repetitions;
+  std::map<std::string, std::size_t> objects;
+  for (const std::string& name : stated.class_of) ++objects[name];
+  for (const auto& [name, count] : objects)
+    if ((count - 1) * of_an_object < 2)
+      problems.add({"/classes/" + name, "too few imprints are left where one object is set aside",
+                    "2 imprints of other objects of the class",
+                    std::to_string((count - 1) * of_an_object),
+                    "Take more objects, or more repetitions of two objects"});
+}
+
 /// Imprints are of presses, and of objects in classes.
-void check_imprints(const StatedRecipe& stated, Problems& problems) {
+void check_imprints(const StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
+  if (limits.imprint_array && stated.repeat_bad)
+    problems.add({"/repeat_bad", "an imprint array's taxels stand still under an object that does",
+                  "no repeat_bad on this rig", "", "Look at the imprints instead"});
   if (!stated.hand_over || stated.hand_over->from != HandOverFrom::imprints) return;
   const std::string place = "/hand_over/from";
   for (const StatedExploration& e : stated.explorations)
@@ -162,6 +179,16 @@ void check_imprints(const StatedRecipe& stated, Problems& problems) {
                     e.exploration.name, "\"kind\": \"press\", and no phase M"});
   if (stated.class_of.empty())
     problems.add({place, "the objects have no classes", "\"classes\" of the fabrics", "", ""});
+  if (!limits.imprint_array)
+    problems.add({place, "the rig has no imprint array", "taxels with rows and columns", "",
+                  "sim/rigs/imprint12.json has one"});
+  for (const StatedExploration& e : stated.explorations)
+    if (!e.exploration.slides() &&
+        e.exploration.step(Phase::press).duration_s * limits.taxel_rate_hz < 1)
+      problems.add({place, "phase P is over before the array has scanned",
+                    "at least " + std::to_string(1 / limits.taxel_rate_hz) + " s",
+                    e.exploration.name, ""});
+  check_left_to_learn(stated, problems);
 }
 
 /// Before the order is read: an order without a seed of its own draws from this one.
@@ -192,7 +219,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
       read_hand_over(recipe, stated.fabrics.size(), stated.repetitions,
                      limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);
   read_explorations(recipe, limits, stated, problems);
-  check_imprints(stated, problems);
+  check_imprints(stated, limits, problems);
   recipe.finish();
   return stated;
 }

@@ -193,7 +193,8 @@ class RigReader {
     if (taxels) limits_.taxels = static_cast<std::size_t>(*taxels);
     const auto rows = config.integer("rows", 1, 128, Need::optional);
     const auto cols = config.integer("cols", 1, 128, Need::optional);
-    if (rows && cols) limits_.taxels = static_cast<std::size_t>(*rows * *cols);
+    limits_.imprint_array = rows && cols;
+    if (limits_.imprint_array) limits_.taxels = static_cast<std::size_t>(*rows * *cols);
   }
 
   void read_vibration(const json& object, const std::string& where) {

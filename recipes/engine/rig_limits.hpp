@@ -28,7 +28,8 @@ struct RigLimits {
   double clearance_m = 8e-3;  ///< height above the plate for transfers: over the thickest cloth
   double cycle_hz = 100;      ///< scan cycle of controller and guards
   std::size_t taxels = 16;
-  double taxel_rate_hz = 37;  ///< of the sensors' streams, as their drivers are configured
+  bool imprint_array = false;  ///< the taxels are rows and columns of an array that keeps imprints
+  double taxel_rate_hz = 37;   ///< of the sensors' streams, as their drivers are configured
   double wrench_rate_hz = 100;
   double acceleration_rate_hz = 0;  ///< of the vibration sensor, where the rig has one
   double sound_rate_hz = 0;

@@ -17,7 +17,7 @@ constexpr double press_tolerance = 1e-4 / imprint::highest_count;
 constexpr std::uint8_t side = array_side;
 constexpr imprint::Window whole_array{0, 0, side, side};
 static_assert(array_side == imprint::max_side);
-/// The bare plate, and whatever lies on it that is none of the objects.
+/// The bare plate: on a rig with this array every object has a face (Rig::create).
 constexpr ObjectSpec bare{.name = "bare plate"};
 
 const ObjectSpec& object_on_plate(const std::string& name) {
@@ -112,10 +112,11 @@ void ImprintEmulator::send_description(TimePoint at, ByteSink& out) {
 /// What lies on the plate, where it has been changed.
 Status ImprintEmulator::look_at_plate() {
   if (seen_mounts_ == world_->mounts()) return {};
-  seen_mounts_ = world_->mounts();
   cover_ = {};
   const Patch& patch = world_->patch();
-  return face_.lay(object_on_plate(patch.fabric), patch.seed);
+  if (Status laid = face_.lay(object_on_plate(patch.fabric), patch.seed); !laid) return laid;
+  seen_mounts_ = world_->mounts();
+  return {};
 }
 
 /// The taxels of the window under the force of this moment. All of them at once [E].

@@ -147,6 +147,7 @@ std::vector<RunError> run_errors(const PlantParams& params, std::uint64_t rig_se
     const RunError unled = difference(run, replay(reference, rig_seed, motion), counted);
     error.unled_max_n = unled.force_max_n;
     error.unled_rms_n = unled.force_rms_n;
+    error.pads = params.watched.pads;
     error.setting = to_string(setting);
     error.reference = to_string(finer);
     out.push_back(error);

@@ -15,6 +15,7 @@ struct RunError {
   double force_rms_n = 0;
   double friction_max_n = 0;  ///< length of the difference of two vectors
   double friction_rms_n = 0;
+  bool pads = true;       ///< counts were compared: the rig has pads
   double counts_max = 0;  ///< of one pad
   double counts_rms = 0;
   /// Normal force, in samples that were not recorded too: touch-down, ramps and lift-off, where the

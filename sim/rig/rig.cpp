@@ -11,6 +11,7 @@
 #include "sim/devices/netft_page_emulator.hpp"
 #include "sim/devices/replay.hpp"
 #include "sim/plant/fabric_library.hpp"
+#include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/random.hpp"
 #include "sim/rig/attachment.hpp"
 #include "sim/rig/fault_config.hpp"
@@ -99,12 +100,31 @@ struct Rig::Parts {
 Rig::Rig(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 Rig::~Rig() = default;
 
+namespace {
+
+/// On a rig with an imprint array every object has a face, or it would be pressed as a bare plate.
+Status check_faces(const RigConfig& config, const FabricLibrary& library) {
+  const bool presses = std::ranges::any_of(config.devices, [](const EmulatedDevice& device) {
+    return std::holds_alternative<ImprintEmulatorParams>(device.params);
+  });
+  if (!presses) return {};
+  for (const std::string& name : library.names())
+    if (std::ranges::none_of(ellis_objects(), [&](const auto& o) { return o.name == name; }))
+      return fail(Errc::not_found, "no face is known of this object", name,
+                  "an object of sim/plant/imprint/objects.cpp, such as RASP1", name,
+                  "Name it as there, or leave it out of the rig's fabrics");
+  return {};
+}
+
+}  // namespace
+
 Result<std::unique_ptr<Rig>> Rig::create(std::string_view rig_json, std::string_view fabrics_json,
                                          std::uint64_t seed) {
   auto config = parse_rig_config(rig_json);
   if (!config) return pass(config.error(), "rig file");
   auto library = parse_fabrics(fabrics_json);
   if (!library) return pass(library.error(), "fabrics");
+  if (Status ok = check_faces(*config, *library); !ok) return pass(ok.error(), "fabrics");
   auto parts = std::make_unique<Parts>(std::move(*config), std::move(*library), seed);
   return std::unique_ptr<Rig>(new Rig(std::move(parts)));
 }

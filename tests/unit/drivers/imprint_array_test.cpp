@@ -162,6 +162,13 @@ TEST_CASE("what an imprint array says of itself must be what is configured, and 
   imprint::Frame absurd = description_frame();
   absurd.description.period_us = 0;
   CHECK(fault_of(part + "}", absurd).find("nothing that can be") != std::string::npos);
+  for (const std::uint8_t side : {std::uint8_t{0}, std::uint8_t{130}, std::uint8_t{255}}) {
+    imprint::Frame vast = description_frame();
+    vast.description.rows = vast.description.cols = side;
+    CHECK(fault_of(part + "}", vast).find("nothing that can be") != std::string::npos);
+    CHECK(fault_of(R"({"rows": 128, "cols": 128})", vast).find("nothing that can be") !=
+          std::string::npos);
+  }
   Bench bench;
   bench.arm();
   bench.receive(description_frame());

@@ -20,8 +20,15 @@ const std::string press_recipe = R"({
     {"phase": "P", "force_N": 5, "duration_s": 2},
     {"phase": "E", "duration_s": 1}]}}})";
 
-std::string problem_of(const std::string& recipe) {
-  const CheckReport report = check_recipe(recipe, test::limits());
+RigLimits array_limits() {
+  RigLimits limits = test::limits();
+  limits.imprint_array = true;
+  limits.taxel_rate_hz = 5;
+  return limits;
+}
+
+std::string problem_of(const std::string& recipe, const RigLimits& limits = array_limits()) {
+  const CheckReport report = check_recipe(recipe, limits);
   CHECK_FALSE(report.plan);
   std::string all;
   for (const Diagnostic& problem : report.problems) all += to_string(problem) + "\n";
@@ -101,8 +108,22 @@ TEST_CASE("Each fabric is in one class, or the recipe has none") {
 }
 
 TEST_CASE("Imprints are handed over of presses in classes, also of one repetition") {
-  const Plan plan = test::plan_of(with_hand_over(""));
+  std::string three = with(with_hand_over(""), R"("hard": ["b"])", R"("hard": ["b", "e", "f"])");
+  three = with(three, R"("soft": ["a", "c"])", R"("soft": ["a", "c", "d"])");
+  three = with(three, R"(["a", "b", "c"])", R"(["a", "b", "c", "d", "e", "f"])");
+  const CheckReport report = check_recipe(three, array_limits());
+  REQUIRE(report.plan);
+  const Plan& plan = *report.plan;
   REQUIRE(plan.hand_over);
+  // One object of a class leaves none, two of one imprint each leave one.
+  says(with_hand_over(""), "/classes/hard: too few imprints are left");
+  says(with_hand_over(""), "/classes/soft: too few imprints are left");
+  CHECK(problem_of(three, test::limits()).find("the rig has no imprint array") !=
+        std::string::npos);
+  says(with(three, R"("force_N": 5, "duration_s": 2)", R"("force_N": 5, "duration_s": 0.1)"),
+       "phase P is over before the array has scanned");
+  says(with(three, R"("repetitions")", R"("repeat_bad": {"at_most": 1}, "repetitions")"),
+       "/repeat_bad");
   CHECK(plan.hand_over->from == HandOverFrom::imprints);
   CHECK(nlohmann::json::parse(plan.canonical_json)["hand_over"]["from"] == "imprints");
   says(with_hand_over(", \"groups\": 4"), "/hand_over/groups");
