@@ -186,6 +186,23 @@ add_test(NAME scenario_api_document
 set_tests_properties(scenario_api_document PROPERTIES SKIP_RETURN_CODE 77)
 set_tests_properties(scenario_weftd_runs scenario_weftd_http scenario_api_document PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# The Python client: its units, its types, its generated part against the daemon's document; installed by pip and used, its notebook too. The examples of other languages.
+if(SYSTEM_PYTHON3)
+  set(python_client ${PROJECT_SOURCE_DIR}/clients/python)
+  add_test(NAME unit_python_client COMMAND ${SYSTEM_PYTHON3} -m unittest discover -s ${python_client}/tests -t ${python_client}/tests)
+  set_tests_properties(unit_python_client PROPERTIES TIMEOUT 120 ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${python_client}/src")
+  add_test(NAME scenario_python_client_methods
+           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/python_client_methods.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+  add_test(NAME scenario_python_client
+           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/python_client.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+  add_test(NAME scenario_other_clients
+           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/other_clients.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+  set_tests_properties(scenario_python_client_methods scenario_python_client scenario_other_clients
+                       PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+  add_test(NAME lint_python_client_types COMMAND ${SYSTEM_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/lint/python_types.py ${PROJECT_SOURCE_DIR})
+  set_tests_properties(lint_python_client_types PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
+endif()
+
 # The plate's tilt found by touching and levelled: simulated, on ports in real time, and where it has to give up.
 add_test(NAME scenario_align
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/align.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})

@@ -12,16 +12,16 @@ PATIENCE_S = 240  # for an answer; only a daemon that hangs needs it
 
 
 class Daemon:
-    """Recipes in folder/recipes, data in folder/data."""
+    """Recipes in folder/recipes, data in folder/data or where `data` says. `ready` is its first line: its ports."""
 
-    def __init__(self, weftd, root, folder, *more, descriptors=None):
-        self.socket = folder / "data" / "weftd.sock"
+    def __init__(self, weftd, root, folder, *more, descriptors=None, data="data"):
+        self.socket = folder / data / "weftd.sock"
         limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors))) if descriptors else None
-        self.process = subprocess.Popen(command(weftd, root, folder, *more), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        self.process = subprocess.Popen(command(weftd, root, folder, *more, data=data), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                         text=True, preexec_fn=limit)
-        line = self.process.stdout.readline()
-        assert line.startswith("weftd: ready"), self.process.stderr.read()
-        found = re.search(r":(\d+)", line.removeprefix("weftd: ready"))
+        self.ready = self.process.stdout.readline()
+        assert self.ready.startswith("weftd: ready"), self.process.stderr.read()
+        found = re.search(r":(\d+)", self.ready.removeprefix("weftd: ready"))
         self.port = int(found.group(1)) if found else None
 
     def resident_kib(self):

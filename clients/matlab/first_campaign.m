@@ -1,0 +1,33 @@
+% A campaign on the bench of the daemon that WEFT_HTTP names, and the mean count of each of its fabrics. On the simulated bench the figures
+% are simulated and say nothing about real fabrics. For MATLAB and GNU Octave; see README.md.
+addpath(fileparts(mfilename('fullpath')));
+recipe = getenv('WEFT_RECIPE');
+if isempty(recipe)
+  recipe = 'first';
+end
+
+check = weft_rpc('recipe.check', struct('recipe', recipe));
+assert(check.ok, 'the rig cannot run it');
+fprintf('%d trials, %.0f minutes of the bench\n', check.plan.trials, check.plan.eta_s / 60);
+
+lease = weft_rpc('lease.acquire', struct('ttl_ms', 60000, 'note', 'first_campaign.m'));
+run = weft_rpc('run.start', struct('recipe', recipe, 'lease', lease.lease));
+ended = weft_rpc('run.wait', struct('run', run.run));
+weft_rpc('lease.release', struct('lease', lease.lease));
+fprintf('%s: outcome %s, cleanup %s, rig %s\n', run.run, ended.outcome, ended.cleanup, ended.rig);
+
+told = weft_rpc('data.get', struct('run', run.run));
+data = weft_dataset(told.folder);  % on the daemon's machine; from elsewhere GET told.files(k).path
+names = unique(data.label);
+for k = 1:numel(names)
+  total = 0;
+  values = 0;
+  for r = find(data.runs.phase == 'M')'
+    if strcmp(data.label{data.runs.trial(r)}, names{k})
+      moving = data.counts(data.runs.first(r):data.runs.first(r) + data.runs.samples(r) - 1, :);
+      total = total + sum(moving(:));
+      values = values + numel(moving);
+    end
+  end
+  fprintf('%-10s %4d trials, mean count in motion %.3f\n', names{k}, sum(strcmp(data.label, names{k})), total / values);
+end

@@ -1,0 +1,34 @@
+function result = weft_rpc(method, params)
+% WEFT_RPC  One call of weftd's API by POST /rpc (docs/api.md).
+%   RESULT = WEFT_RPC(METHOD, PARAMS): PARAMS is a struct, or left out; RESULT a struct.
+%   WEFT_HTTP names the daemon, "http://127.0.0.1:8080", WEFT_TOKEN has the token.
+%   What the daemon refuses is an error whose identifier is weft:KIND, such as weft:param_unknown.
+  if nargin < 2
+    params = struct();
+  end
+  request = struct('jsonrpc', '2.0', 'id', 1, 'method', method, 'params', params);
+  folder = tempname();
+  mkdir(folder);
+  body = fullfile(folder, 'request.json');
+  headers = fullfile(folder, 'headers');  % a token on a command line would be in everybody's list of processes
+  write_text(body, jsonencode(request));
+  write_text(headers, sprintf('Authorization: Bearer %s\nContent-Type: application/json\n', getenv('WEFT_TOKEN')));
+  [status, text] = system(sprintf('curl -sS -H "@%s" --data-binary "@%s" "%s/rpc"', headers, body, getenv('WEFT_HTTP')));
+  delete(body);
+  delete(headers);
+  rmdir(folder);
+  if status ~= 0
+    error('weft:connection', 'no daemon answers at %s: %s', getenv('WEFT_HTTP'), text);
+  end
+  answer = jsondecode(text);
+  if isfield(answer, 'error')
+    error(['weft:' strrep(answer.error.data.kind, '.', '_')], '%s: %s', method, answer.error.message);
+  end
+  result = answer.result;
+end
+
+function write_text(name, text)
+  file = fopen(name, 'w');
+  fwrite(file, text);
+  fclose(file);
+end

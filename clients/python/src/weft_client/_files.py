@@ -1,0 +1,123 @@
+"""Files of a run over HTTP: by ranges, gone on with where they were cut, compared with their digests."""
+from __future__ import annotations
+
+import hashlib
+import http.client
+import json
+import os
+import pathlib
+from dataclasses import dataclass
+from typing import Any, Mapping, Optional
+from urllib.parse import quote, urlsplit
+
+from ._address import trust
+from ._errors import AccessError, ConnectionLost, DataAltered, RequestError, WeftError, error_of
+
+_PIECE_BYTES = 1 << 18
+_ATTEMPTS = 5  # in a row that bring no byte
+
+
+@dataclass(frozen=True)
+class DataFile:
+    """A file of a run: `path` is where HTTP has it."""
+
+    name: str
+    bytes: int
+    sha256: str
+    path: str
+
+    @staticmethod
+    def of(told: Mapping[str, Any]) -> "DataFile":
+        return DataFile(str(told["name"]), int(told["bytes"]), str(told["sha256"]), str(told["path"]))
+
+
+class Http:
+    """Where files are fetched: "http://127.0.0.1:8080" or "https://bench.example:8443", and the token for it."""
+
+    def __init__(self, url: Optional[str], token: Optional[str], tls_ca: Optional[str], timeout_s: float) -> None:
+        self._url, self._token, self._tls_ca, self._timeout_s = url, token, tls_ca, timeout_s
+
+    def get(self, path: str, headers: Mapping[str, str]) -> http.client.HTTPResponse:
+        """Errors: RequestError where the client was given no place or token, ConnectionLost."""
+        if not self._url or not self._token:
+            raise RequestError("files come over HTTP", 1000, {"kind": "request.invalid", "expected": "http and token",
+                                                              "hint": 'connect(..., http="http://127.0.0.1:8080", token="wft_...")'})
+        parts = urlsplit(self._url)
+        host = parts.hostname or ""
+        wire: http.client.HTTPConnection
+        if parts.scheme == "https":
+            wire = http.client.HTTPSConnection(host, parts.port, timeout=self._timeout_s, context=trust(self._tls_ca))
+        else:
+            wire = http.client.HTTPConnection(host, parts.port, timeout=self._timeout_s)
+        try:
+            wire.request("GET", path, headers={"Authorization": f"Bearer {self._token}", **headers})
+            return wire.getresponse()
+        except (OSError, http.client.HTTPException) as problem:
+            raise ConnectionLost(f"no daemon answers: {problem}", 0, {"where": self._url}) from problem
+
+
+def fetch(source: Http, file: DataFile, to: pathlib.Path) -> pathlib.Path:
+    """The file in its place, whole; until then it is beside it as NAME.part."""
+    target = to / pathlib.PurePosixPath(file.name).name if to.is_dir() else to
+    part = target.with_name(target.name + ".part")
+    barren = 0
+    if file.bytes == 0:
+        part.touch()
+    while _size(part) < file.bytes:
+        before = _size(part)
+        try:
+            _go_on(source, file, part)
+        except ConnectionLost:
+            barren = barren + 1 if _size(part) == before else 0
+            if barren == _ATTEMPTS:
+                raise
+    got = _digest(part)
+    if got != file.sha256:
+        part.unlink()
+        raise DataAltered("these bytes are not what the run's list says", 0, {"kind": "data.altered", "where": file.name,
+                                                                             "expected": file.sha256, "got": got})
+    os.replace(part, target)
+    return target
+
+
+def _size(part: pathlib.Path) -> int:
+    return part.stat().st_size if part.exists() else 0
+
+
+def _go_on(source: Http, file: DataFile, part: pathlib.Path) -> None:
+    have = _size(part)
+    response = source.get(f"{quote(file.path)}?sha256={file.sha256}", {"Range": f"bytes={have}-"} if have else {})
+    with response:
+        if response.status not in (200, 206):
+            raise _refused(response, file)
+        with part.open("ab" if response.status == 206 else "wb") as out:
+            try:
+                while piece := response.read(_PIECE_BYTES):
+                    out.write(piece)
+            except (OSError, http.client.HTTPException) as problem:
+                raise ConnectionLost(f"the file was cut off: {problem}", 0, {"where": file.name}) from problem
+    if _size(part) < file.bytes:
+        raise ConnectionLost("the file was cut off", 0, {"where": file.name})
+
+
+def _refused(response: http.client.HTTPResponse, file: DataFile) -> WeftError:
+    body = response.read()
+    try:
+        said = error_of(json.loads(body)["error"])
+    except (ValueError, KeyError, TypeError):
+        said = WeftError(f"HTTP {response.status}", response.status, {"where": file.name})
+    if response.status in (409, 412):
+        return DataAltered(said.message, said.code, {"kind": said.kind or "data.altered", "where": said.where or file.name, "hint": said.hint})
+    if response.status in (401, 403):
+        return AccessError(said.message, said.code, {"kind": said.kind, "where": said.where, "hint": said.hint})
+    if response.status in (408, 503, 504):
+        return ConnectionLost(said.message, said.code, {"kind": said.kind, "hint": said.hint})
+    return said
+
+
+def _digest(file: pathlib.Path) -> str:
+    digest = hashlib.sha256()
+    with file.open("rb") as read:
+        while piece := read.read(_PIECE_BYTES):
+            digest.update(piece)
+    return digest.hexdigest()

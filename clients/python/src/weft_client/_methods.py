@@ -1,0 +1,570 @@
+"""Every method of the daemon's API, version 1.0.0. Made by generate_methods.py from `rpc.discover`; do not edit.
+
+Each answers the result as it came, a dict; what it has is said in its documentation. Fields that are not known here are of a later version.
+"""
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, List, Mapping, Optional
+
+JsonObject = Dict[str, Any]
+Call = Callable[[str, Mapping[str, object]], JsonObject]
+
+
+class ClassifyMethods:
+    """Methods classify.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def live(self, *, run: str) -> JsonObject:
+        """The newest vote of a run whose recipe has a live vote; each is an event of the topic "vote:R-000318" too.
+
+        run: its name, "R-000318"
+        Result: run, vote: trial, fabric, exploration, repetition, slide_s, winner, probability (by label), none_of_these,
+        model_bench, ends_slide; null before the first. Least role: observer.
+        """
+        return self._call("classify.live", {"run": run})
+
+
+class DataMethods:
+    """Methods data.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def get(self, *, run: str) -> JsonObject:
+        """The files of a run that has ended; bytes are had by GET of `path` over HTTP, with Range, the digest as ETag.
+
+        run: its name, "R-000318"
+        Result: run, outcome, dataset_sha256, folder, files: name, bytes, sha256, path. Least role: observer.
+        """
+        return self._call("data.get", {"run": run})
+
+    def list(self) -> JsonObject:
+        """Data sets of all runs, oldest first, complete or not.
+
+        Result: datasets: run, recipe, name, created_us, outcome, dataset_sha256, handover. Least role: observer.
+        """
+        return self._call("data.list", {})
+
+    def verify(self, *, run: str) -> JsonObject:
+        """Whether a run's campaign file, data set and hand-over are what was recorded, byte by byte.
+
+        run: its name, "R-000318"
+        Result: run, holds, certified, finished, blank, trials_planned, trials_complete, attempts, lost_samples,
+        dataset_sha256, software_version, findings: where, what, hint. Least role: observer.
+        """
+        return self._call("data.verify", {"run": run})
+
+
+class HandoverMethods:
+    """Methods handover.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def cancel(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
+        """Ends a hand-over that waits or runs; the run and its data stay as they are.
+
+        run: its name, "R-000318"
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("handover.cancel", {"run": run, "idem": idem})
+
+    def start(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
+        """Trains and evaluates once more what a run's recipe hands over, where that failed, was cancelled or its files were
+        damaged; by itself it is done once a campaign is complete.
+
+        run: its name, "R-000318"
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("handover.start", {"run": run, "idem": idem})
+
+
+class LeaseMethods:
+    """Methods lease.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def acquire(self, *, scope: Optional[str] = None, ttl_ms: Optional[int] = None, note: Optional[str] = None,
+                idem: Optional[str] = None) -> JsonObject:
+        """Takes the rig for yourself, for a while.
+
+        scope: this rig, where it is left out
+        ttl_ms: how long it lasts without renewal [ms], 15000
+        note: for the others, what for
+        idem: key of this change: asked again, the first answer comes
+        Result: lease, expires_us. Least role: operator. Changes something.
+        """
+        return self._call("lease.acquire", {"scope": scope, "ttl_ms": ttl_ms, "note": note, "idem": idem})
+
+    def break_(self, *, lease: str, reason: str, idem: Optional[str] = None) -> JsonObject:
+        """Takes it away from whoever holds it; told to all.
+
+        lease: its name, "L-7"
+        reason: a few words
+        idem: key of this change: asked again, the first answer comes
+        Result: the lease that is over. Least role: admin. Changes something.
+        """
+        return self._call("lease.break", {"lease": lease, "reason": reason, "idem": idem})
+
+    def list(self) -> JsonObject:
+        """Who holds what.
+
+        Result: leases. Least role: observer.
+        """
+        return self._call("lease.list", {})
+
+    def release(self, *, lease: str, idem: Optional[str] = None) -> JsonObject:
+        """Done with it.
+
+        lease: its name, "L-7"
+        idem: key of this change: asked again, the first answer comes
+        Result: the lease that is over. Least role: operator. Changes something.
+        """
+        return self._call("lease.release", {"lease": lease, "idem": idem})
+
+    def renew(self, *, lease: str, ttl_ms: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+        """For longer.
+
+        lease: its name, "L-7"
+        ttl_ms: how long it lasts without renewal [ms], 15000
+        idem: key of this change: asked again, the first answer comes
+        Result: lease, expires_us. Least role: operator. Changes something.
+        """
+        return self._call("lease.renew", {"lease": lease, "ttl_ms": ttl_ms, "idem": idem})
+
+
+class LogMethods:
+    """Methods log.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def query(self, *, run: Optional[str] = None, kind: Optional[str] = None, since_us: Optional[int] = None,
+              until_us: Optional[int] = None, from_: Optional[int] = None, most: Optional[int] = None) -> JsonObject:
+        """Lines of the daemon's journal, oldest first, by run, kind and time.
+
+        run: of this run only
+        kind: of this kind only, "state"
+        since_us: not before, UTC
+        until_us: before, UTC
+        from_: this sequence number on: next of the page before
+        most: lines, 100; at most 10000
+        Result: lines: sequence, t_us, run, kind, by, data; next, null where there is no more: a page may be short, or empty,
+        and have one. Least role: observer.
+        """
+        return self._call("log.query", {"run": run, "kind": kind, "since_us": since_us, "until_us": until_us, "from": from_,
+                                        "most": most})
+
+    def tail(self, *, run: Optional[str] = None, most: Optional[int] = None) -> JsonObject:
+        """The newest lines of the daemon's journal.
+
+        run: of this run only
+        most: lines, 100
+        Result: lines: sequence, t_us, run, kind, by, data. Least role: observer.
+        """
+        return self._call("log.tail", {"run": run, "most": most})
+
+
+class QueueMethods:
+    """Methods queue.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def add(self, *, recipe: str, lease: str, seed: Optional[int] = None, name: Optional[str] = None, place: Optional[int] = None,
+            if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+        """Puts a campaign in line; it begins when its turn comes and the rig is free.
+
+        recipe: name of a recipe, see recipe.list
+        lease: your lease of the rig
+        seed: in place of the recipe's
+        name: added to the folder's name
+        place: in line, from 0; the end where it is left out
+        if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
+        idem: key of this change: asked again, the first answer comes
+        Result: the run, rev. Least role: operator. Changes something.
+        """
+        return self._call("queue.add", {"recipe": recipe, "lease": lease, "seed": seed, "name": name, "place": place,
+                                        "if_rev": if_rev, "idem": idem})
+
+    def get(self, *, run: str) -> JsonObject:
+        """One that waits.
+
+        run: its name, "R-000318"
+        Result: the run, place, rev. Least role: observer.
+        """
+        return self._call("queue.get", {"run": run})
+
+    def list(self) -> JsonObject:
+        """The runs that wait for the rig, the next first.
+
+        Result: rev, paused_by (null where it is not), runs. Least role: observer.
+        """
+        return self._call("queue.list", {})
+
+    def move(self, *, run: str, place: Optional[int] = None, if_rev: Optional[int] = None,
+             idem: Optional[str] = None) -> JsonObject:
+        """Another place in line.
+
+        run: its name, "R-000318"
+        place: in line, from 0; the end where it is left out
+        if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
+        idem: key of this change: asked again, the first answer comes
+        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        """
+        return self._call("queue.move", {"run": run, "place": place, "if_rev": if_rev, "idem": idem})
+
+    def pause(self, *, if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+        """Nothing more begins; the run under way goes on.
+
+        if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
+        idem: key of this change: asked again, the first answer comes
+        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        """
+        return self._call("queue.pause", {"if_rev": if_rev, "idem": idem})
+
+    def remove(self, *, run: str, if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+        """Takes a run out of the line, as run.withdraw does.
+
+        run: its name, "R-000318"
+        if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
+        idem: key of this change: asked again, the first answer comes
+        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        """
+        return self._call("queue.remove", {"run": run, "if_rev": if_rev, "idem": idem})
+
+    def start(self, *, lease: str, if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+        """The next in line begins when the rig is free; after a restart of the daemon too, which pauses a queue that is not
+        empty.
+
+        lease: your lease of the rig
+        if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
+        idem: key of this change: asked again, the first answer comes
+        Result: rev, paused_by (null where it is not), runs. Least role: operator. Changes something.
+        """
+        return self._call("queue.start", {"lease": lease, "if_rev": if_rev, "idem": idem})
+
+
+class RecipeMethods:
+    """Methods recipe.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def check(self, *, recipe: str, seed: Optional[int] = None) -> JsonObject:
+        """Everything that would be refused, before anything moves.
+
+        recipe: its name
+        seed: in place of the recipe's
+        Result: ok, digest, plan (eta_s with the people_s that people need, asks, next_attention), problems, warnings,
+        disk_ok. Least role: observer.
+        """
+        return self._call("recipe.check", {"recipe": recipe, "seed": seed})
+
+    def diff(self, *, recipe: str, other: str) -> JsonObject:
+        """What differs between two recipes, by JSON pointer.
+
+        recipe: its name, or a run's: then as that has it on record
+        other: likewise
+        Result: same (as written), same_campaign (planned on this rig; null where that cannot be said), count, differences:
+        where, change, was, is; the first 1000. Least role: observer.
+        """
+        return self._call("recipe.diff", {"recipe": recipe, "other": other})
+
+    def list(self) -> JsonObject:
+        """Recipes of the daemon's folder.
+
+        Result: recipes. Least role: observer.
+        """
+        return self._call("recipe.list", {})
+
+    def plan(self, *, recipe: str, seed: Optional[int] = None, from_: Optional[int] = None,
+             most: Optional[int] = None) -> JsonObject:
+        """What a recipe will do on this rig: phases, and each trial with its expected time.
+
+        recipe: its name, or a run's: then as that has it on record
+        seed: in place of the recipe's
+        from_: the first trial that is told, 0
+        most: trials, 100; at most 1000
+        Result: name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, steps, next. Least
+        role: observer.
+        """
+        return self._call("recipe.plan", {"recipe": recipe, "seed": seed, "from": from_, "most": most})
+
+    def schema(self) -> JsonObject:
+        """JSON Schema of a recipe.
+
+        Result: JSON Schema, draft 2020-12, with x-unit. Least role: observer.
+        """
+        return self._call("recipe.schema", {})
+
+
+class RigMethods:
+    """Methods rig.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def halt(self) -> JsonObject:
+        """Stops motion where it is and latches the rig; needs no lease and no role.
+
+        Result: latched. Least role: observer.
+        """
+        return self._call("rig.halt", {})
+
+    def reset(self, *, reason: str, idem: Optional[str] = None) -> JsonObject:
+        """Somebody has looked at the rig: it may move again.
+
+        reason: what was looked at
+        idem: key of this change: asked again, the first answer comes
+        Result: latched. Least role: operator. Changes something.
+        """
+        return self._call("rig.reset", {"reason": reason, "idem": idem})
+
+    def state(self) -> JsonObject:
+        """The rig's own fact.
+
+        Result: rig, run, latched_by, left_by. Least role: observer.
+        """
+        return self._call("rig.state", {})
+
+
+class RpcMethods:
+    """Methods rpc.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def discover(self) -> JsonObject:
+        """This document.
+
+        Result: OpenRPC. Least role: observer.
+        """
+        return self._call("rpc.discover", {})
+
+
+class RunMethods:
+    """Methods run.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def abort(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
+        """Stops motion, retracts, ends.
+
+        run: its name, "R-000318"
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("run.abort", {"run": run, "idem": idem})
+
+    def confirm(self, *, run: str, step: str, idem: Optional[str] = None) -> JsonObject:
+        """A person has done what the run waits for, as its "attention" says; it goes on.
+
+        run: its name, "R-000318"
+        step: which one: step of the run's attention, "Q-12"
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("run.confirm", {"run": run, "step": step, "idem": idem})
+
+    def get(self, *, run: str) -> JsonObject:
+        """One run.
+
+        run: its name, "R-000318"
+        Result: the run; attention is the next human action (null: none), next_attention_us since when it is asked or when it
+        will be. Least role: observer.
+        """
+        return self._call("run.get", {"run": run})
+
+    def list(self, *, state: Optional[str] = None) -> JsonObject:
+        """All runs, oldest first.
+
+        state: only those in this state
+        Result: runs. Least role: observer.
+        """
+        return self._call("run.list", {"state": state})
+
+    def pause(self, *, run: str, at: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+        """Holds before the next repetition, or now: then that repetition is run again.
+
+        run: its name, "R-000318"
+        at: boundary (default) or now
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("run.pause", {"run": run, "at": at, "idem": idem})
+
+    def recover(self, *, run: str, choice: str, preview: Optional[bool] = None, lease: Optional[str] = None,
+                idem: Optional[str] = None) -> JsonObject:
+        """What becomes of an interrupted run: it goes on, it ends and is never made a data set of, or it ends with a data set of
+        the trials that are complete.
+
+        run: its name, "R-000318"
+        choice: resume, discard or keep-partial
+        preview: answers what it would do, and does nothing
+        lease: of the rig; needed without preview
+        idem: key of this change: asked again, the first answer comes
+        Result: the run, or will, trials_planned, trials_done, trials_left. Least role: operator. Changes something.
+        """
+        return self._call("run.recover", {"run": run, "choice": choice, "preview": preview, "lease": lease, "idem": idem})
+
+    def resume(self, *, run: str, preview: Optional[bool] = None, lease: Optional[str] = None,
+               idem: Optional[str] = None) -> JsonObject:
+        """Goes on: up, position, bias, then the next repetition; an interrupted run with the repetition that was cut short.
+
+        run: its name, "R-000318"
+        preview: interrupted runs: answers what it would do, and does nothing
+        lease: of the rig; interrupted runs need it
+        idem: key of this change: asked again, the first answer comes
+        Result: the run, or will, trials_planned, trials_done, trials_left. Least role: operator. Changes something.
+        """
+        return self._call("run.resume", {"run": run, "preview": preview, "lease": lease, "idem": idem})
+
+    def start(self, *, recipe: str, lease: str, seed: Optional[int] = None, name: Optional[str] = None,
+              idem: Optional[str] = None) -> JsonObject:
+        """Puts a campaign in line; it begins when the rig is free.
+
+        recipe: name of a recipe, see recipe.list
+        lease: your lease of the rig
+        seed: in place of the recipe's
+        name: added to the folder's name
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("run.start", {"recipe": recipe, "lease": lease, "seed": seed, "name": name, "idem": idem})
+
+    def stop(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
+        """Finishes the repetition, cleans up, ends.
+
+        run: its name, "R-000318"
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("run.stop", {"run": run, "idem": idem})
+
+    def wait(self, *, run: str, hand_over: Optional[bool] = None) -> JsonObject:
+        """Answers when the run has ended.
+
+        run: its name, "R-000318"
+        hand_over: and what its recipe hands over as well
+        Result: the run. Least role: observer.
+        """
+        return self._call("run.wait", {"run": run, "hand_over": hand_over})
+
+    def withdraw(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
+        """Takes a run out of the line.
+
+        run: its name, "R-000318"
+        idem: key of this change: asked again, the first answer comes
+        Result: the run. Least role: operator. Changes something.
+        """
+        return self._call("run.withdraw", {"run": run, "idem": idem})
+
+
+class SessionMethods:
+    """Methods session.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def open(self, *, client: str, version: Optional[str] = None, protocol: Optional[str] = None, token: Optional[str] = None,
+             want: Optional[List[Any]] = None) -> JsonObject:
+        """Introduces the client and settles protocol and role; the first request.
+
+        client: name of the program
+        version: of the program
+        protocol: wanted, "1.x"
+        token: where the peer's credentials do not do
+        want: features
+        Result: session, role, protocol, features, epoch, seq, ready. Least role: observer.
+        """
+        return self._call("session.open", {"client": client, "version": version, "protocol": protocol, "token": token,
+                                           "want": want})
+
+    def whoami(self) -> JsonObject:
+        """Who you are here.
+
+        Result: session, client, user, role. Least role: observer.
+        """
+        return self._call("session.whoami", {})
+
+
+class SubMethods:
+    """Methods sub.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def close(self, *, sub: str) -> JsonObject:
+        """No more of it.
+
+        sub: its name, "u3"
+        Result: closed. Least role: observer.
+        """
+        return self._call("sub.close", {"sub": sub})
+
+    def open(self, *, topics: List[Any], mode: Optional[str] = None, max_hz: Optional[float] = None, from_seq: Optional[int] = None,
+             epoch: Optional[str] = None) -> JsonObject:
+        """Events from now on: a snapshot, then what changes.
+
+        topics: "run:R-000318"; "run:*" for all of a kind
+        mode: latest (merged) or every (bounded, gaps told)
+        max_hz: of latest, 20 [Hz]
+        from_seq: all events after this one instead
+        epoch: of the daemon that numbered from_seq
+        Result: sub, seq, snapshot. Least role: observer.
+        """
+        return self._call("sub.open", {"topics": topics, "mode": mode, "max_hz": max_hz, "from_seq": from_seq, "epoch": epoch})
+
+
+class SystemMethods:
+    """Methods system.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def info(self) -> JsonObject:
+        """What runs here.
+
+        Result: product, version, rig, epoch, seq. Least role: observer.
+        """
+        return self._call("system.info", {})
+
+    def ready(self) -> JsonObject:
+        """Whether a run can be started, and all that keeps it from that.
+
+        Result: ok, blockers. Least role: observer.
+        """
+        return self._call("system.ready", {})
+
+    def time(self) -> JsonObject:
+        """Both clocks.
+
+        Result: t_us (UTC), mono_us. Least role: observer.
+        """
+        return self._call("system.time", {})
+
+
+class Api:
+    """All of them, by noun: api.run.start(recipe="m1", lease="L-1")."""
+
+    def __init__(self, call: Call) -> None:
+        self.classify = ClassifyMethods(call)
+        self.data = DataMethods(call)
+        self.handover = HandoverMethods(call)
+        self.lease = LeaseMethods(call)
+        self.log = LogMethods(call)
+        self.queue = QueueMethods(call)
+        self.recipe = RecipeMethods(call)
+        self.rig = RigMethods(call)
+        self.rpc = RpcMethods(call)
+        self.run = RunMethods(call)
+        self.session = SessionMethods(call)
+        self.sub = SubMethods(call)
+        self.system = SystemMethods(call)

@@ -1,0 +1,138 @@
+"""One run of the daemon: its state, its end, orders to it, its files."""
+from __future__ import annotations
+
+import os
+import pathlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Union
+
+from ._errors import RequestError
+from ._files import DataFile, fetch
+from ._watch import Event, JsonObject, Watch
+
+if TYPE_CHECKING:
+    from ._client import Client
+    from ._lease import Lease
+
+_OVER = ("ended", "interrupted")
+
+
+@dataclass(frozen=True)
+class Check:
+    """What `recipe.check` says before anything moves. `plan` has eta_s [s], people_s [s], bytes, trials, fabrics."""
+
+    ok: bool
+    plan: Dict[str, Any]
+    problems: List[Any]
+    warnings: List[Any]
+    disk_ok: bool
+    digest: str
+
+
+@dataclass(frozen=True)
+class End:
+    """How a run ended, as three facts: `outcome` (complete, stopped, aborted, failed, interrupted), `cleanup` (done, partial, failed,
+    skipped) and `rig` (safe, holding, moving, unknown, latched). `cause` is {} where there is none."""
+
+    outcome: str
+    cleanup: str
+    rig: str
+    dataset_sha256: str
+    cause: Dict[str, Any]
+    state: Dict[str, Any] = field(repr=False)
+
+
+def end_of(state: JsonObject) -> End:
+    cause = state.get("cause")
+    return End(str(state.get("outcome", "")), str(state.get("cleanup", "")), str(state.get("rig", "")), str(state.get("dataset_sha256", "")),
+               cause if isinstance(cause, dict) else {}, state)
+
+
+class Run:
+    """A run by its name, "R-000318". Nothing is asked before a method is called."""
+
+    def __init__(self, client: "Client", name: str) -> None:
+        self._client, self.name = client, name
+
+    def __repr__(self) -> str:
+        return f"Run({self.name!r})"
+
+    def state(self) -> JsonObject:
+        return self._client.api.run.get(run=self.name)
+
+    def wait(self, timeout_s: Optional[float] = None, hand_over: bool = False) -> End:
+        """Until it has ended, and with `hand_over` until its data set has been trained on too. Errors: TimeoutError."""
+        params: JsonObject = {"run": self.name, **({"hand_over": True} if hand_over else {})}
+        return end_of(self._client.answer(self._client.request("run.wait", params), timeout_s))
+
+    def watch(self, mode: str = "latest", max_hz: float = 20) -> Watch:
+        """Its events from now on; the last one is its end."""
+        topic = f"run:{self.name}"
+        watch = self._client.watch(topic, mode=mode, max_hz=max_hz)
+        now = self.state()
+        # The daemon that ran it may have been another one, which told its events to others.
+        over = Event(topic, now, now, 0, snapshot=True) if now.get("state") in _OVER else None
+        return watch.ending_with(lambda event: event.state.get("state") in _OVER, over)
+
+    def pause(self, now: bool = False) -> JsonObject:
+        """Before the next repetition, or now: then that repetition is run again."""
+        return self._client.api.run.pause(run=self.name, at="now" if now else "boundary")
+
+    def resume(self, lease: "Union[None, str, Lease]" = None) -> JsonObject:
+        """Goes on. An interrupted run needs a lease."""
+        return self._client.api.run.resume(run=self.name, lease=_name(lease))
+
+    def stop(self) -> JsonObject:
+        """Finishes the repetition, cleans up, ends."""
+        return self._client.api.run.stop(run=self.name)
+
+    def abort(self) -> JsonObject:
+        """Stops motion, retracts, ends."""
+        return self._client.api.run.abort(run=self.name)
+
+    def confirm(self, step: Optional[str] = None) -> JsonObject:
+        """What a person was asked for is done. `step` names which; None: the one that is asked now."""
+        if step is None:
+            asked = self.state().get("attention") or {}
+            if not asked.get("step"):
+                raise RequestError("nothing is asked now", 1000, {"kind": "request.invalid", "where": self.name,
+                                                                  "hint": "state()['attention'] is the next human action"})
+            step = str(asked["step"])
+        return self._client.api.run.confirm(run=self.name, step=step)
+
+    # --- its data ---
+
+    def files(self) -> List[DataFile]:
+        """What can be fetched, with sizes and digests; once it has ended."""
+        return [DataFile.of(told) for told in self._client.api.data.get(run=self.name)["files"]]
+
+    def file(self, name: str) -> DataFile:
+        """One of files(). Errors: RequestError, which names those that there are."""
+        files = self.files()
+        for found in files:
+            if found.name == name:
+                return found
+        raise RequestError("no such file of this run", 1004, {"kind": "not_found", "where": self.name, "got": name,
+                                                              "expected": ", ".join(f.name for f in files)})
+
+    def download(self, name: str, to: "Union[str, os.PathLike[str]]") -> pathlib.Path:
+        """One of files() over HTTP into a folder or a file; what is there of it from an earlier attempt is gone on with, and the whole
+        compared with its digest. Needs the client's `http` and a token. Errors: DataAltered, AccessError, ConnectionLost."""
+        return fetch(self._client.http, self.file(name), pathlib.Path(to))
+
+    def folder(self) -> pathlib.Path:
+        """Its folder on the daemon's machine."""
+        return pathlib.Path(self.state()["folder"])
+
+    def verify(self) -> JsonObject:
+        """Whether its files are what was recorded, byte by byte."""
+        return self._client.api.data.verify(run=self.name)
+
+
+def _name(lease: "Union[None, str, Lease]") -> Optional[str]:
+    return lease if lease is None or isinstance(lease, str) else lease.name
+
+
+def runs_of(client: "Client", state: Optional[str]) -> Iterator[Run]:
+    for told in client.api.run.list(state=state)["runs"]:
+        yield Run(client, str(told["run"]))

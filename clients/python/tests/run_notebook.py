@@ -1,0 +1,33 @@
+"""Runs a notebook's code cells in order, top-level await and all, without Jupyter.
+
+    run_notebook.py NOTEBOOK.ipynb      cells whose metadata names a package that is not installed are left out, with a message
+"""
+import ast
+import asyncio
+import importlib.util
+import inspect
+import json
+import pathlib
+import sys
+
+
+def main():
+    notebook = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
+    names, left_out, ran = {"__name__": "__main__"}, [], 0
+    for cell in notebook["cells"]:
+        if cell["cell_type"] != "code":
+            continue
+        assert cell["outputs"] == [] and cell["execution_count"] is None, f"{cell['id']}: outputs do not belong into the repository"
+        needs = cell["metadata"].get("weft", {}).get("needs")
+        if needs and importlib.util.find_spec(needs) is None:
+            left_out.append(f"{cell['id']} ({needs} is not installed)")
+            continue
+        code = compile("".join(cell["source"]), cell["id"], "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT)
+        ended = eval(code, names)
+        if inspect.iscoroutine(ended):
+            asyncio.run(ended)
+        ran += 1
+    print(f"{ran} cells run, left out: {', '.join(left_out) or 'none'}")
+
+
+main()

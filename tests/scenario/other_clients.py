@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""The examples for a shell and for MATLAB (run with GNU Octave) against weftd. Octave's is left out, with a message, where it is not installed.
+
+    other_clients.py WEFTD WEFT SOURCE_ROOT      all simulated
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from python_client import write_recipes
+from weftd_support import PATIENCE_S, Daemon, token_of
+
+WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
+
+
+def said_by(*words, status=0, **environment):
+    ran = subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=PATIENCE_S, env={**os.environ, **environment})
+    assert ran.returncode == status, f"{words}: {ran.returncode}\n{ran.stdout}\n{ran.stderr}"
+    return ran.stdout + ran.stderr
+
+
+def shell(daemon):
+    if shutil.which("nc") is None:
+        return print("nc is not installed (netcat-openbsd): the shell's example was not run")
+    said = said_by(ROOT / "clients/shell/campaign.sh", "small", WEFT_SOCKET=str(daemon.socket))
+    assert re.search(r"R-\d+: outcome complete, cleanup done, rig safe", said) and "  now " in said, said
+    assert "recipe.check was refused" in said_by(ROOT / "clients/shell/campaign.sh", "none", status=1, WEFT_SOCKET=str(daemon.socket))
+    print("shell: a campaign run")
+
+
+def octave(daemon, token):
+    if shutil.which("octave") is None or shutil.which("curl") is None:
+        return print("octave or curl is not installed: MATLAB's example was not run")
+    http = re.search(r"http://\S+", daemon.ready).group()
+    environment = {"WEFT_HTTP": http, "WEFT_TOKEN": token, "WEFT_RECIPE": "small"}
+    said = said_by("octave", "--no-gui", "--norc", ROOT / "clients/matlab/first_campaign.m", **environment)
+    assert "outcome complete, cleanup done, rig safe" in said, said
+    means = dict(re.findall(r"^(\w+) +2 trials, mean count in motion ([\d.]+)$", said, re.M))
+    assert set(means) == {"denim", "silk"}, said
+    refused = said_by("octave", "--no-gui", "--norc", "--eval", f"addpath('{ROOT}/clients/matlab'); weft_rpc('run.get', struct('ran', 'x'))",
+                      status=1, **environment)
+    assert "run.get" in refused, refused
+    print("octave: a campaign run, means", means)
+    return means
+
+
+def agrees(means, file):
+    """The same means by h5py, where that is installed."""
+    try:
+        import h5py
+    except ImportError:
+        return print("h5py is not installed: the means were not compared")
+    with h5py.File(file) as h5:
+        labels = [label.decode() for label in h5["trials/label"]]
+        for name, told in means.items():
+            total = rows = 0
+            for i in (k for k, label in enumerate(labels) if label == name):
+                first, samples = int(h5["trials/taxel_first"][i]), int(h5["trials/taxel_samples"][i])
+                counts = h5["taxel/counts"][first:first + samples][h5["taxel/phase"][first:first + samples] == ord("M")]
+                total, rows = total + int(counts.sum()), rows + counts.size
+            assert abs(total / rows - float(told)) <= 0.0005, (name, total / rows, told)
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="weft-client-") as name:
+        folder = pathlib.Path(name)
+        write_recipes(folder)
+        token = token_of(WEFT, folder / "tokens.json", "lab", "operator")
+        daemon = Daemon(WEFTD, ROOT, folder, "--http", "0", "--tokens", folder / "tokens.json")
+        try:
+            shell(daemon)
+            means = octave(daemon, token)
+            if means:
+                agrees(means, sorted(daemon.socket.parent.glob("R-*/dataset.h5"))[-1])
+            assert daemon.end() == 0
+        finally:
+            daemon.process.kill()
+
+
+main()
