@@ -15,6 +15,7 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_data_methods(methods, services);
   add_plan_methods(methods, services);
   add_hand_over_methods(methods, services);
+  add_sim_methods(methods, services);
   add_subscription_methods(methods, services);
 }
 

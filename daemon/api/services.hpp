@@ -11,6 +11,8 @@
 #include "daemon/control/hand_over_desk.hpp"
 #include "daemon/control/run_desk.hpp"
 #include "daemon/rpc/method.hpp"
+#include "daemon/run/bench_pace.hpp"
+#include "daemon/run/onlooker.hpp"
 #include "daemon/server/hub.hpp"
 
 namespace weft::daemon::api {
@@ -38,6 +40,7 @@ struct Services {
   Errand change_errand;        ///< likewise, for who changes something: no question makes him wait
   Errand file_errand;          ///< on a thread of its own again, the only one that uses `files`
   DataFiles* files = nullptr;  ///< the data sets' files
+  BenchPace* pace = nullptr;   ///< of a simulated bench
 };
 
 /// All of them, with the introduction.
@@ -53,7 +56,13 @@ void add_classify_methods(rpc::Methods& methods, const Services& services);
 void add_data_methods(rpc::Methods& methods, const Services& services);
 void add_plan_methods(rpc::Methods& methods, const Services& services);
 void add_hand_over_methods(rpc::Methods& methods, const Services& services);
+void add_sim_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
+
+/// Tells a frame of `run` under "stream:force", "stream:stages" and "stream:taxels".
+void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us);
+/// Whether anybody listens to these.
+bool wants_samples(const server::Hub& hub);
 
 /// A file by "R-000318/dataset.h5", for a download: `told` is called once, on the server's thread.
 /// Errors: not_found; DataFiles::open()'s; timeout, when too many wait already.

@@ -3,6 +3,7 @@
 
 #include "daemon/api/parts.hpp"
 #include "daemon/recorder/recorder.hpp"
+#include "daemon/run/rig_file.hpp"
 #include "daemon/server/conversation.hpp"
 #include "recipes/engine/rig_limits.hpp"
 
@@ -15,12 +16,22 @@ using rpc::Outcome;
 
 constexpr std::int64_t most_lines = 10'000;
 
+/// What kind of data the rig makes; the rig file may be another one each time.
+std::string_view bench_of(const Services& services) {
+  const auto text = read_text_file(services.rig);
+  if (!text) return to_string(BenchKind::unknown);
+  const auto rig = parse_rig_file(*text);
+  return to_string(rig ? rig->bench : BenchKind::unknown);
+}
+
 json system_info(const Services& services) {
   return {{"product", "weftd"},
           {"version", WEFT_VERSION},
           {"protocol", server::protocol_version},
           {"epoch", services.epoch},
           {"rig", services.rig_name},
+          {"bench", bench_of(services)},
+          {"pace", services.pace->load(std::memory_order_relaxed)},
           {"listeners", services.hub->listeners()},
           {"seq", services.hub->seq()}};
 }
@@ -146,7 +157,12 @@ std::string readiness_json(const Services& services) {
 
 void add_system_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
-  methods.add({"system.info", "what runs here", {}, {}, {}, "product, version, rig, epoch, seq"},
+  methods.add({"system.info",
+               "what runs here",
+               {},
+               {},
+               {},
+               "product, version, rig, bench (\"simulated\" or \"real\"), pace, epoch, seq"},
               [s](const Call&) -> Outcome { return text_of(system_info(*s)); });
   methods.add({"system.ready",
                "whether a run can be started, and all that keeps it from that",

@@ -173,6 +173,8 @@ void RunDesk::begin_next() {
         });
       };
     hooks.orders = &*run.orders;
+    hooks.onlooker = around_.onlooker;
+    hooks.pace = around_.pace;
     hooks.rig_taken = [&run] { run.took_rig = true; };
     hooks.moment = [this, &run](const RunMoment& moment) {
       around_.post([this, &run, moment] { moved(run, moment); });

@@ -77,6 +77,8 @@ class RunDesk {
     std::function<void(const RunView&)> voted = {};  ///< there is a new live vote
     /// The line is another one, by whose word or act.
     std::function<void(const RunLine&, std::string_view by)> lined = {};
+    Onlooker* onlooker = nullptr;     ///< shown what the run under way senses
+    const BenchPace* pace = nullptr;  ///< of a simulated bench
   };
   /// `store` outlives the desk.
   RunDesk(Surroundings around, RunStore& store);

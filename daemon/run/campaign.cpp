@@ -47,7 +47,8 @@ class Run {
         hooks_(&hooks),
         log_(session.bench(), session.loop(), hooks.device_log),
         errors_(error_check ? session.plant() : nullptr, checked.plan),
-        live_(checked.plan, checked.models) {}
+        live_(checked.plan, checked.models),
+        keeper_(hooks.pace) {}
 
   Status bring_up() {
     Status up = daemon::bring_up(*session_, [this] { return stop_asked(*hooks_); });
@@ -93,7 +94,10 @@ class Run {
       tell(done, force, recording);
     };
     hooks.trial_begun = [this](std::size_t trial) { live_.begin(trial); };
-    hooks.sensed = [&](const Sample& sample, Phase phase) { vote(sample, phase, recording); };
+    hooks.sensed = [&](const Sample& sample, Phase phase) {
+      if (hooks_->onlooker != nullptr) hooks_->onlooker->hear(sample);
+      vote(sample, phase, recording);
+    };
     hooks.slid_enough = [this] { return live_.slid_enough(); };
     Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
     supervisor.start(past.from);
@@ -101,6 +105,9 @@ class Run {
       if (signalled(*hooks_) && !std::exchange(stopping_, true)) abort(supervisor, recording);
       pass_over(supervisor, past.played_again);
       tell_step(supervisor);
+      if (hooks_->onlooker != nullptr)
+        hooks_->onlooker->show(session_->bench().snapshot(), session_->loop().now());
+      keep_pace();
       obey(supervisor, recording);
       return supervisor.result().has_value();
     });
@@ -123,6 +130,18 @@ class Run {
     while (supervisor.asked() != nullptr && supervisor.state().trial < played_again) {
       pace_->passed_over(supervisor.asked()->ask);
       supervisor.request(recipes::OperatorConfirmed{supervisor.asked()->ticket});
+    }
+  }
+
+  // An order ends the wait: it is obeyed at the time that the bench has come to.
+  void keep_pace() {
+    constexpr std::chrono::milliseconds shortest{1}, longest{100};
+    if (hooks_->orders == nullptr || session_->plant() == nullptr) return;
+    while (!signalled(*hooks_)) {
+      const auto ahead = keeper_.ahead(session_->loop().now(), steady_wall_now());
+      if (ahead < shortest) return;
+      const auto wait = std::chrono::duration_cast<std::chrono::milliseconds>(ahead);
+      if (hooks_->orders->wait(std::min(wait, longest))) return;
     }
   }
 
@@ -265,6 +284,7 @@ class Run {
   DeviceLog log_;
   ErrorCheck errors_;
   LiveWatch live_;
+  PaceKeeper keeper_;
   bool stopping_ = false;
   recipes::Step last_step_ = recipes::Step::ready;
   recipes::Ticket last_asked_ = 0;

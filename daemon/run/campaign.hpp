@@ -9,9 +9,11 @@
 #include <string>
 
 #include "daemon/dataset/dataset.hpp"
+#include "daemon/run/bench_pace.hpp"
 #include "daemon/run/bench_session.hpp"
 #include "daemon/run/device_log.hpp"
 #include "daemon/run/live_watch.hpp"
+#include "daemon/run/onlooker.hpp"
 #include "daemon/run/rig_file.hpp"
 #include "daemon/run/run_orders.hpp"
 #include "daemon/run/simulation.hpp"
@@ -128,6 +130,10 @@ struct CampaignHooks {
   std::function<void(const VoteMoment&)> vote = {};
   /// Once the recipe is checked, likewise; nothing has moved.
   std::function<void(const recipes::Plan&)> planned = {};
+  /// Shown what the bench senses, where somebody looks.
+  Onlooker* onlooker = nullptr;
+  /// Of a simulated bench; kept only where there are `orders`, which end a wait.
+  const BenchPace* pace = nullptr;
 };
 
 /// Plan and rig of a request, everything refused that can be refused. The error lists all problems.

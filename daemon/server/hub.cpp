@@ -87,9 +87,24 @@ void Hub::publish(std::string_view topic, const json& delta, std::int64_t t_us) 
   snapshot->merge_patch(delta);
   recent_.push_back(event);
   if (recent_.size() > most_replayed) recent_.pop_front();
+  offer(event);
+}
+
+void Hub::pass_on(std::string_view topic, const json& delta, std::int64_t t_us) {
+  offer(std::make_shared<const Event>(Event{++seq_, t_us, std::string(topic), delta}));
+}
+
+bool Hub::wanted(std::string_view topic) const {
+  return std::any_of(subscriptions_.begin(), subscriptions_.end(), [&](const auto& each) {
+    const auto subscription = each.lock();
+    return subscription && subscription->wants(topic);
+  });
+}
+
+void Hub::offer(const std::shared_ptr<const Event>& event) {
   for (auto it = subscriptions_.begin(); it != subscriptions_.end();) {
     const auto subscription = it->lock();
-    if (subscription && subscription->wants(topic)) subscription->offer(event);
+    if (subscription && subscription->wants(event->topic)) subscription->offer(event);
     it = subscription ? std::next(it) : subscriptions_.erase(it);
   }
   if (news_) news_();

@@ -74,6 +74,11 @@ class Hub {
   /// What changed about a topic: an RFC 7386 merge patch of its snapshot.
   void publish(std::string_view topic, const nlohmann::json& delta, std::int64_t t_us);
 
+  /// To who listens now and nobody later: part of no snapshot, and not to be had again.
+  void pass_on(std::string_view topic, const nlohmann::json& delta, std::int64_t t_us);
+  /// Whether anybody listens to this topic.
+  [[nodiscard]] bool wanted(std::string_view topic) const;
+
   Opened open(const Wish& wish);
   /// Instead of a snapshot all events after `from_seq`; mode `every`. Errors: "replay.gone", where
   /// some of them are not kept any more.
@@ -86,6 +91,7 @@ class Hub {
 
  private:
   std::shared_ptr<Subscription> add(const Wish& wish);
+  void offer(const std::shared_ptr<const Event>& event);
 
   std::uint64_t seq_ = 0;
   std::uint64_t next_id_ = 1;

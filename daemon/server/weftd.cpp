@@ -64,7 +64,10 @@ class Daemon {
   void changed(const control::RunView& run);
   void lined(const control::RunLine& line, std::string_view by);
   void tick();
+  void show_samples();
 
+  BenchPace pace_ = 0;
+  Onlooker onlooker_;
   RisingUtc utc_;
   access::TokenFile tokens_;
   access::IdempotencyCache answered_;
@@ -130,7 +133,9 @@ void Daemon::wire(const DaemonOptions& options) {
                    [this](Errands::Work work, Errands::Failed failed) {
                      return file_errands_->send(std::move(work), std::move(failed));
                    },
-               .files = &files_};
+               .files = &files_,
+               .pace = &pace_};
+  pace_ = options.pace;
   shared_.methods = &methods_;
   shared_.hub = &hub_;
   shared_.answered = &answered_;
@@ -161,6 +166,9 @@ Status Daemon::load_tls(const DaemonOptions& options) {
 }
 
 Status Daemon::begin(const DaemonOptions& options) {
+  if (!is_pace(options.pace))
+    return fail(Errc::range, "no such pace", "--pace", "0, or 1 to 1 000 000",
+                std::to_string(options.pace), "0 lets a simulated bench go as fast as it can");
   wire(options);
   if (Status ok = load_tls(options); !ok) return ok;
   const auto address = address_to_listen_on(options.listen, tls_ != nullptr);
@@ -190,7 +198,9 @@ Status Daemon::begin(const DaemonOptions& options) {
               [this](const control::RunView& run) {
                 hub_.publish("vote:" + run.stored.id(), api::vote_json(*run.vote), utc_us());
               },
-          .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); }},
+          .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); },
+          .onlooker = &onlooker_,
+          .pace = &pace_},
       log_);
   services_.desk = desk_.get();
   hand_overs_ = std::make_unique<control::HandOverDesk>(
@@ -226,7 +236,18 @@ void Daemon::lined(const control::RunLine& line, std::string_view by) {
   hub_.publish("queue", delta, utc_us());
 }
 
+// Each tick at most one frame: whoever looks on costs the run nothing more.
+void Daemon::show_samples() {
+  const bool wanted = api::wants_samples(hub_);
+  onlooker_.look(wanted);
+  if (!wanted) return;
+  const auto run = desk_->active();
+  const auto frame = onlooker_.take();
+  if (run && frame) api::pass_on(hub_, *frame, *run, utc_us());
+}
+
 void Daemon::tick() {
+  show_samples();
   if (http_) http_->pump();
   desk_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))

@@ -154,3 +154,24 @@ TEST_CASE("Votes of two explorations' models do not run into each other, merged 
   CHECK_FALSE(now.contains("probability"));
   CHECK(now["winner"] == "denim");
 }
+
+TEST_CASE("What is passed on goes to who listens now, is in no snapshot and not to be had again") {
+  Hub hub;
+  CHECK_FALSE(hub.wanted("stream:force"));
+  const Opened listens = hub.open(wish(Mode::every, {"stream:*"}));
+  const Opened other = hub.open(wish(Mode::every));
+  CHECK(hub.wanted("stream:force"));
+  CHECK_FALSE(hub.wanted("vote:1"));
+  hub.publish("run:1", {{"rep", 1}}, 10);
+  hub.pass_on("stream:force", {{"fz_n", 5.0}}, 20);
+  hub.publish("run:1", {{"rep", 2}}, 30);
+  const auto heard = take_all(*listens.subscription, 0ns);
+  REQUIRE(heard.size() == 1);
+  CHECK(heard[0]["delta"] == json{{"fz_n", 5.0}});
+  CHECK(heard[0]["seq"] == 2);
+  CHECK(take_all(*other.subscription, 0ns).size() == 2);
+  CHECK(hub.open(wish(Mode::every, {"stream:*"})).snapshot_json == "{}");
+  const auto again = hub.replay(wish(Mode::every, {"*"}), 0);
+  REQUIRE(again);
+  CHECK(take_all(*again->subscription, 0ns).size() == 2);
+}
