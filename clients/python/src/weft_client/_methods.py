@@ -495,6 +495,22 @@ class SessionMethods:
         return self._call("session.whoami", {})
 
 
+class SimMethods:
+    """Methods sim.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def clock(self, *, pace: float, idem: Optional[str] = None) -> JsonObject:
+        """How fast the time of a simulated bench passes, now and in later runs; the daemon begins with --pace.
+
+        pace: bench seconds per second, 1 to 1000000; 0: as fast as it can
+        idem: key of this change: asked again, the first answer comes
+        Result: pace. Least role: operator. Changes something.
+        """
+        return self._call("sim.clock", {"pace": pace, "idem": idem})
+
+
 class SubMethods:
     """Methods sub.*"""
 
@@ -532,7 +548,7 @@ class SystemMethods:
     def info(self) -> JsonObject:
         """What runs here.
 
-        Result: product, version, rig, epoch, seq. Least role: observer.
+        Result: product, version, rig, bench ("simulated" or "real"), pace, epoch, seq. Least role: observer.
         """
         return self._call("system.info", {})
 
@@ -566,5 +582,6 @@ class Api:
         self.rpc = RpcMethods(call)
         self.run = RunMethods(call)
         self.session = SessionMethods(call)
+        self.sim = SimMethods(call)
         self.sub = SubMethods(call)
         self.system = SystemMethods(call)
