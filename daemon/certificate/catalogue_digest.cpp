@@ -36,13 +36,17 @@ constexpr std::array plain_tables{
     TableQuery{"journal", 4,
                "SELECT sequence, t_ns, kind, payload_json FROM journal ORDER BY sequence"}};
 
-/// In campaigns with vibrations.
-constexpr TableQuery block_table{
-    "block_stream", 6,
-    "SELECT stream, printf('%!.17g', rate_hz), readings, axes, unit, printf('%!.17g', per_unit) "
-    "FROM block_stream ORDER BY stream"};
-constexpr const char* has_block_table_sql =
-    "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'block_stream'";
+/// In campaigns with vibrations; in those of a sweep.
+constexpr std::array tables_of_some{
+    TableQuery{"block_stream", 6,
+               "SELECT stream, printf('%!.17g', rate_hz), readings, axes, unit, "
+               "printf('%!.17g', per_unit) FROM block_stream ORDER BY stream"},
+    TableQuery{"factor", 2, "SELECT position, name FROM factor ORDER BY position"},
+    TableQuery{"trial_factor", 3,
+               "SELECT trial, position, printf('%!.17g', value) FROM trial_factor ORDER BY trial, "
+               "position"}};
+constexpr const char* has_table_sql =
+    "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?";
 
 constexpr int trial_columns = 13;
 constexpr const char* trial_sql =
@@ -92,14 +96,17 @@ Result<std::vector<CertifiedTable>> table_digests(sqlite::Database& campaign) {
     if (!digest) return pass(digest.error());
     out.push_back({table.name, std::move(*digest)});
   }
-  auto has_blocks = campaign.prepare(has_block_table_sql);
-  if (!has_blocks) return pass(has_blocks.error());
-  const auto row = has_blocks->step();
-  if (!row) return pass(row.error());
-  if (!*row) return out;
-  auto digest = digest_of_table(campaign, block_table);
-  if (!digest) return pass(digest.error());
-  out.push_back({block_table.name, std::move(*digest)});
+  for (const TableQuery& table : tables_of_some) {
+    auto has_table = campaign.prepare(has_table_sql);
+    if (!has_table) return pass(has_table.error());
+    has_table->bind(1, table.name);
+    const auto row = has_table->step();
+    if (!row) return pass(row.error());
+    if (!*row) continue;
+    auto digest = digest_of_table(campaign, table);
+    if (!digest) return pass(digest.error());
+    out.push_back({table.name, std::move(*digest)});
+  }
   return out;
 }
 

@@ -41,8 +41,9 @@ Result<CampaignReport> write_report(const CampaignSummary& summary,
   // What a live vote has left says nothing of all slides.
   const bool selected = !dataset->info.ended_early.empty();
   // Imprints have rules of their own: the hand-over's.
+  // So has a sweep: its cells are weighed against each other, see weft design analyse.
   auto results =
-      selected || holds_imprints(*dataset)
+      selected || holds_imprints(*dataset) || !dataset->info.factors.empty()
           ? Result<std::vector<ExplorationResult>>()
           : evaluate_campaign(*dataset, options, steady_wall_seconds, progress_to(console));
   CampaignReport report;

@@ -36,6 +36,7 @@ json to_json(const recipes::Forecast& forecast) {
   return {{"duration_s", forecast.duration_s},
           {"people_s", forecast.people_s},
           {"asks", forecast.asks},
+          {"mounts", forecast.mounts},
           {"total_s", forecast.total_s()},
           {"bytes", forecast.bytes},
           {"envelope", axes},
@@ -82,6 +83,21 @@ std::string asks_text(const Plan& plan) {
   return out;
 }
 
+json sweep_json(const Plan& plan) {
+  if (!plan.sweep) return nullptr;
+  const recipes::Sweep& sweep = *plan.sweep;
+  json factors = json::array();
+  for (const recipes::Factor& factor : sweep.factors)
+    factors.push_back({{"name", recipes::factor_name(factor.kind)}, {"values", factor.values}});
+  return {{"factors", factors},
+          {"cells", sweep.cells.size()},
+          {"full_cells", sweep.full_cells()},
+          {"d_efficiency", sweep.d_efficiency},
+          {"replicates", sweep.replicates},
+          {"block_by", recipes::to_string(sweep.block_by)},
+          {"explorations", sweep.explorations}};
+}
+
 json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& simulation,
                const std::vector<Diagnostic>& warnings) {
   json explorations = json::array();
@@ -95,6 +111,7 @@ json plan_json(const CheckArgs& args, const Plan& plan, const SimulationNote& si
           {"trials", plan.trials.size()},
           {"fabrics", plan.fabrics},
           {"explorations", explorations},
+          {"sweep", sweep_json(plan)},
           {"simulation", json::parse(to_json(simulation))},
           {"forecast", to_json(plan.forecast)},
           {"operator_steps", asks_json(plan)},
@@ -119,12 +136,16 @@ std::string plan_text(const Plan& plan, const SimulationNote& simulation,
                       const std::vector<Diagnostic>& warnings) {
   std::vector<std::string> names;
   for (const recipes::Exploration& e : plan.explorations) names.push_back(e.name);
+  if (plan.sweep) names = plan.sweep->explorations;
   const recipes::Forecast& f = plan.forecast;
   Table facts(Align::left);
   facts.row({"recipe", plan.name});
   facts.row({"rig", plan.limits.name + " (" + plan.limits.bench + ")"});
   facts.row({"trials", thousands(plan.trials.size()) + ": " + std::to_string(plan.fabrics.size()) +
                            " fabrics, explorations " + joined(names)});
+  if (plan.sweep) facts.row({"sweep", recipes::sweep_text(*plan.sweep)});
+  facts.row({"cloths", "put on the plate " + std::to_string(f.mounts) +
+                           (f.mounts == 1 ? " time" : " times")});
   facts.row({"duration",
              duration(f.total_s()) +
                  (f.asks == 0

@@ -19,7 +19,10 @@ Result<int> run_features(const FeaturesArgs& args, Console& console) {
   if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
   const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, false, true);
   if (!chosen) return pass(chosen.error());
-  if (auto ok = export_features_csv(args.out, chosen->features); !ok) return pass(ok.error());
+  if (auto ok = export_features_csv(args.out, chosen->features,
+                                    factor_columns(chosen->dataset, chosen->features));
+      !ok)
+    return pass(ok.error());
   const BenchKind kind = chosen->dataset.info.kind;
   const std::size_t rows = chosen->features.size();
   const std::size_t columns = chosen->features.names.size();

@@ -64,6 +64,10 @@ Status check_record(const TrialRecord& record, std::size_t samples, const Datase
   if (!std::isfinite(quality.force_rms_error_n.value_or(0)) ||
       !std::isfinite(quality.force_in_band_fraction.value_or(0)))
     return fail(Errc::invalid_argument, "a quality figure that is not a finite number");
+  if (record.spec.factors.size() != info.factors.size())
+    return sizes_disagree("factors", info.factors.size(), record.spec.factors.size());
+  if (!std::ranges::all_of(record.spec.factors, [](double x) { return std::isfinite(x); }))
+    return fail(Errc::invalid_argument, "a factor's value that is not a finite number");
   if (record.t_ns.size() != samples) return sizes_disagree("times", samples, record.t_ns.size());
   if (!record.device_us.empty() && record.device_us.size() != samples)
     return sizes_disagree("device times", samples, record.device_us.size());

@@ -46,7 +46,8 @@ struct TrialSpec {
   std::string group;          ///< see classifier::Trial
   std::string exploration;    ///< "M1", "M2"; empty for imported sets
   std::uint32_t repetition = 0;
-  std::uint64_t patch_seed = 0;  ///< simulated bench: which patch of cloth lay on the plate
+  std::uint64_t patch_seed = 0;      ///< simulated bench: which patch of cloth lay on the plate
+  std::vector<double> factors = {};  ///< SI, in the order of DatasetInfo::factors; none: no sweep
 };
 
 /// What is known after its last sample.
@@ -165,6 +166,7 @@ struct DatasetInfo {
   BlockFormat acceleration, sound;
   std::vector<Axis> axes;  ///< of every StageStream
   std::vector<DeviceInfo> devices;
+  std::vector<std::string> factors;     ///< of a sweep: "force_n", "speed_mps"; as a rule none
   std::vector<EndedEarly> ended_early;  ///< left out; by label, then exploration; as a rule none
   bool operator==(const DatasetInfo&) const = default;
 };

@@ -41,6 +41,13 @@ void add_list(Sha256& hash, const std::vector<Number>& values) {
   hash.number(static_cast<std::uint64_t>(values.size())).numbers(std::span<const Number>(values));
 }
 
+/// A trial that is no part of a sweep has the digest that it had before there were any.
+void add_factors(Sha256& hash, const std::vector<double>& factors) {
+  if (factors.empty()) return;
+  hash.text("weft factors 1\n");
+  add_list(hash, factors);
+}
+
 /// A trial without the stream has the digest that it had before there were such streams.
 void add_blocks(Sha256& hash, std::string_view heading, const BlockStream& stream) {
   if (stream.blocks() == 0) return;
@@ -65,6 +72,7 @@ Sha256Digest trial_digest(const classifier::Trial& trial, const TrialRecord& rec
   add_list(hash, record.stages.quanta);
   add_blocks(hash, "weft acceleration 1\n", record.acceleration);
   add_blocks(hash, "weft sound 1\n", record.sound);
+  add_factors(hash, record.spec.factors);
   return hash.finish();
 }
 
@@ -83,6 +91,11 @@ DatasetDigest digest_of(const Dataset& dataset) {
   for (const Axis& axis : dataset.info.axes) {
     add_text(hash, axis.name);
     hash.number(static_cast<std::uint8_t>(axis.rotary ? 1 : 0));
+  }
+  if (!dataset.info.factors.empty()) {
+    hash.text("weft factors 1\n");
+    hash.number(static_cast<std::uint32_t>(dataset.info.factors.size()));
+    for (const std::string& factor : dataset.info.factors) add_text(hash, factor);
   }
   hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <map>
 
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/import.hpp"
@@ -26,20 +28,39 @@ void append_number(std::string& text, double value) {
 
 }  // namespace
 
+FactorColumns factor_columns(const Dataset& dataset, const classifier::FeatureMatrix& features) {
+  if (dataset.info.factors.empty()) return {};
+  std::map<std::string_view, const std::vector<double>*> of_file;
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+    of_file[dataset.trials[i].file] = &dataset.records[i].spec.factors;
+  FactorColumns out{dataset.info.factors, {}};
+  for (const std::string& file : features.files) {
+    // a window is named after its trial, "#" and its number
+    const auto found = of_file.find(std::string_view(file).substr(0, file.find('#')));
+    if (found == of_file.end()) return {};
+    out.values.push_back(*found->second);
+  }
+  return out;
+}
+
 Status export_features_csv(const std::filesystem::path& path,
-                           const classifier::FeatureMatrix& features) {
+                           const classifier::FeatureMatrix& features,
+                           const FactorColumns& factors) {
   if (auto fine = classifier::check(features); !fine)
     return pass(std::move(fine).error(), path.string());
   std::string text = "file,label,group";
+  for (const std::string& name : factors.names) text += "," + quoted(name);
   for (const std::string& name : features.names) text += "," + quoted(name);
   text += '\n';
   for (std::size_t i = 0; i < features.size(); ++i) {
     text += quoted(features.files[i]) + "," + quoted(features.labels[i]) + "," +
             quoted(features.groups[i]);
-    for (const double value : features.values.row(i)) {
+    const auto add = [&text](double value) {
       text += ',';
       append_number(text, value);
-    }
+    };
+    if (!factors.names.empty()) std::ranges::for_each(factors.values[i], add);
+    std::ranges::for_each(features.values.row(i), add);
     text += '\n';
   }
   return write_text_file(path, text);

@@ -132,6 +132,23 @@ Status read_trial_table(Reader& in, Dataset& dataset) {
   return in.status();
 }
 
+Status read_factors(Reader& in, Dataset& dataset) {
+  if (!in.has("/factors")) return in.status();
+  auto& names = dataset.info.factors;
+  names = in.texts("/factors/name");
+  const auto values = in.column<double>("/factors/values", names.size());
+  in.require(values.size() == names.size() * dataset.records.size(), "/factors/values",
+             "another length than /trials/file");
+  if (!in.status()) return in.status();
+  auto at = values.begin();
+  for (TrialRecord& record : dataset.records) {
+    const auto end = at + static_cast<std::ptrdiff_t>(names.size());
+    record.spec.factors.assign(at, end);
+    at = end;
+  }
+  return {};
+}
+
 /// The number of rows of each trial in one family of columns. The sum must be `rows`, so that every
 /// later slice lies within its column.
 std::vector<std::uint64_t> read_extents(Reader& in, const char* name, std::size_t trials,
@@ -320,6 +337,7 @@ Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOption
   if (done) done = read_selection(*in, dataset.info);
   if (done) done = read_axes(*in, dataset.info);
   if (done) done = read_trial_table(*in, dataset);
+  if (done) done = read_factors(*in, dataset);
   if (done) done = read_taxels(*in, dataset);
   if (done) {
     read_block_format(*in, "/acceleration", dataset.info.acceleration);

@@ -60,6 +60,19 @@ void write_selection(Writer& out, const DatasetInfo& info) {
   out.column("/ended_early/trials", trials);
 }
 
+/// The values of all trials one behind the other, as wide as there are factors. A set without a
+/// sweep has no group for it.
+void write_factors(Writer& out, const Dataset& dataset) {
+  if (dataset.info.factors.empty()) return;
+  std::vector<double> values;
+  for (const TrialRecord& record : dataset.records)
+    values.insert(values.end(), record.spec.factors.begin(), record.spec.factors.end());
+  out.group("/factors");
+  out.column("/factors/name", dataset.info.factors);
+  out.column("/factors/values", values, dataset.info.factors.size());
+  out.attribute("/factors/values", "unit", "SI, as the names say");
+}
+
 /// One value of every trial.
 template <class Value>
 auto gather(const Dataset& dataset, Value value) {
@@ -312,6 +325,7 @@ Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::pa
   write_provenance(out, dataset.info);
   write_selection(out, dataset.info);
   write_trial_table(out, dataset, digest);
+  write_factors(out, dataset);
   write_taxels(out, dataset);
   write_phase_runs(out, dataset);
   write_wrench(out, dataset);

@@ -33,9 +33,18 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder,
                                    std::string_view filter = "*",
                                    FabricslideGroup group = FabricslideGroup::repetition);
 
-/// Writes `file,label,group` and the features, a row a trial, with 17 significant digits so that
-/// every double comes back. A temporary name, renamed on success.
+/// What a sweep set beside each row of a feature table.
+struct FactorColumns {
+  std::vector<std::string> names;           ///< none: no sweep, no columns
+  std::vector<std::vector<double>> values;  ///< [rows][names] SI
+};
+/// Of the trials that the rows are of, or of their windows; nothing where a row joins several.
+FactorColumns factor_columns(const Dataset& dataset, const classifier::FeatureMatrix& features);
+
+/// Writes `file,label,group`, the factors of a sweep and the features, a row a trial, with 17
+/// significant digits so that every double comes back. A temporary name, renamed on success.
 Status export_features_csv(const std::filesystem::path& path,
-                           const classifier::FeatureMatrix& features);
+                           const classifier::FeatureMatrix& features,
+                           const FactorColumns& factors = {});
 
 }  // namespace weft::daemon

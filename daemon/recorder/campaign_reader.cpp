@@ -131,6 +131,32 @@ Status read_axes_and_devices(sqlite::Database& database, DatasetInfo& info) {
   return {};
 }
 
+/// Names of a sweep's factors, where the file has any.
+Status read_factor_names(sqlite::Database& database, DatasetInfo& info) {
+  const auto tables = read_integer(database, has_factor_table_sql);
+  if (!tables) return pass(tables.error());
+  if (*tables == 0) return {};
+  auto query = database.prepare("SELECT name FROM factor ORDER BY position");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  for (; row && *row; row = query->step()) info.factors.push_back(query->text(0));
+  if (!row) return pass(std::move(row).error());
+  return {};
+}
+
+/// Of every trial by its id; empty in a file without a sweep.
+Result<std::map<std::int64_t, std::vector<double>>> read_factor_values(sqlite::Database& database,
+                                                                       const DatasetInfo& info) {
+  std::map<std::int64_t, std::vector<double>> out;
+  if (info.factors.empty()) return out;
+  auto query = database.prepare("SELECT trial, value FROM trial_factor ORDER BY trial, position");
+  if (!query) return pass(std::move(query).error());
+  auto row = query->step();
+  for (; row && *row; row = query->step()) out[query->integer(0)].push_back(query->real(1));
+  if (!row) return pass(std::move(row).error());
+  return out;
+}
+
 /// Unique within a campaign, and says what it is: "0007-Denim-M1-r03", with "-a1" for a second
 /// attempt.
 std::string trial_name(const TrialSpec& spec) {
@@ -259,11 +285,18 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
       "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
       "outcome, force_rms_error_n, force_in_band_fraction FROM trial ORDER BY plan_index, attempt");
   if (!query) return pass(std::move(query).error());
+  auto factors = read_factor_values(database, dataset.info);
+  if (!factors) return pass(std::move(factors).error());
   std::map<std::pair<std::string, std::string>, std::uint32_t> ended_early;
   auto row = query->step();
   for (; row && *row; row = query->step()) {
     auto record = read_trial_row(*query);
     if (!record) return pass(std::move(record).error());
+    record->spec.factors = std::move((*factors)[query->integer(0)]);
+    if (record->spec.factors.size() != dataset.info.factors.size())
+      return fail(Errc::corrupt, "a trial without its values of the sweep's factors",
+                  trial_name(record->spec), std::to_string(dataset.info.factors.size()),
+                  std::to_string(record->spec.factors.size()));
     if (record->outcome == TrialOutcome::ended_early)
       ++ended_early[{record->spec.label, record->spec.exploration}];
     if (record->outcome != TrialOutcome::complete && !options.all_outcomes) continue;
@@ -301,6 +334,7 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
   if (!taxels) return pass(std::move(taxels).error(), path.string());
   Status done = read_axes_and_devices(*database, dataset.info);
   if (done) done = read_block_streams(*database, dataset.info);
+  if (done) done = read_factor_names(*database, dataset.info);
   if (done) done = read_trials(*database, options, *taxels, dataset);
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;

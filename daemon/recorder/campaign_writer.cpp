@@ -73,6 +73,18 @@ Status write_axes(sqlite::Database& database, const std::vector<Axis>& axes) {
   return {};
 }
 
+Status write_factors(sqlite::Database& database, const std::vector<std::string>& factors) {
+  if (factors.empty()) return {};
+  if (Status done = database.execute(factor_schema_sql); !done) return done;
+  auto insert = database.prepare("INSERT INTO factor (position, name) VALUES (?, ?)");
+  if (!insert) return pass(std::move(insert).error());
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    insert->bind(1, static_cast<std::int64_t>(i)).bind(2, factors[i]);
+    if (auto done = insert->run(); !done) return done;
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesystem::path& path,
@@ -85,6 +97,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
   if (done) done = make_tables(*database);
   if (done) done = write_header(*database, header);
   if (done) done = write_axes(*database, header.info.axes);
+  if (done) done = write_factors(*database, header.info.factors);
   if (done) done = database->execute("COMMIT");
   std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
   if (done) done = writer->fold_log();
@@ -177,7 +190,20 @@ Status CampaignWriter::begin_trial(const TrialSpec& spec, TimePoint now) {
   insert.bind(6, std::int64_t{spec.repetition}).bind(7, patch_seed).bind(8, ns_of(now));
   if (Status done = run(insert); !done) return done;
   trial_ = database_.last_row_id();
+  if (Status done = factors(spec.factors); !done) return done;
   return commit();
+}
+
+Status CampaignWriter::factors(const std::vector<double>& values) {
+  if (values.empty()) return {};
+  auto insert =
+      database_.prepare("INSERT INTO trial_factor (trial, position, value) VALUES (?, ?, ?)");
+  if (!insert) return guard(pass(std::move(insert).error()));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    insert->bind(1, trial_).bind(2, static_cast<std::int64_t>(i)).bind(3, values[i]);
+    if (Status done = run(*insert); !done) return done;
+  }
+  return {};
 }
 
 Status CampaignWriter::block_stream(const BlockStreamRecord& stream) {

@@ -54,6 +54,18 @@ CREATE TABLE IF NOT EXISTS log_expected (
 ) STRICT;
 )sql";
 
+/// Made with the campaign of a sweep: a file without one is as it was before there were any. The
+/// values are SI, as the factors' names say.
+constexpr const char* factor_schema_sql = R"sql(
+CREATE TABLE factor (position INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE) STRICT;
+CREATE TABLE trial_factor (
+  trial INTEGER NOT NULL REFERENCES trial (id), position INTEGER NOT NULL REFERENCES factor (position),
+  value REAL NOT NULL, PRIMARY KEY (trial, position)
+) STRICT;
+)sql";
+constexpr const char* has_factor_table_sql =
+    "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'factor'";
+
 /// Made with the first block of a campaign: a file without vibrations is as it was before there
 /// were any.
 constexpr const char* block_stream_schema_sql = R"sql(

@@ -26,6 +26,9 @@ CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
   header.info.stage_rate_hz = plan.limits.stage_rate_hz();
   for (const StageAxis axis : recipes::all_axes)
     header.info.axes.push_back({std::string(recipes::to_string(axis)), !recipes::is_linear(axis)});
+  if (plan.sweep)
+    for (const recipes::Factor& factor : plan.sweep->factors)
+      header.info.factors.emplace_back(recipes::factor_name(factor.kind));
   header.taxels = plan.limits.taxels;
   header.trials_planned = static_cast<std::uint32_t>(plan.trials.size());
   header.created_utc_ns = utc_now().count();

@@ -71,6 +71,7 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   spec.exploration = plan_->explorations[planned.exploration].name;
   spec.repetition = planned.repetition;
   spec.patch_seed = planned.patch_seed;
+  spec.factors = plan_->explorations[planned.exploration].factors;
   spec.attempt = attempts_[trial]++;
   write([&] { return recorder_->begin_trial(spec, now); });
 }

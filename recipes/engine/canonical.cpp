@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "recipes/engine/sweep_cells.hpp"
+
 namespace weft::recipes {
 namespace {
 
@@ -65,6 +67,29 @@ json normal(const HandOver& hand_over) {
   return out;
 }
 
+/// The cells follow from it.
+json normal(const Sweep& sweep) {
+  json out{{"replicates", sweep.replicates},
+           {"order", sweep.randomised ? "randomised" : "as_listed"},
+           {"block_by", to_string(sweep.block_by)},
+           {"design", "full"}};
+  if (sweep.randomised) out["seed"] = sweep.seed;
+  for (const Factor& factor : sweep.factors)
+    out["factors"].push_back({{"name", factor_name(factor.kind)}, {"values", factor.values}});
+  if (sweep.fraction)
+    out["design"] = {{"cell_fraction", sweep.fraction->share},
+                     {"model", to_string(sweep.fraction->model)}};
+  return out;
+}
+
+/// Swept or not. Where a stroke is swept the start is centred for each, unless it is stated.
+json normal(const StatedExploration& stated, const std::optional<Sweep>& sweep) {
+  if (!sweep) return normal(stated.exploration);
+  json out = normal(at_first_values(stated.exploration, *sweep));
+  if (varies(*sweep, FactorKind::stroke) && !stated.start_m) out.erase("start");
+  return out;
+}
+
 json normal_order(const StatedRecipe& stated) {
   if (stated.order == Order::blocked) return {{"kind", "blocked"}};
   return {{"kind", "randomised"}, {"seed", stated.order_seed}};
@@ -75,7 +100,7 @@ json normal_order(const StatedRecipe& stated) {
 std::string canonical_json(const StatedRecipe& stated) {
   json explorations = json::object();
   for (const StatedExploration& e : stated.explorations)
-    explorations[e.exploration.name] = normal(e.exploration);
+    explorations[e.exploration.name] = normal(e, stated.sweep);
   const bool stops = stated.on_trial_failure == OnTrialFailure::stop;
   json document{
       {"schema_version", 1},
@@ -99,6 +124,11 @@ std::string canonical_json(const StatedRecipe& stated) {
   for (const OperatorStep& step : stated.operator_steps)
     document["operator_steps"].push_back(normal(step, stated.fabrics));
   if (stated.hand_over) document["hand_over"] = normal(*stated.hand_over);
+  if (stated.sweep) {
+    document["sweep"] = normal(*stated.sweep);
+    document.erase("repetitions");
+    document.erase("order");
+  }
   return document.dump();
 }
 

@@ -6,6 +6,7 @@
 #include "recipes/engine/layout.hpp"
 #include "recipes/engine/plan.hpp"
 #include "recipes/engine/recipe_reader.hpp"
+#include "recipes/engine/sweep_cells.hpp"
 #include "recipes/engine/trial_order.hpp"
 #include "recipes/schema/json_text.hpp"
 
@@ -21,9 +22,9 @@ void check_trial_count(const StatedRecipe& stated, Problems& problems) {
 }
 
 /// Free of problems by now, so everything is there.
-Plan make_plan(StatedRecipe stated, const RigLimits& limits) {
+Plan make_plan(StatedRecipe stated, const RigLimits& limits, std::string canonical) {
   Plan plan;
-  plan.canonical_json = canonical_json(stated);
+  plan.canonical_json = std::move(canonical);
   plan.trials = ordered_trials(stated);
   plan.name = std::move(stated.name);
   plan.seed = stated.seed;
@@ -37,6 +38,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits) {
   plan.repeat_bad = stated.repeat_bad;
   plan.operator_steps = std::move(stated.operator_steps);
   plan.hand_over = std::move(stated.hand_over);
+  plan.sweep = std::move(stated.sweep);
   plan.mount_timeout_s = stated.mount_timeout_s;
   plan.limits = limits;
   for (Exploration& exploration : plan.explorations)
@@ -78,7 +80,10 @@ CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
   for (StatedExploration& exploration : stated.explorations)
     place_on_plate(exploration, limits, problems);
   if (!problems.empty()) return {std::nullopt, problems.take(), {}};
-  Plan plan = make_plan(std::move(stated), limits);
+  std::string canonical = canonical_json(stated);
+  spread_sweep(stated, limits, problems);
+  if (!problems.empty()) return {std::nullopt, problems.take(), {}};
+  Plan plan = make_plan(std::move(stated), limits, std::move(canonical));
   std::vector<Diagnostic> warnings = warnings_about(plan);
   return {std::move(plan), {}, std::move(warnings)};
 }

@@ -16,7 +16,6 @@ using nlohmann::json;
 constexpr std::array phase_order{Phase::rest, Phase::press, Phase::motion, Phase::end};
 constexpr Bounds recorded_s{0.1, 3600, {}};
 constexpr Bounds displacement_m{-10, 10, {}};
-constexpr double least_slide_speed_mps = 1e-6;
 constexpr double least_leg_m = 1e-6;  // the stages' precision, paper section IV-A
 constexpr std::size_t most_legs = 1000;
 /// Where a recipe gives no band: 5 % of the paper's 5 N.
@@ -76,7 +75,7 @@ class PhaseReader {
   void read_motion(ObjectReader& reader, PhaseStep& step) {
     reader.explain("duration_s", "phase M lasts as long as its path takes at its speed");
     read_force(reader, step, Need::optional);
-    const Bounds speed{least_slide_speed_mps, limits_.max_speed_mps, "the rig's limit"};
+    const Bounds speed{least_speed_mps, limits_.max_speed_mps, "the rig's limit"};
     step.speed_mps = reader.quantity(quantities::speed(), speed).value_or(0);
     if (const json* path = reader.array("path")) read_path(*path, reader.at("path"), step);
   }

@@ -145,6 +145,8 @@ Forecast forecast(const Plan& plan) {
   for (const TrialSpec& trial : plan.trials)
     total_recorded_s += recording_s(plan, plan.explorations[trial.exploration]);
   for (const double trial_s : trial_durations_s(plan)) out.duration_s += trial_s;
+  for (std::size_t i = 0; i < plan.trials.size(); ++i)
+    out.mounts += i == 0 || plan.trials[i].fabric != plan.trials[i - 1].fabric ? 1 : 0;
   const PeopleForecast people = people_forecast(plan);
   out.people_s = people.people_s;
   out.asks = people.asks;

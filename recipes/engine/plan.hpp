@@ -13,6 +13,7 @@
 #include "protocols/base/phase.hpp"
 #include "recipes/engine/hand_over.hpp"
 #include "recipes/engine/rig_limits.hpp"
+#include "recipes/engine/sweep.hpp"
 #include "recipes/kinematics/kinematics.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
@@ -47,6 +48,7 @@ struct Exploration {
   std::vector<PhaseStep> phases;
   Vec2 start_m;  ///< where on the cloth the probe touches down, fabric frame
   std::optional<LiveVote> live_vote = {};
+  std::vector<double> factors = {};  ///< SI, in the order of Plan::sweep's factors; or none
 
   /// It must have the phase.
   [[nodiscard]] const PhaseStep& step(Phase phase) const;
@@ -109,9 +111,10 @@ struct OperatorStep {
 
 /// What the campaign will take, worked out before anything moves.
 struct Forecast {
-  double duration_s = 0;  ///< of the machine; people's time is beside it
-  double people_s = 0;    ///< for all operator steps
-  std::size_t asks = 0;   ///< how often people are asked
+  double duration_s = 0;   ///< of the machine; people's time is beside it
+  double people_s = 0;     ///< for all operator steps
+  std::size_t asks = 0;    ///< how often people are asked
+  std::size_t mounts = 0;  ///< how often a cloth is put on the plate
   [[nodiscard]] double total_s() const { return duration_s + people_s; }
   std::uint64_t bytes = 0;                   ///< recorded samples, before compression
   std::array<Range, axis_count> envelope{};  ///< stage positions used [m, rad]
@@ -123,15 +126,16 @@ struct Plan {
   std::string name;
   std::uint64_t seed = 0;
   std::vector<std::string> fabrics;
-  std::vector<std::string> class_of;  ///< of each fabric; empty: the recipe has no classes
-  std::vector<Exploration> explorations;
-  std::vector<TrialSpec> trials;  ///< in order of execution
+  std::vector<std::string> class_of;      ///< of each fabric; empty: the recipe has no classes
+  std::vector<Exploration> explorations;  ///< of a sweep: one for each cell
+  std::vector<TrialSpec> trials;          ///< in order of execution
   Approach approach;
   Settle settle;
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
   std::optional<RepeatBad> repeat_bad;  ///< none: no repetition is judged
   std::vector<OperatorStep> operator_steps;
   std::optional<HandOver> hand_over;  ///< none: the data set is all there is
+  std::optional<Sweep> sweep;         ///< none: every exploration as the recipe states it
   double mount_timeout_s = 600;       ///< a person may have to change the cloth
   RigLimits limits;
   Forecast forecast;

@@ -7,6 +7,7 @@
 #include "recipes/engine/class_reader.hpp"
 #include "recipes/engine/exploration_reader.hpp"
 #include "recipes/engine/operator_reader.hpp"
+#include "recipes/engine/sweep_reader.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/quantities.hpp"
 
@@ -15,11 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::int64_t largest_seed = (std::int64_t{1} << 53) - 1;  // exact in every JSON reader
-constexpr std::int64_t most_repetitions = 100'000;
 constexpr std::size_t most_fabrics = 1000;
 constexpr std::size_t most_explorations = 16;
-constexpr double least_speed_mps = 1e-6;
 constexpr double longest_wait_s = 86'400;
 constexpr std::int64_t most_retakes = 20;
 
@@ -144,8 +142,11 @@ void read_scalars(ObjectReader& recipe, StatedRecipe& stated) {
   stated.name = recipe.name("name").value_or("");
   stated.seed = static_cast<std::uint64_t>(
       recipe.integer("seed", 0, largest_seed, Need::optional).value_or(1));
-  stated.repetitions =
-      static_cast<std::uint32_t>(recipe.integer("repetitions", 1, most_repetitions).value_or(0));
+  if (recipe.has("sweep"))
+    recipe.explain("repetitions", "a sweep has \"replicates\" in the place of repetitions");
+  else
+    stated.repetitions =
+        static_cast<std::uint32_t>(recipe.integer("repetitions", 1, most_repetitions).value_or(0));
   stated.mount_timeout_s =
       recipe.quantity(quantities::mount_timeout(), {1, longest_wait_s, {}}, Need::optional)
           .value_or(stated.mount_timeout_s);
@@ -219,6 +220,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
       read_hand_over(recipe, stated.fabrics.size(), stated.repetitions,
                      limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);
   read_explorations(recipe, limits, stated, problems);
+  read_sweep(recipe, limits, stated, problems);
   check_imprints(stated, limits, problems);
   recipe.finish();
   return stated;

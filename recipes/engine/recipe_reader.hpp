@@ -13,6 +13,10 @@
 
 namespace weft::recipes {
 
+inline constexpr std::int64_t largest_seed = (std::int64_t{1} << 53) - 1;  ///< exact in JSON
+inline constexpr std::int64_t most_repetitions = 100'000;
+inline constexpr double least_speed_mps = 1e-6;
+
 /// As written: the start of a path may be left to the planner.
 struct StatedExploration {
   Exploration exploration;
@@ -39,6 +43,7 @@ struct StatedRecipe {
   std::optional<RepeatBad> repeat_bad;
   std::vector<OperatorStep> operator_steps;
   std::optional<HandOver> hand_over;
+  std::optional<Sweep> sweep;
   double mount_timeout_s = 600;
 };
 

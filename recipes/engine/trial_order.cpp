@@ -1,5 +1,6 @@
 #include "recipes/engine/trial_order.hpp"
 
+#include <numeric>
 #include <utility>
 
 #include "recipes/engine/splitmix.hpp"
@@ -15,26 +16,77 @@ std::uint64_t below(std::uint64_t bound, std::uint64_t& state) {
   return draw % bound;
 }
 
+TrialSpec trial_of(const StatedRecipe& stated, std::size_t fabric, std::size_t exploration,
+                   std::uint32_t repetition) {
+  return {0, fabric, exploration, repetition,
+          patch_seed(stated.seed, stated.fabrics[fabric],
+                     stated.explorations[exploration].exploration.name, repetition)};
+}
+
+template <class Item>
+void shuffle(std::vector<Item>& list, std::uint64_t& state) {
+  for (std::size_t i = list.size(); i > 1; --i) std::swap(list[i - 1], list[below(i, state)]);
+}
+
+/// The trials of a sweep. Each replicate of a fabric is a complete block, drawn anew.
+class SweptTrials {
+ public:
+  SweptTrials(const StatedRecipe& stated, const Sweep& sweep)
+      : stated_(stated), sweep_(sweep), state_(sweep.seed) {}
+
+  std::vector<TrialSpec> all() {
+    const bool by_replicate = sweep_.block_by == BlockBy::replicate;
+    if (by_replicate)
+      for (std::uint32_t r = 1; r <= sweep_.replicates; ++r)
+        for (const std::size_t f : order_of(stated_.fabrics.size())) add_block(f, r);
+    else
+      for (std::size_t f = 0; f < stated_.fabrics.size(); ++f)
+        for (std::uint32_t r = 1; r <= sweep_.replicates; ++r) add_block(f, r);
+    if (sweep_.block_by == BlockBy::none && sweep_.randomised) shuffle(trials_, state_);
+    return std::move(trials_);
+  }
+
+ private:
+  std::vector<std::size_t> order_of(std::size_t count) {
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    if (sweep_.randomised) shuffle(order, state_);
+    return order;
+  }
+
+  void add_block(std::size_t fabric, std::uint32_t replicate) {
+    for (const std::size_t e : order_of(stated_.explorations.size()))
+      trials_.push_back(trial_of(stated_, fabric, e, replicate));
+  }
+
+  const StatedRecipe& stated_;
+  const Sweep& sweep_;
+  std::uint64_t state_;
+  std::vector<TrialSpec> trials_;
+};
+
 std::vector<TrialSpec> blocked(const StatedRecipe& stated) {
   std::vector<TrialSpec> trials;
   for (std::size_t f = 0; f < stated.fabrics.size(); ++f)
     for (std::size_t e = 0; e < stated.explorations.size(); ++e)
       for (std::uint32_t r = 1; r <= stated.repetitions; ++r)
-        trials.push_back({0, f, e, r,
-                          patch_seed(stated.seed, stated.fabrics[f],
-                                     stated.explorations[e].exploration.name, r)});
+        trials.push_back(trial_of(stated, f, e, r));
+  return trials;
+}
+
+std::vector<TrialSpec> shuffled(const StatedRecipe& stated) {
+  std::vector<TrialSpec> trials = blocked(stated);
+  std::uint64_t state = stated.order_seed;
+  shuffle(trials, state);
   return trials;
 }
 
 }  // namespace
 
 std::vector<TrialSpec> ordered_trials(const StatedRecipe& stated) {
-  std::vector<TrialSpec> trials = blocked(stated);
-  if (stated.order == Order::randomised) {
-    std::uint64_t state = stated.order_seed;
-    for (std::size_t i = trials.size(); i > 1; --i)
-      std::swap(trials[i - 1], trials[below(i, state)]);
-  }
+  std::vector<TrialSpec> trials = stated.sweep ? SweptTrials(stated, *stated.sweep).all()
+                                  : stated.order == Order::randomised ? shuffled(stated)
+                                                                      : blocked(stated);
   for (std::size_t i = 0; i < trials.size(); ++i) trials[i].index = i;
   return trials;
 }

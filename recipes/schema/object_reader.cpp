@@ -55,6 +55,8 @@ std::string in_unit(double si, const Spelling& spelling) {
   return json(si * spelling.per_si).dump();
 }
 
+}  // namespace
+
 std::string range_text(const Bounds& bounds, const Spelling& spelling) {
   constexpr double huge = std::numeric_limits<double>::max();
   std::string text = bounds.max == huge
@@ -63,8 +65,6 @@ std::string range_text(const Bounds& bounds, const Spelling& spelling) {
   if (!bounds.why.empty()) (text += ", ") += bounds.why;
   return text;
 }
-
-}  // namespace
 
 bool is_name(std::string_view text) {
   const auto allowed = [](char c) {

@@ -94,6 +94,9 @@ class ObjectReader {
 /// Whether `text` is a name as ObjectReader::name() takes it.
 bool is_name(std::string_view text);
 
+/// "0.5 to 10, the rig's limit": bounds in the spelling's unit, for "expected".
+std::string range_text(const Bounds& bounds, const Spelling& spelling);
+
 /// A short form of any value, for "got".
 std::string brief(const nlohmann::json& value);
 

@@ -50,3 +50,27 @@ TEST_CASE("a feature table that cannot be written whole is not written") {
   features.values = classifier::Matrix(1, 1, 1.0);
   CHECK(export_features_csv("/proc/f.csv", features).error().code == Errc::io);
 }
+
+TEST_CASE("a sweep's factors stand beside the features of their trials and of their windows") {
+  Dataset dataset;
+  dataset.info.factors = {"force_n", "speed_mps"};
+  dataset.trials.resize(2);
+  dataset.records.resize(2);
+  dataset.trials[0].file = "a";
+  dataset.trials[1].file = "b";
+  dataset.records[0].spec.factors = {2, 0.001};
+  dataset.records[1].spec.factors = {5, 0.004};
+  classifier::FeatureMatrix features;
+  features.names = {"mean.P"};
+  features.files = {"b#0", "a"};
+  features.labels = {"Silk", "Silk"};
+  features.groups = {"1", "2"};
+  features.values = classifier::Matrix(2, 1, 7.0);
+  const TemporaryFolder folder;
+  REQUIRE(export_features_csv(folder / "f.csv", features, factor_columns(dataset, features)));
+  CHECK(read_file(folder / "f.csv") ==
+        "file,label,group,force_n,speed_mps,mean.P\nb#0,Silk,1,5,0.0040000000000000001,7\n"
+        "a,Silk,2,2,0.001,7\n");
+  features.files[0] = "a+b";  // of two trials: no one setting
+  CHECK(factor_columns(dataset, features).names.empty());
+}

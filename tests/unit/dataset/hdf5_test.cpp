@@ -61,6 +61,13 @@ bool python_has_h5py() {
   return std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") == 0;
 }
 
+bool python_verifies(const std::filesystem::path& file) {
+  const std::string command = "/usr/bin/python3 " WEFT_SOURCE_DIR
+                              "/tests/unit/dataset/verify_dataset.py " +
+                              file.string() + " >/dev/null";
+  return std::system(command.c_str()) == 0;
+}
+
 }  // namespace
 
 TEST_CASE("recorder, campaign file, HDF5 and back: equal bit for bit, digest included") {
@@ -265,8 +272,43 @@ TEST_CASE("h5py reads the file, and an independent program finds the same digest
   }
   const TemporaryFolder folder;
   REQUIRE(write_hdf5(recorded(folder), folder / "d.h5"));
-  const std::string command = "/usr/bin/python3 " WEFT_SOURCE_DIR
-                              "/tests/unit/dataset/verify_dataset.py " +
-                              (folder / "d.h5").string() + " >/dev/null";
-  CHECK(std::system(command.c_str()) == 0);
+  CHECK(python_verifies(folder / "d.h5"));
+}
+
+TEST_CASE("a sweep's factors are in campaign file, data set and digest, and in no other set") {
+  const TemporaryFolder folder;
+  CampaignHeader header = small_header();
+  header.info.factors = {"force_n", "speed_mps"};
+  auto recorder = Recorder::create(folder / "c.weft", header);
+  REQUIRE(recorder);
+  for (std::uint32_t trial = 0; trial < 2; ++trial) {
+    TrialSpec spec = small_spec(trial);
+    spec.factors = {2.0 + trial, 0.001};
+    REQUIRE(recorder->begin_trial(spec, at_ms(100000 * trial)));
+    REQUIRE(record_samples(*recorder, trial, 20));
+    REQUIRE(recorder->end_trial(TrialOutcome::complete, {}, at_ms(100000 * trial + 1)));
+  }
+  REQUIRE(recorder->finish());
+  const auto swept = load_campaign(folder / "c.weft");
+  REQUIRE(swept);
+  CHECK(swept->info.factors == header.info.factors);
+  CHECK(swept->records[1].spec.factors == std::vector<double>{3, 0.001});
+  REQUIRE(write_hdf5(*swept, folder / "d.h5"));
+  const auto copy = read_hdf5(folder / "d.h5");
+  REQUIRE(copy);
+  CHECK(same_content(*copy, *swept));
+  if (python_has_h5py()) CHECK(python_verifies(folder / "d.h5"));
+  Dataset other = *swept;
+  other.records[1].spec.factors[0] = 4;
+  CHECK(dataset_sha256(other) != dataset_sha256(*swept));
+  other = *swept;
+  other.info.factors[0] = "press_s";
+  CHECK(dataset_sha256(other) != dataset_sha256(*swept));
+  other.records[0].spec.factors.pop_back();
+  CHECK_FALSE(write_hdf5(other, folder / "e.h5"));
+  poke(folder / "d.h5", "/factors/values", 1, 9.0);
+  CHECK(read_error(folder / "d.h5").code == Errc::corrupt);
+  const TemporaryFolder plain;
+  REQUIRE(write_hdf5(recorded(plain), folder / "p.h5"));
+  CHECK(read_hdf5(folder / "p.h5")->info.factors.empty());
 }

@@ -134,8 +134,8 @@ inline bool same_content(const Dataset& a, const Dataset& b) {
     if (q.spec.index != r.spec.index || q.spec.attempt != r.spec.attempt ||
         q.spec.label != r.spec.label || q.spec.group != r.spec.group ||
         q.spec.exploration != r.spec.exploration || q.spec.repetition != r.spec.repetition ||
-        q.spec.patch_seed != r.spec.patch_seed || q.outcome != r.outcome ||
-        q.quality.force_rms_error_n != r.quality.force_rms_error_n ||
+        q.spec.patch_seed != r.spec.patch_seed || q.spec.factors != r.spec.factors ||
+        q.outcome != r.outcome || q.quality.force_rms_error_n != r.quality.force_rms_error_n ||
         q.quality.force_in_band_fraction != r.quality.force_in_band_fraction ||
         q.lost_samples != r.lost_samples || q.t_ns != r.t_ns || q.device_us != r.device_us ||
         q.wrench != r.wrench || q.stages != r.stages || q.acceleration != r.acceleration ||

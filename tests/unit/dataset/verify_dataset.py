@@ -53,6 +53,8 @@ def trial_digest(file, i):
         parts += [f"weft {name} 1\n".encode(), numbers(file[name + "/t_ns"][blocks], "<i8")]
         parts += [numbers(file[f"{name}/{column}"][blocks], "<u4") for column in ("device_us", "lost", "clipped")]
         parts += [numbers(file[name + "/quanta"][blocks.start * readings:blocks.stop * readings], "<i4")]
+    if "factors" in file:
+        parts += [b"weft factors 1\n", numbers(file["factors/values"][i], "<f8")]
     return hashlib.sha256(b"".join(parts)).digest()
 
 
@@ -63,6 +65,11 @@ def main(path):
         whole.update(struct.pack("<I", len(axes)))
         for name, rotary in axes:
             whole.update(text(name) + struct.pack("<B", rotary))
+        if "factors" in file:
+            names = [bytes(name) for name in file["factors/name"]]
+            whole.update(b"weft factors 1\n" + struct.pack("<I", len(names)))
+            for name in names:
+                whole.update(text(name))
         count = len(file["trials/file"])
         whole.update(struct.pack("<Q", count))
         for i in range(count):

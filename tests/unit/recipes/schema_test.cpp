@@ -61,11 +61,14 @@ struct Case {
 }  // namespace
 
 TEST_CASE("The library's recipes pass schema and parser") {
-  for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016", "vibro-slide", "vibrotactile"}) {
+  for (const char* name : {"m1", "m2", "m3-diagonal", "khan2016", "vibro-slide", "vibrotactile",
+                           "pilot-force-speed"}) {
     const std::string recipe = source_file("recipes/library/" + std::string(name) + ".json");
     INFO(name);
     RigLimits hears = test::limits();
     hears.sound_rate_hz = 8000;
+    hears.force_cap_n = 15;  // of sim/rigs/pilot17.json, and its light probe
+    hears.probe_weight_n = 0.8;
     CHECK(schema_accepts(recipe));
     CHECK(parser_accepts(recipe, hears));
   }
@@ -143,6 +146,27 @@ TEST_CASE("Schema and parser agree on what does not depend on a rig") {
       {reps, "\"repetitions\": 2, \"approach\": {\"seat_speed_mps\": 0.001}", true},
       {reps, "\"repetitions\": 2, \"approach\": {\"contact_force_N\": 0.2}", true},
       {reps, "\"repetitions\": 2, \"approach\": {\"contact_force_N\": 0.001}", false},
+      {reps, R"("sweep": {"replicates": 3, "factors": [{"name": "force_N", "values": [3, 5]}]})",
+       true},
+      {reps,
+       R"("sweep": {"replicates": 3, "block_by": "none", "order": "randomised", "seed": 4, "design": {"cell_fraction": 1, "model": "linear"}, "factors": [{"name": "speed_mm_s", "values": [1, 2]}, {"name": "stroke_m", "values": [0.01]}]})",
+       true},
+      {reps, R"("sweep": {"replicates": 3, "factors": []})", false},
+      {reps, R"("sweep": {"factors": [{"name": "force_N", "values": [3, 5]}]})", false},
+      {reps, R"("sweep": {"replicates": 3, "factors": [{"name": "force_N", "values": []}]})",
+       false},
+      {reps, R"("sweep": {"replicates": 3, "factors": [{"name": "force", "values": [3]}]})", false},
+      {reps, R"("sweep": {"replicates": 3, "factors": [{"name": "press_s", "values": [3, 3]}]})",
+       false},
+      {reps,
+       R"("sweep": {"replicates": 3, "order": "as_listed", "seed": 4, "factors": [{"name": "force_N", "values": [3]}]})",
+       false},
+      {reps,
+       R"("sweep": {"replicates": 3, "design": "half", "factors": [{"name": "force_N", "values": [3]}]})",
+       false},
+      {reps,
+       R"("repetitions": 2, "sweep": {"replicates": 3, "factors": [{"name": "force_N", "values": [3]}]})",
+       false},
       {"\"schema_version\": 1", "\"schema_version\": 2", false},
       {"\"schema_version\": 1,", "", false},
       {"\"name\": \"small\"", "\"name\": \"\"", false},

@@ -1,0 +1,277 @@
+#include "recipes/engine/sweep_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "recipes/engine/d_optimal.hpp"
+#include "recipes/schema/quantities.hpp"
+
+namespace weft::recipes {
+namespace {
+
+using nlohmann::json;
+
+/// More combinations than that are no pilot study; the search for a fraction takes the square.
+constexpr std::uint64_t most_cells = 10'000, most_cells_to_choose_from = 2'000;
+constexpr double least_stroke_m = 1e-6, longest_stroke_m = 10;
+constexpr double least_press_s = 0.1, longest_press_s = 3600;
+
+struct KindReader {
+  FactorKind kind;
+  Quantity quantity;
+};
+
+const std::vector<KindReader>& kind_readers() {
+  static const std::vector<KindReader> readers{
+      {FactorKind::force, quantities::force()},
+      {FactorKind::speed, quantities::speed()},
+      {FactorKind::press, {"press", {{"press_s", 1}}}},
+      {FactorKind::stroke, {"stroke", {{"stroke_mm", quantities::mm_per_m}, {"stroke_m", 1}}}}};
+  return readers;
+}
+
+std::vector<std::string_view> spelled_names() {
+  std::vector<std::string_view> out;
+  for (const KindReader& reader : kind_readers())
+    for (const Spelling& spelling : reader.quantity.spellings) out.push_back(spelling.key);
+  return out;
+}
+
+/// A factor as the recipe spells it.
+struct Spelled {
+  FactorKind kind = FactorKind::force;
+  Spelling spelling;
+};
+
+std::optional<Spelled> spelled(std::string_view name) {
+  for (const KindReader& reader : kind_readers())
+    for (const Spelling& spelling : reader.quantity.spellings)
+      if (spelling.key == name) return Spelled{reader.kind, spelling};
+  return std::nullopt;
+}
+
+/// What the rig allows of one factor, over all explorations, in SI.
+Bounds bounds_of(FactorKind kind, const RigLimits& limits) {
+  switch (kind) {
+    case FactorKind::force:
+      return {limits.probe_weight_n, limits.force_cap_n,
+              "from the probe's own weight to the rig's cap"};
+    case FactorKind::speed:
+      return {least_speed_mps, limits.max_speed_mps, "the rig's limit"};
+    case FactorKind::press:
+      return {least_press_s, longest_press_s, {}};
+    case FactorKind::stroke:
+      return {least_stroke_m, longest_stroke_m, {}};
+  }
+  return {};
+}
+
+double widest_band_n(const StatedRecipe& stated) {
+  double widest = 0;
+  for (const StatedExploration& e : stated.explorations)
+    for (const PhaseStep& step : e.exploration.phases) widest = std::max(widest, step.force_band_n);
+  return widest;
+}
+
+class SweepReader {
+ public:
+  SweepReader(const RigLimits& limits, StatedRecipe& stated, Problems& problems)
+      : limits_(limits), stated_(stated), sweep_(stated.sweep.emplace()), problems_(problems) {}
+
+  void read(const json& value, const std::string& place) {
+    ObjectReader reader(value, place, problems_);
+    if (const json* factors = reader.array("factors")) read_factors(*factors, reader.at("factors"));
+    read_design(reader, value);
+    sweep_.replicates =
+        static_cast<std::uint32_t>(reader.integer("replicates", 1, most_repetitions).value_or(1));
+    sweep_.randomised = reader.choice("order", {"randomised", "as_listed"}, Need::optional) != 1;
+    const auto seed = reader.integer("seed", 0, largest_seed, Need::optional);
+    sweep_.seed = seed ? static_cast<std::uint64_t>(*seed) : stated_.seed;
+    if (!sweep_.randomised) reader.explain("seed", "an order as listed has nothing to draw");
+    const auto block = reader.choice("block_by", {"fabric", "replicate", "none"}, Need::optional);
+    sweep_.block_by = static_cast<BlockBy>(block.value_or(0));
+    reader.finish();
+    if (problems_.empty()) choose_cells(place);
+  }
+
+ private:
+  void read_factors(const json& list, const std::string& place) {
+    if (list.empty())
+      return problems_.add({place, "there is no factor", "at least one", "0",
+                            "known factors are " + one_of(spelled_names())});
+    for (std::size_t i = 0; i < list.size(); ++i) read_factor(list[i], child(place, i));
+  }
+
+  void read_factor(const json& value, const std::string& place) {
+    ObjectReader reader(value, place, problems_);
+    const auto name = reader.text("name");
+    const json* values = reader.array("values");
+    reader.finish();
+    if (!name) return;
+    const auto known = spelled(*name);
+    if (!known) return unknown_factor(*name, reader.at("name"));
+    const auto same = [&](const Factor& other) { return other.kind == known->kind; };
+    if (std::ranges::any_of(sweep_.factors, same))
+      problems_.add({reader.at("name"), "the factor is given twice", "every factor once", *name,
+                     "put all its values into one list"});
+    if (known->kind == FactorKind::speed || known->kind == FactorKind::stroke)
+      refuse_presses(reader.at("name"), *name);
+    Factor factor{known->kind, {}, {}};
+    if (values != nullptr) read_values(*values, reader.at("values"), *known, factor);
+    sweep_.factors.push_back(std::move(factor));
+  }
+
+  void unknown_factor(const std::string& name, std::string place) {
+    const std::string_view meant = closest(name, spelled_names());
+    problems_.add({std::move(place), "the factor is not known", "", clipped(name),
+                   meant.empty() ? "known factors are " + one_of(spelled_names())
+                                 : "did you mean " + std::string(meant)});
+  }
+
+  void refuse_presses(const std::string& place, const std::string& name) {
+    for (const StatedExploration& e : stated_.explorations)
+      if (!e.exploration.phases.empty() && !e.exploration.slides())
+        problems_.add({place, "a press has no slide whose " + name + " could be varied",
+                       "explorations that slide", e.exploration.name, ""});
+  }
+
+  void read_values(const json& list, const std::string& place, const Spelled& known,
+                   Factor& factor) {
+    if (list.empty())
+      return problems_.add({place, "the factor has no value", "at least one", "0",
+                            "leave the factor out, or give it values"});
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string at = child(place, i);
+      const auto si = read_value(list[i], at, known);
+      if (!si) continue;
+      const auto same = [&](double other) {
+        return factor_words(known.kind, other) == factor_words(known.kind, *si);
+      };
+      if (std::ranges::any_of(factor.values, same)) {
+        problems_.add({at, "the value is listed twice", "every value once", brief(list[i]),
+                       "use \"replicates\" to do every cell more often"});
+        continue;
+      }
+      factor.values.push_back(*si);
+      factor.pointers.push_back(at);
+    }
+  }
+
+  std::optional<double> read_value(const json& value, const std::string& place,
+                                   const Spelled& known) {
+    if (!value.is_number()) {
+      problems_.add({place, "the value has the wrong type", "a number", brief(value), ""});
+      return std::nullopt;
+    }
+    const double si = value.get<double>() / known.spelling.per_si;
+    const Bounds bounds = bounds_of(known.kind, limits_);
+    if (!std::isfinite(si) || si < bounds.min || si > bounds.max) {
+      problems_.add({place, "the factor's value is out of range",
+                     range_text(bounds, known.spelling), brief(value), ""});
+      return std::nullopt;
+    }
+    const double top_n = si + widest_band_n(stated_);
+    if (known.kind == FactorKind::force && top_n > limits_.force_cap_n) {
+      problems_.add({place, "force and band together are over the cap",
+                     "at most " + json(limits_.force_cap_n).dump() + " N",
+                     json(top_n).dump() + " N", "lower the force or narrow force_band_N"});
+      return std::nullopt;
+    }
+    return si;
+  }
+
+  void read_design(ObjectReader& reader, const json& sweep) {
+    if (!reader.has("design")) return;
+    reader.leave("design");
+    const json& design = sweep.at("design");
+    const std::string place = reader.at("design");
+    if (design == "full") return;
+    if (!design.is_object())
+      return problems_.add({place, "not a design that is known",
+                            R"("full" or {"cell_fraction": 0.5})", brief(design), ""});
+    ObjectReader parts(design, place, problems_);
+    Fraction fraction;
+    fraction.share =
+        parts
+            .quantity({"cell_fraction", {{"cell_fraction", 1}}}, {0.001, 1, "a share of the cells"})
+            .value_or(1);
+    if (parts.choice("model", {"quadratic", "linear"}, Need::optional) == 1)
+      fraction.model = SweepModel::linear;
+    parts.finish();
+    sweep_.fraction = fraction;
+  }
+
+  /// All factors are good by now.
+  void choose_cells(const std::string& place) {
+    if (!check_counts(place)) return;
+    std::vector<std::vector<std::size_t>> all{{}};
+    for (const Factor& factor : sweep_.factors) {
+      std::vector<std::vector<std::size_t>> longer;
+      for (const auto& cell : all)
+        for (std::size_t level = 0; level < factor.values.size(); ++level) {
+          longer.push_back(cell);
+          longer.back().push_back(level);
+        }
+      all = std::move(longer);
+    }
+    if (!sweep_.fraction) {
+      sweep_.cells = std::move(all);
+      return;
+    }
+    const auto rows = model_rows(sweep_.factors, sweep_.fraction->model);
+    const std::size_t kept = kept_cells();
+    if (kept < rows.front().size())
+      return problems_.add({place + "/design/cell_fraction",
+                            "too few cells are left to fit the model that they are chosen for",
+                            "at least " + std::to_string(rows.front().size()) + " cells",
+                            std::to_string(kept) + " of " + std::to_string(all.size()),
+                            "raise the fraction, or set \"model\" to \"linear\""});
+    const Subset subset = d_optimal(rows, kept);
+    sweep_.d_efficiency = subset.d_efficiency;
+    for (const std::size_t row : subset.rows) sweep_.cells.push_back(all[row]);
+  }
+
+  [[nodiscard]] std::size_t kept_cells() const {
+    const auto all = static_cast<double>(sweep_.full_cells());
+    const double share = sweep_.fraction ? sweep_.fraction->share : 1;
+    return static_cast<std::size_t>(std::llround(share * all));
+  }
+
+  bool check_counts(const std::string& place) {
+    const double trials = static_cast<double>(stated_.fabrics.size()) *
+                          static_cast<double>(stated_.explorations.size()) * sweep_.replicates *
+                          static_cast<double>(sweep_.fraction ? kept_cells() : sweep_.full_cells());
+    if (trials > static_cast<double>(max_trials)) {
+      problems_.add({place, "the sweep has too many trials",
+                     "at most " + std::to_string(max_trials), json(trials).dump(),
+                     "give fewer values, fewer replicates or a fraction of the design"});
+      return false;
+    }
+    const std::uint64_t most = sweep_.fraction ? most_cells_to_choose_from : most_cells;
+    if (sweep_.full_cells() <= most) return true;
+    problems_.add({place, "the factors have too many combinations",
+                   "at most " + std::to_string(most), std::to_string(sweep_.full_cells()),
+                   "give fewer values"});
+    return false;
+  }
+
+  const RigLimits& limits_;
+  StatedRecipe& stated_;
+  Sweep& sweep_;
+  Problems& problems_;
+};
+
+}  // namespace
+
+void read_sweep(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated,
+                Problems& problems) {
+  const json* value = recipe.object("sweep", Need::optional);
+  if (value == nullptr) return;
+  recipe.explain("order", "a sweep has an order of its own");
+  recipe.explain("hand_over", "a sweep is looked at by weft design analyse, not handed over");
+  SweepReader(limits, stated, problems).read(*value, recipe.at("sweep"));
+  stated.repetitions = stated.sweep->replicates;
+}
+
+}  // namespace weft::recipes

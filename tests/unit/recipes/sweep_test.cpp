@@ -1,0 +1,233 @@
+// Sweeps: what is refused, which cells are done and in which order, what the normal form says.
+
+#include "recipes/engine/sweep.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/unit/recipes/bench.hpp"
+
+using namespace weft::recipes;
+using nlohmann::json;
+using test::small_with;
+
+namespace {
+
+const std::string reps = "\"repetitions\": 2";
+const std::string force = R"({"name": "force_N", "values": [2, 5]})";
+const std::string speed = R"({"name": "speed_mm_s", "values": [0.5, 2, 4]})";
+
+std::string with_sweep(const std::string& factors, const std::string& more = "") {
+  return small_with(reps,
+                    R"("sweep": {"replicates": 3, "factors": [)" + factors + "]" + more + "}");
+}
+
+/// What is said at `pointer`, as sentences.
+std::string problem_at(const std::string& recipe, const std::string& pointer) {
+  const CheckReport report = check_recipe(recipe, test::limits());
+  CHECK_FALSE(report.plan);
+  std::string all, found;
+  for (const Diagnostic& problem : report.problems) {
+    all += to_string(problem) + "\n";
+    if (problem.pointer == pointer) found += to_string(problem);
+  }
+  INFO(all);
+  CHECK_FALSE(found.empty());
+  return found;
+}
+
+std::string normal(const std::string& recipe) {
+  return test::plan_of(recipe).canonical_json;
+}
+
+std::string numbers(int count) {
+  std::string out;
+  for (int i = 0; i < count; ++i) out += (i == 0 ? "" : ", ") + std::to_string(2 + 1e-3 * i);
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("A factor outside the rig's limits is refused with a sentence") {
+  CHECK(problem_at(with_sweep(R"({"name": "force_N", "values": [5, 12]})"),
+                   "/sweep/factors/0/values/1") ==
+        "/sweep/factors/0/values/1: the factor's value is out of range (expected 1.96133 to 10.0, "
+        "from the probe's own weight to the rig's cap, got 12).");
+  // the band counts
+  CHECK_THAT(problem_at(with_sweep(R"({"name": "force_N", "values": [9.9]})"),
+                        "/sweep/factors/0/values/0"),
+             Catch::Contains("force and band together are over the cap"));
+  CHECK_THAT(problem_at(with_sweep(R"({"name": "speed_mps", "values": [0.005]})"),
+                        "/sweep/factors/0/values/0"),
+             Catch::Contains("expected 1e-06 to 0.004, the rig's limit, got 0.005"));
+  // 2 + 2 legs of a quarter of it each; it no longer fits, and is told once
+  CHECK_THAT(problem_at(with_sweep(R"({"name": "stroke_mm", "values": [100, 400]}, )" + speed),
+                        "/sweep/factors/0/values/1"),
+             Catch::Contains("too long along x") && Catch::Contains("too long along y"));
+}
+
+TEST_CASE("A factor without a value, and a sweep without a factor, are refused with a sentence") {
+  CHECK(problem_at(with_sweep(R"({"name": "force_N", "values": []})"), "/sweep/factors/0/values") ==
+        "/sweep/factors/0/values: the factor has no value (expected at least one, got 0). Leave "
+        "the factor out, or give it values.");
+  CHECK_THAT(problem_at(with_sweep(""), "/sweep/factors"), Catch::Contains("there is no factor"));
+}
+
+TEST_CASE("A sweep of more than a million trials is refused with a sentence") {
+  const std::string many = R"({"name": "force_N", "values": [)" + numbers(400) +
+                           R"(]}, {"name": "press_s", "values": [)" + numbers(500) + "]}";
+  CHECK(problem_at(with_sweep(many), "/sweep") ==
+        "/sweep: the sweep has too many trials (expected at most 1000000, got 1200000.0). Give "
+        "fewer values, fewer replicates or a fraction of the design.");
+  // 400 x 30 x 2 fabrics x 3 replicates are fewer trials, but no pilot
+  const std::string wide = R"({"name": "force_N", "values": [)" + numbers(400) +
+                           R"(]}, {"name": "press_s", "values": [)" + numbers(30) + "]}";
+  CHECK_THAT(problem_at(with_sweep(wide), "/sweep"), Catch::Contains("too many combinations"));
+}
+
+TEST_CASE("Two factors of one name are refused with a sentence, however they are spelled") {
+  CHECK(problem_at(with_sweep(force + ", " + force), "/sweep/factors/1/name") ==
+        "/sweep/factors/1/name: the factor is given twice (expected every factor once, got "
+        "force_N). Put all its values into one list.");
+  CHECK_THAT(problem_at(with_sweep(force + R"(, {"name": "force_n", "values": [3]})"),
+                        "/sweep/factors/1/name"),
+             Catch::Contains("given twice"));
+  const CheckReport twice = check_recipe(
+      with_sweep(R"({"name": "force_N", "values": [2], "values": [5]})"), test::limits());
+  REQUIRE(twice.problems.size() == 1);
+  CHECK_THAT(to_string(twice.problems[0]), Catch::Contains("values"));
+}
+
+TEST_CASE("Whatever else is wrong with a sweep is told, all at once") {
+  CHECK_THAT(
+      problem_at(with_sweep(R"({"name": "forse_N", "values": [5]})"), "/sweep/factors/0/name"),
+      Catch::Contains("Did you mean force_N"));
+  CHECK_THAT(
+      problem_at(with_sweep(R"({"name": "colour", "values": [5]})"), "/sweep/factors/0/name"),
+      Catch::Contains("Known factors are"));
+  CHECK_THAT(problem_at(with_sweep(R"({"name": "force_N", "values": [5, 3, 5.0]})"),
+                        "/sweep/factors/0/values/2"),
+             Catch::Contains("listed twice"));
+  CHECK_THAT(problem_at(with_sweep(force, R"(, "design": "half")"), "/sweep/design"),
+             Catch::Contains("not a design"));
+  CHECK_THAT(problem_at(with_sweep(force + ", " + speed, R"(, "design": {"cell_fraction": 0.5})"),
+                        "/sweep/design/cell_fraction"),
+             Catch::Contains("at least 5 cells, got 3 of 6"));
+  CHECK_THAT(problem_at(with_sweep(force, R"(, "order": "as_listed", "seed": 3)"), "/sweep/seed"),
+             Catch::Contains("nothing to draw"));
+  const std::string beside = with_sweep(force).replace(
+      1, 0, reps + R"(, "order": {"kind": "blocked"}, "hand_over": {}, )");
+  for (const char* pointer : {"/repetitions", "/order", "/hand_over"}) problem_at(beside, pointer);
+  const CheckReport both = check_recipe(
+      with_sweep(R"({"name": "force_N", "values": [99, "x"]}, {"name": "speed"})"), test::limits());
+  CHECK(both.problems.size() == 4);
+}
+
+TEST_CASE("Every exploration is done in every cell, with the cell's values in its phases") {
+  const Plan plan = test::plan_of(with_sweep(force + ", " + speed));
+  REQUIRE(plan.sweep);
+  CHECK(plan.sweep->cells.size() == 6);
+  CHECK(plan.explorations.size() == 6);
+  CHECK(plan.trials.size() == 2 * 6 * 3);
+  const Exploration& last = plan.explorations.back();
+  CHECK(last.name == "M2-5N-4mm_s");
+  CHECK(last.factors == std::vector<double>{5, 0.004});
+  CHECK(last.step(weft::Phase::motion).force_n == 5);
+  CHECK(last.step(weft::Phase::motion).speed_mps == 0.004);
+  CHECK(plan.explorations.front().name == "M2-2N-0.5mm_s");
+  CHECK(plan.forecast.mounts == 2);
+  // of the slow cell longer than of the fast one
+  CHECK(plan.explorations[0].step(weft::Phase::motion).duration_s >
+        plan.explorations[2].step(weft::Phase::motion).duration_s);
+  CHECK(plan.forecast.force_n.max == 5);
+  std::set<std::string> names;
+  for (const Exploration& e : plan.explorations) names.insert(e.name);
+  CHECK(names.size() == plan.explorations.size());
+}
+
+TEST_CASE("A stroke keeps its shape, and the time of P its place") {
+  const Plan plan = test::plan_of(with_sweep(
+      R"({"name": "stroke_mm", "values": [20, 100]}, {"name": "press_s", "values": [1.5]})"));
+  const Exploration& small = plan.explorations[0];
+  CHECK(small.name == "M2-20mm-1.5s");
+  CHECK(small.step(weft::Phase::press).duration_s == 1.5);
+  CHECK(small.path_m()[0].y_m == Approx(0.010));
+  CHECK(small.path_m()[1].x_m == Approx(0.010));
+  // centred anew: half of 150 mm less half of 10 mm
+  CHECK(small.start_m.x_m == Approx(0.070));
+  CHECK(plan.explorations[1].start_m.x_m == Approx(0.050));
+}
+
+TEST_CASE("A sweep blocked by fabric mounts each once, and each replicate is a complete block") {
+  const Plan plan = test::plan_of(with_sweep(force + ", " + speed));
+  std::vector<std::set<std::size_t>> blocks(6);
+  std::set<std::vector<std::size_t>> orders;
+  for (std::size_t b = 0; b < 6; ++b) {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 6 * b; i < 6 * b + 6; ++i) {
+      CHECK(plan.trials[i].fabric == b / 3);
+      CHECK(plan.trials[i].repetition == b % 3 + 1);
+      blocks[b].insert(plan.trials[i].exploration);
+      order.push_back(plan.trials[i].exploration);
+    }
+    CHECK(blocks[b].size() == 6);
+    orders.insert(order);
+  }
+  CHECK(orders.size() > 1);  // drawn anew for each
+}
+
+TEST_CASE("Blocked by replicate every cloth is mounted anew; not blocked, all trials mix") {
+  const Plan by = test::plan_of(with_sweep(force + ", " + speed, R"(, "block_by": "replicate")"));
+  for (std::size_t i = 0; i < by.trials.size(); ++i) CHECK(by.trials[i].repetition == i / 12 + 1);
+  CHECK(by.forecast.mounts <= 6);
+  const Plan none = test::plan_of(with_sweep(force + ", " + speed, R"(, "block_by": "none")"));
+  CHECK(none.forecast.mounts > 6);
+  std::map<std::pair<std::size_t, std::size_t>, std::set<std::uint32_t>> done;
+  for (const TrialSpec& t : none.trials) done[{t.fabric, t.exploration}].insert(t.repetition);
+  CHECK(done.size() == 12);
+  for (const auto& [cell, replicates] : done) CHECK(replicates == std::set<std::uint32_t>{1, 2, 3});
+}
+
+TEST_CASE("The order follows from the seed, the patches of cloth do not follow from the order") {
+  const Plan one = test::plan_of(with_sweep(force + ", " + speed, R"(, "seed": 5)"));
+  const Plan same = test::plan_of(with_sweep(force + ", " + speed, R"(, "seed": 5)"));
+  const Plan other = test::plan_of(with_sweep(force + ", " + speed, R"(, "seed": 6)"));
+  const Plan listed = test::plan_of(with_sweep(force + ", " + speed, R"(, "order": "as_listed")"));
+  const auto order = [](const Plan& plan) {
+    std::vector<std::size_t> out;
+    for (const TrialSpec& t : plan.trials) out.push_back(t.exploration);
+    return out;
+  };
+  const auto patches = [](const Plan& plan) {
+    std::set<std::uint64_t> out;
+    for (const TrialSpec& t : plan.trials) out.insert(t.patch_seed);
+    return out;
+  };
+  CHECK(order(one) == order(same));
+  CHECK(order(one) != order(other));
+  CHECK(order(listed)[1] == 1);
+  CHECK(patches(one) == patches(other));
+  CHECK(patches(one) == patches(listed));
+  CHECK(patches(one).size() == one.trials.size());
+}
+
+TEST_CASE("The normal form has the sweep, not what it replaces") {
+  const std::string recipe = with_sweep(force + ", " + speed);
+  const json document = json::parse(normal(recipe));
+  CHECK(document["sweep"]["factors"][1] ==
+        json{{"name", "speed_mps"}, {"values", {0.0005, 0.002, 0.004}}});
+  CHECK_FALSE(document.contains("repetitions"));
+  CHECK(document["explorations"].size() == 1);
+  // another spelling is the same campaign, and so is another value in the phases
+  CHECK(
+      normal(with_sweep(force + R"(, {"name": "speed_mps", "values": [0.0005, 0.002, 0.004]})")) ==
+      normal(recipe));
+  CHECK(normal(test::with(recipe, "\"force_N\": 5,", "\"force_N\": 3,")) == normal(recipe));
+  CHECK(normal(test::with(recipe, "\"replicates\": 3", "\"replicates\": 4")) != normal(recipe));
+  CHECK(normal(with_sweep(force + ", " + speed, R"(, "block_by": "none")")) != normal(recipe));
+  CHECK_THAT(sweep_text(*test::plan_of(recipe).sweep),
+             Catch::Contains("force 2, 5 N x speed 0.5, 2, 4 mm/s: all 6 cells, 3 replicates"));
+}
