@@ -205,6 +205,15 @@ if(SYSTEM_PYTHON3)
   set_tests_properties(lint_python_client_types PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
 endif()
 
+# Pages for people: every command in them is run; the reference is what schemas and programs say.
+if(SYSTEM_PYTHON3)
+  add_test(NAME scenario_docs_commands COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/docs_commands.py ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR})
+  add_test(NAME scenario_reference_pages
+           COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/reference_pages.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> $<TARGET_FILE:weft-rig>
+                   ${PROJECT_SOURCE_DIR})
+  set_tests_properties(scenario_docs_commands scenario_reference_pages PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+endif()
+
 # The plate's tilt found by touching and levelled: simulated, on ports in real time, and where it has to give up.
 add_test(NAME scenario_align
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/align.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})

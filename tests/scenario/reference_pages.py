@@ -1,0 +1,138 @@
+#!/usr/bin/env python3
+"""docs/reference/{recipe,rig,cli}.md are what the schemas and the programs say of themselves.
+
+    reference_pages.py WEFT WEFTD WEFT_RIG SOURCE_ROOT [--write]      --write: make the pages
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+PROGRAMS = {"weft": sys.argv[1], "weftd": sys.argv[2], "weft-rig": sys.argv[3]}
+ROOT = pathlib.Path(sys.argv[4]).resolve()
+FOLDER = ROOT / "docs/reference"
+MADE = "This page is made by `tests/scenario/reference_pages.py --write` from {}; a test compares them.\n"
+
+
+def number(value):
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def bounds(schema):
+    """What a value may be, in a few words."""
+    low = f"from {number(schema['minimum'])}" if "minimum" in schema else f"above {number(schema['exclusiveMinimum'])}" if "exclusiveMinimum" in schema else ""
+    high = f"to {number(schema['maximum'])}" if "maximum" in schema else ""
+    return " ".join(x for x in (low, high) if x)
+
+
+def kind_of(schema):
+    if "enum" in schema:
+        return ", ".join(f"`{json.dumps(v)}`" for v in schema["enum"])
+    if "const" in schema:
+        return f"`{json.dumps(schema['const'])}`"
+    if "$ref" in schema:
+        name = schema["$ref"].rpartition("/")[2]
+        return f"[{name}](#{name})" if name != "name" else "a name"
+    if "oneOf" in schema and "type" not in schema:
+        return "one of: " + "; ".join(shape(part) for part in schema["oneOf"])
+    kind = schema.get("type", "any")
+    if kind == "array":
+        return "list of " + kind_of(schema.get("items") or {"type": "values"})
+    if kind == "object" and isinstance(schema.get("additionalProperties"), dict):
+        return "by name: " + kind_of(schema["additionalProperties"])
+    unit = schema.get("x-unit", "")
+    return kind + (f" [{unit}]" if unit and unit != "1" else "")
+
+
+def shape(schema):
+    return "{" + ", ".join(f"{k}: {kind_of(v)}" for k, v in schema.get("properties", {}).items()) + "}"
+
+
+def rows(schema):
+    """The keys of an object, as a table."""
+    needed = schema.get("required", [])
+    yield "| key | value | bounds | default | |\n|---|---|---|---|---|"
+    for key, value in schema["properties"].items():
+        default = f"`{json.dumps(value['default'])}`" if "default" in value else "needed" if key in needed else ""
+        words = value.get("description", "").replace("|", "\\|")
+        if "prefixItems" in json.dumps(value):
+            words += " " + " or ".join(", ".join(kind_of(item) for item in each["prefixItems"]) for each in value["oneOf"])
+        yield f"| `{key}` | {kind_of(value) if 'prefixItems' not in json.dumps(value) else 'list'} | {bounds(value)} | {default} | {words} |"
+    yield ""
+
+
+def objects(schema):
+    """Objects that stand in their place, without a name of their own among the definitions."""
+    for key, value in schema["properties"].items():
+        if value.get("type") == "object" and "properties" in value:
+            yield key, value
+
+
+def recipe_page():
+    schema = json.loads((ROOT / "recipes/schema/recipe.schema.json").read_text())
+    out = ["# Recipes, key by key", "", MADE.format("`recipes/schema/recipe.schema.json`, which editors and `recipe.schema` of the API have too"),
+           schema["description"], "", "What the keys lead to: [recipes](../../recipes/README.md). Where a length, speed or force is told in two units, one of the two is given.", "",
+           "## The recipe", ""]
+    out += rows(schema)
+    sections = list(objects(schema)) + [(k, v) for k, v in schema["$defs"].items() if "properties" in v]
+    for name, value in sections:
+        out += [f"## {name}", "", (f"**{value['title']}.** " if "title" in value else "") + value.get("description", ""), ""]
+        out += rows(value)
+        for inner, inner_value in objects(value):
+            out += [f"### {inner}", "", inner_value.get("description", ""), ""]
+            out += rows(inner_value)
+    return "\n".join(out).rstrip() + "\n"
+
+
+def rig_page():
+    out = ["# Rig files: what drivers take", "", MADE.format("the schemas of the drivers (`drivers/*/settings.cpp`), by which a rig file's `devices[].config` is read"),
+           "A rig file names devices, limits, probe and plate. `limits`, `probe`, `plate`, `control`: [recipes](../../recipes/README.md#what-a-plan-needs-from-the-rig-file). `devices[].emulator`, "
+           "`simulation`, `fabrics`: [sim/rig](../../sim/rig/README.md). `devices[].link` and complete files: [sim/rigs](../../sim/rigs/README.md).", ""]
+    for file in sorted((ROOT / "drivers").glob("*/settings.cpp")):
+        (text,) = re.findall(r'config_schema\[\] = R"\((.*?)\)";', file.read_text(), re.S)
+        schema = json.loads(text)
+        out += [f"## {file.parent.name}", "", f"{schema['title']}: [drivers/{file.parent.name}](../../drivers/{file.parent.name}/README.md).", ""]
+        out += rows(schema)
+    return "\n".join(out).rstrip() + "\n"
+
+
+def help_of(*words):
+    return subprocess.run([*words, "--help"], capture_output=True, text=True, check=True).stdout.strip("\n")
+
+
+def commands_in(text):
+    found = text.partition("Subcommands:\n")[2]
+    return re.findall(r"^  (\S+) ", found, re.M)
+
+
+def cli_page():
+    out = ["# Commands", "", MADE.format("what `--help` says; `man weft` has the same where Weft is installed"),
+           "What each does, at length: [daemon/cli](../../daemon/cli/README.md), [daemon/server](../../daemon/server/README.md).", ""]
+
+    def add(words, depth):
+        text = help_of(PROGRAMS[words[0]], *words[1:])
+        out.extend([f"{'#' * depth} {' '.join(words)}", "", "```text", text, "```", ""])
+        for name in commands_in(text):
+            add([*words, name], min(depth + 1, 4))
+
+    for program in PROGRAMS:
+        add([program], 2)
+    return "\n".join(out).rstrip() + "\n"
+
+
+def main():
+    pages = {"recipe.md": recipe_page(), "rig.md": rig_page(), "cli.md": cli_page()}
+    stale = [name for name, text in pages.items() if not (FOLDER / name).exists() or (FOLDER / name).read_text() != text]
+    if "--write" in sys.argv:
+        for name in stale:
+            (FOLDER / name).write_text(pages[name])
+    elif stale:
+        print(f"docs/reference: {', '.join(stale)} no longer what schemas and programs say. This makes them anew:\n"
+              f"    python3 tests/scenario/reference_pages.py {' '.join(PROGRAMS.values())} {ROOT} --write")
+        return 1
+    print(f"{len(pages)} pages")
+    return 0
+
+
+sys.exit(main())
