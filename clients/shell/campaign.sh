@@ -5,7 +5,7 @@ recipe=${1:?campaign.sh RECIPE}
 coproc daemon { nc -U "${WEFT_SOCKET:?names the socket of weftd}"; }
 exec {from}<&"${daemon[0]}" {to}>&"${daemon[1]}"
 
-# field NAME: the text or number of that name in the line on standard input; the first where there are several
+# field NAME: the text or number of that name in the line on standard input; the last where there are several
 field() { sed -n 's/.*"'"$1"'":"\{0,1\}\([^",}]*\).*/\1/p'; }
 
 # ask NUMBER METHOD PARAMS: sends a request and prints the answer; events that come before it go to standard error
@@ -13,10 +13,10 @@ ask() {
   printf '{"jsonrpc":"2.0","id":%d,"method":"%s","params":%s}\n' "$1" "$2" "$3" >&"$to"
   local line
   while read -r line <&"$from"; do
-    case $line in
+    case $line in  # weftd writes the number first, then what it has to say
       *'"method":"event"'*) [ -z "$(field state <<<"$line")" ] || echo "  now $(field state <<<"$line")" >&2 ;;
-      *'"id":'"$1"[,}]*'"error"'* | *'"error"'*'"id":'"$1"[,}]*) echo "$2 was refused: $line" >&2; return 1 ;;
-      *'"id":'"$1"[,}]*) echo "$line"; return 0 ;;
+      '{"jsonrpc":"2.0","id":'"$1"',"error":'*) echo "$2 was refused: $line" >&2; return 1 ;;
+      '{"jsonrpc":"2.0","id":'"$1"',"result":'*) echo "$line"; return 0 ;;
     esac
   done
   echo "the daemon closed the connection" >&2

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Every command of README.md and of the pages in docs/ is run as a reader would: page by page, block by block, in a scratch copy of the tree.
 
-    docs_commands.py BUILD_DIR SOURCE_ROOT [PAGE ...]
+    docs_commands.py BUILD_DIR SOURCE_ROOT [--here] [PAGE ...]      --here: in the tree itself, not in a scratch copy
 
 Blocks marked ```sh are run. The comment before a block may say
     <!-- not run: REASON -->      it needs a bench, installs or builds: told, with the reason
@@ -106,8 +106,7 @@ def run_page(page, base):
     blocks = blocks_of(page)
     if not blocks:
         return 0
-    folder = pathlib.Path(tempfile.mkdtemp(dir=base))
-    scratch(folder)
+    folder = ROOT if "--here" in sys.argv else scratch(pathlib.Path(tempfile.mkdtemp(dir=base)))
     clean = {k: v for k, v in os.environ.items() if not k.startswith("WEFT_")}
     environment = {**clean, "PATH": f"{BUILD}:{os.environ['PATH']}", "HOME": str(folder), "PIP_NO_INDEX": "1", "PIP_FIND_LINKS": "/usr/share/python-wheels",
                    "PIP_DISABLE_PIP_VERSION_CHECK": "1", "PYTHONDONTWRITEBYTECODE": "1"}
@@ -131,7 +130,7 @@ def run_page(page, base):
 
 
 def main():
-    total, wanted = 0, sys.argv[3:] or PAGES
+    total, wanted = 0, [word for word in sys.argv[3:] if word != "--here"] or PAGES
     base = tempfile.mkdtemp(prefix="weft-docs-")
     try:
         for pattern in wanted:

@@ -3,6 +3,7 @@
 
     other_clients.py WEFTD WEFT SOURCE_ROOT      all simulated
 """
+import json
 import os
 import pathlib
 import re
@@ -26,7 +27,7 @@ def said_by(*words, status=0, **environment):
 def shell(daemon):
     if shutil.which("nc") is None:
         return print("nc is not installed (netcat-openbsd): the shell's example was not run")
-    said = said_by(ROOT / "clients/shell/campaign.sh", "small", WEFT_SOCKET=str(daemon.socket))
+    said = said_by(ROOT / "clients/shell/campaign.sh", "learns", WEFT_SOCKET=str(daemon.socket))
     assert re.search(r"R-\d+: outcome complete, cleanup done, rig safe", said) and "  now " in said, said
     assert "recipe.check was refused" in said_by(ROOT / "clients/shell/campaign.sh", "none", status=1, WEFT_SOCKET=str(daemon.socket))
     print("shell: a campaign run")
@@ -69,6 +70,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix="weft-client-") as name:
         folder = pathlib.Path(name)
         write_recipes(folder)
+        learns = json.loads((folder / "recipes/small.json").read_text())
+        (folder / "recipes/learns.json").write_text(json.dumps({**learns, "repetitions": 4, "hand_over": {"learner": "lda", "groups": 2}}))
         token = token_of(WEFT, folder / "tokens.json", "lab", "operator")
         daemon = Daemon(WEFTD, ROOT, folder, "--http", "0", "--tokens", folder / "tokens.json")
         try:

@@ -35,7 +35,7 @@ def kind_of(schema):
         name = schema["$ref"].rpartition("/")[2]
         return f"[{name}](#{name})" if name != "name" else "a name"
     if "oneOf" in schema and "type" not in schema:
-        return "one of: " + "; ".join(shape(part) for part in schema["oneOf"])
+        return "one of: " + "; ".join(shape(part) if "properties" in part else kind_of(part) for part in schema["oneOf"])
     kind = schema.get("type", "any")
     if kind == "array":
         return "list of " + kind_of(schema.get("items") or {"type": "values"})
@@ -49,13 +49,26 @@ def shape(schema):
     return "{" + ", ".join(f"{k}: {kind_of(v)}" for k, v in schema.get("properties", {}).items()) + "}"
 
 
-def rows(schema):
+def alternatives(schema):
+    """An object that is one of several, each with a name and a list of its own, as a table."""
+    yield "| name | each of its values | bounds | |\n|---|---|---|---|"
+    for each in schema["oneOf"]:
+        name, values = each["properties"]["name"], each["properties"]["values"]
+        yield f"| {kind_of(name)} | {kind_of(values['items'])} | {bounds(values['items'])} | {values.get('description', '')} |"
+    yield ""
+
+
+def rows(schema, definitions=None):
     """The keys of an object, as a table."""
+    if "oneOf" in schema and "properties" not in schema:
+        yield from alternatives(schema)
+        return
     needed = schema.get("required", [])
     yield "| key | value | bounds | default | |\n|---|---|---|---|---|"
     for key, value in schema["properties"].items():
         default = f"`{json.dumps(value['default'])}`" if "default" in value else "needed" if key in needed else ""
-        words = value.get("description", "").replace("|", "\\|")
+        named = (definitions or {}).get(value.get("$ref", "").rpartition("/")[2], {})
+        words = value.get("description", named.get("description", "")).replace("|", "\\|")
         if "prefixItems" in json.dumps(value):
             words += " " + " or ".join(", ".join(kind_of(item) for item in each["prefixItems"]) for each in value["oneOf"])
         yield f"| `{key}` | {kind_of(value) if 'prefixItems' not in json.dumps(value) else 'list'} | {bounds(value)} | {default} | {words} |"
@@ -64,7 +77,7 @@ def rows(schema):
 
 def objects(schema):
     """Objects that stand in their place, without a name of their own among the definitions."""
-    for key, value in schema["properties"].items():
+    for key, value in schema.get("properties", {}).items():
         if value.get("type") == "object" and "properties" in value:
             yield key, value
 
@@ -74,11 +87,12 @@ def recipe_page():
     out = ["# Recipes, key by key", "", MADE.format("`recipes/schema/recipe.schema.json`, which editors and `recipe.schema` of the API have too"),
            schema["description"], "", "What the keys lead to: [recipes](../../recipes/README.md). Where a length, speed or force is told in two units, one of the two is given.", "",
            "## The recipe", ""]
-    out += rows(schema)
-    sections = list(objects(schema)) + [(k, v) for k, v in schema["$defs"].items() if "properties" in v]
+    definitions = schema["$defs"]
+    out += rows(schema, definitions)
+    sections = list(objects(schema)) + [(k, v) for k, v in definitions.items() if k != "name"]
     for name, value in sections:
         out += [f"## {name}", "", (f"**{value['title']}.** " if "title" in value else "") + value.get("description", ""), ""]
-        out += rows(value)
+        out += rows(value, definitions)
         for inner, inner_value in objects(value):
             out += [f"### {inner}", "", inner_value.get("description", ""), ""]
             out += rows(inner_value)
