@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-from weftd_support import PATIENCE_S, Daemon, token_of
+from weftd_support import PATIENCE_S, Daemon, certificate, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
 WHEELS = pathlib.Path("/usr/share/python-wheels")  # Debian's python3-pip-whl, -setuptools-whl and -wheel-whl
@@ -54,18 +54,10 @@ def write_recipes(folder):
     (folder / "recipes/people.json").write_text(json.dumps({**small, "operator_steps": steps}))
 
 
-def certificate(folder, name):
-    key, cert = folder / f"{name}.key", folder / f"{name}.pem"
-    run("openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=weft test",
-        "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1", "-keyout", key, "-out", cert)
-    key.chmod(0o600)
-    return key, cert
-
-
 def scene(folder, python):
     """Two daemons: one on the socket and 127.0.0.1, one under TLS."""
     tokens = folder / "tokens.json"
-    (key, cert), (_, other_cert) = certificate(folder, "good"), certificate(folder, "other")
+    (key, cert), (_, other_cert) = (certificate(folder, name, "DNS:localhost,IP:127.0.0.1") for name in ("good", "other"))
     told = {role: token_of(WEFT, tokens, role, role) for role in ("observer", "operator")}
     ports = "--tokens", tokens, "--port", "0", "--http", "0"
     daemon = Daemon(WEFTD, ROOT, folder, *ports)

@@ -49,6 +49,16 @@ def token_of(weft, file, name, role):
                           text=True).stdout.strip()
 
 
+def certificate(folder, name, san):
+    """A key and a certificate of its own, for these names, good for two days."""
+    key, cert = folder / f"{name}.key", folder / f"{name}.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2",
+                    "-subj", "/CN=weft test", "-addext", f"subjectAltName={san}", "-keyout", key, "-out", cert],
+                   check=True, capture_output=True)
+    key.chmod(0o600)
+    return key, cert
+
+
 class Client:
     def __init__(self, where, introduce=True):
         self.wire = socket.socket(socket.AF_INET if isinstance(where, tuple) else socket.AF_UNIX)

@@ -16,19 +16,10 @@ import subprocess
 import sys
 import tempfile
 
-from weftd_support import PATIENCE_S, command, token_of
+from weftd_support import PATIENCE_S, certificate, command, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 ANYWHERE = "0.0.0.0"  # the test's own network has the loopback only, and this address is not it
-
-
-def certificate(folder, name, san):
-    key, cert = folder / f"{name}.key", folder / f"{name}.pem"
-    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2",
-                    "-subj", "/CN=weft test", "-addext", f"subjectAltName={san}", "-keyout", key, "-out", cert],
-                   check=True, capture_output=True)
-    key.chmod(0o600)
-    return key, cert
 
 
 class TlsDaemon:

@@ -47,14 +47,25 @@ class Answers(unittest.TestCase):
             connection.request("run.list", {})
         connection.close()
 
-    def test_what_is_no_json_ends_the_connection(self):
+    def test_what_makes_no_sense_ends_the_connection(self):
+        for line in b"half a line{", b"[]", b'{"method": "event", "params": []}', b'{"id": 1, "error": 7}', b"\xff":
+            with self.subTest(line=line):
+                daemon = FakeDaemon(run_wait=lambda params: None)
+                connection = daemon.connect()
+                waits, mailbox = connection.request("run.wait", {}), connection.mailbox("u1")
+                daemon.there.sendall(line + b"\n")
+                with self.assertRaises(ConnectionLost):
+                    waits.result(PATIENCE_S)
+                self.assertTrue(mailbox.wait(PATIENCE_S))
+                connection.close()
+
+    def test_what_is_no_json_number_is_refused_before_it_is_sent(self):
         daemon = FakeDaemon()
         connection = daemon.connect()
-        waits = connection.mailbox("u1")
-        daemon.there.sendall(b"half a line{\n")
-        self.assertTrue(waits.wait(PATIENCE_S))
-        with self.assertRaises(ConnectionLost):
-            waits.take()
+        with self.assertRaises(ValueError):
+            connection.request("sub.open", {"max_hz": float("nan")})
+        self.assertEqual(connection.request("run.list", {}).result(PATIENCE_S), {})
+        self.assertEqual(daemon.heard, [("run.list", {})])
         connection.close()
 
     def test_lines_may_come_in_pieces_and_together(self):

@@ -45,13 +45,14 @@ class Connection:
     def request(self, method: str, params: Mapping[str, Any]) -> "Future[Any]":
         """The answer to come: its result, or a WeftError. Does not wait."""
         answer: "Future[Any]" = Future()
+        told = json.dumps({"method": method, "params": dict(params)}, allow_nan=False)  # refused here: nothing waits for an answer yet
         with self._state:
             if self._end is not None:
                 raise self._end
             self._last += 1
             number = self._last
             self._answers[number] = answer
-        self.send(json.dumps({"jsonrpc": "2.0", "id": number, "method": method, "params": dict(params)}, allow_nan=False))
+        self.send(f'{{"jsonrpc": "2.0", "id": {number}, {told[1:]}')
         return answer
 
     def send(self, line: str) -> None:
@@ -104,8 +105,8 @@ class Connection:
                 *lines, rest = (rest + piece).split(b"\n")
                 for line in lines:
                     self._take(json.loads(line))
-        except (OSError, ValueError) as problem:
-            end = ConnectionLost(f"the connection to the daemon broke: {problem}")
+        except Exception as problem:  # whatever it is: nobody may wait for a thread that has ended
+            end = ConnectionLost(f"the connection to the daemon broke: {problem!r}")
         self._ended(end)
         self._wire.close()
 
@@ -121,20 +122,21 @@ class Connection:
 
     def _take(self, message: Dict[str, Any]) -> None:
         params = message.get("params", {})
-        if message.get("method") == "hello":
+        if message.get("method") == "hello" and not self._greeting.done():
             self._greeting.set_result(params)
         elif message.get("method") == "event":
             sub = params.get("sub")
             if sub is not None and sub not in self._closed_subs:
                 self.mailbox(sub).put(params)
         else:
+            refused = error_of(message["error"]) if "error" in message else None
             with self._state:
                 number = message.get("id")
                 answer = self._answers.pop(number, None) if isinstance(number, int) else None
             if answer is None or not answer.set_running_or_notify_cancel():
                 return
-            if "error" in message:
-                answer.set_exception(error_of(message["error"]))
+            if refused is not None:
+                answer.set_exception(refused)
             else:
                 answer.set_result(message.get("result"))
 

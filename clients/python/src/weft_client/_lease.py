@@ -5,7 +5,7 @@ import contextlib
 import threading
 from typing import Callable, Optional
 
-from ._errors import WeftError
+from ._errors import ConnectionLost, WeftError
 from ._methods import Api
 
 
@@ -31,10 +31,14 @@ class Lease:
             try:
                 self.expires_us = self._api.lease.renew(lease=self.name, ttl_ms=self._ttl_ms)["expires_us"]
             except WeftError as problem:
-                self.lost = problem
-                if self._on_lost is not None:
-                    self._on_lost(problem)
-                return
+                return self._gone(problem)
+            except TimeoutError as late:
+                return self._gone(ConnectionLost(f"the lease was not renewed: {late}"))
+
+    def _gone(self, problem: WeftError) -> None:
+        self.lost = problem
+        if self._on_lost is not None:
+            self._on_lost(problem)
 
     def close(self) -> None:
         """Gives the rig back. One that is lost is nobody's business any more."""
@@ -42,7 +46,7 @@ class Lease:
             return
         self._over.set()
         self._renewing.join()
-        with contextlib.suppress(WeftError):
+        with contextlib.suppress(WeftError, TimeoutError):
             self._api.lease.release(lease=self.name)
 
     def __enter__(self) -> "Lease":

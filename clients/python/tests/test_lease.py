@@ -1,0 +1,46 @@
+import threading
+import unittest
+
+from fake_daemon import PATIENCE_S, FakeDaemon
+
+from weft_client import AccessError, Client, ConnectionLost
+from weft_client._files import Http
+
+OPENED = {"session": "s-1", "role": "operator", "protocol": "1.0", "features": [], "epoch": "e"}
+TAKEN = {"lease": "L-1", "expires_us": 1}
+
+
+def client_of(daemon, timeout_s=PATIENCE_S):
+    return Client(daemon.connect(), Http(None, None, None, timeout_s), OPENED, timeout_s)
+
+
+class Leases(unittest.TestCase):
+    def test_it_is_renewed_at_a_third_of_its_time_and_given_back(self):
+        renewed = threading.Event()
+        daemon = FakeDaemon(lease_acquire=lambda params: TAKEN, lease_renew=lambda params: renewed.set() or {**TAKEN, "expires_us": 2})
+        with client_of(daemon) as client:
+            with client.lease(ttl_ms=30) as lease:
+                self.assertTrue(renewed.wait(PATIENCE_S))
+            self.assertIsNone(lease.lost)
+        self.assertEqual(daemon.heard[0], ("lease.acquire", {"ttl_ms": 30, "note": ""}))
+        self.assertEqual(daemon.heard[-1], ("lease.release", {"lease": "L-1"}))
+
+    def lost(self, renew, timeout_s=PATIENCE_S):
+        daemon = FakeDaemon(lease_acquire=lambda params: TAKEN, lease_renew=renew)
+        told, gone = [], threading.Event()
+        with client_of(daemon, timeout_s) as client, client.lease(ttl_ms=30, on_lost=lambda problem: told.append(problem) or gone.set()) as lease:
+            self.assertTrue(gone.wait(PATIENCE_S))
+            self.assertIs(lease.lost, told[0])
+        self.assertEqual(len(told), 1)
+        return told[0]
+
+    def test_one_that_was_broken_is_told(self):
+        problem = self.lost(lambda params: {"error": {"code": 2003, "message": "no such lease of yours", "data": {"kind": "access.lease"}}})
+        self.assertIsInstance(problem, AccessError)
+
+    def test_a_daemon_that_does_not_answer_is_told(self):
+        self.assertIsInstance(self.lost(lambda params: None, timeout_s=0.1), ConnectionLost)
+
+
+if __name__ == "__main__":
+    unittest.main()
