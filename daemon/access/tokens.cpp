@@ -88,6 +88,10 @@ Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t exp
   return token;
 }
 
+void TokenFile::forget_expired(std::int64_t now_us) {
+  std::erase_if(entries_, [&](const TokenEntry& entry) { return entry.expires_us <= now_us; });
+}
+
 Status TokenFile::remove(std::string_view name) {
   const auto gone =
       std::erase_if(entries_, [&](const TokenEntry& entry) { return entry.name == name; });

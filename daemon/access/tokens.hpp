@@ -29,6 +29,8 @@ class TokenFile {
 
   /// Makes one and returns its text, which is not kept. Errors: io, invalid_argument (name).
   Result<std::string> add(std::string name, Role role, std::int64_t expires_us);
+  /// Of those whose time is over no more is known.
+  void forget_expired(std::int64_t now_us);
   /// Errors: not_found.
   Status remove(std::string_view name);
   Status save() const;

@@ -11,12 +11,14 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_run_methods(methods, services);
   add_queue_methods(methods, services);
   add_rig_methods(methods, services);
+  add_rig_description(methods, services);
   add_classify_methods(methods, services);
   add_data_methods(methods, services);
   add_plan_methods(methods, services);
   add_hand_over_methods(methods, services);
   add_sim_methods(methods, services);
   add_subscription_methods(methods, services);
+  add_token_methods(methods, services);
 }
 
 }  // namespace weft::daemon::api

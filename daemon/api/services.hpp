@@ -7,6 +7,7 @@
 #include <string>
 
 #include "daemon/access/leases.hpp"
+#include "daemon/access/role.hpp"
 #include "daemon/api/data_files.hpp"
 #include "daemon/control/hand_over_desk.hpp"
 #include "daemon/control/run_desk.hpp"
@@ -41,11 +42,17 @@ struct Services {
   Errand file_errand;          ///< on a thread of its own again, the only one that uses `files`
   DataFiles* files = nullptr;  ///< the data sets' files
   BenchPace* pace = nullptr;   ///< of a simulated bench
+  /// A new token, kept. Errors: TokenFile's.
+  std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us)>
+      add_token = {};
+  std::string http_url = {};  ///< "http://127.0.0.1:8080"; empty where HTTP is not served
 };
 
 /// All of them, with the introduction.
 void add_methods(rpc::Methods& methods, const Services& services);
 
+void add_token_methods(rpc::Methods& methods, const Services& services);
+void add_rig_description(rpc::Methods& methods, const Services& services);
 void add_system_methods(rpc::Methods& methods, const Services& services);
 void add_lease_methods(rpc::Methods& methods, const Services& services);
 void add_recipe_methods(rpc::Methods& methods, const Services& services);

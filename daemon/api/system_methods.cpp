@@ -32,6 +32,7 @@ json system_info(const Services& services) {
           {"rig", services.rig_name},
           {"bench", bench_of(services)},
           {"pace", services.pace->load(std::memory_order_relaxed)},
+          {"http", services.http_url.empty() ? json() : json(services.http_url)},
           {"listeners", services.hub->listeners()},
           {"seq", services.hub->seq()}};
 }
@@ -157,13 +158,15 @@ std::string readiness_json(const Services& services) {
 
 void add_system_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
-  methods.add({"system.info",
-               "what runs here",
-               {},
-               {},
-               {},
-               "product, version, rig, bench (\"simulated\" or \"real\"), pace, epoch, seq"},
-              [s](const Call&) -> Outcome { return text_of(system_info(*s)); });
+  methods.add(
+      {"system.info",
+       "what runs here",
+       {},
+       {},
+       {},
+       "product, version, rig, bench (\"simulated\" or \"real\"), pace, http (null where it is not "
+       "served), epoch, seq"},
+      [s](const Call&) -> Outcome { return text_of(system_info(*s)); });
   methods.add({"system.ready",
                "whether a run can be started, and all that keeps it from that",
                {},

@@ -60,6 +60,7 @@ struct Commands {
   HaltArgs halt;
   LogArgs log;
   CallArgs call;
+  PageArgs page;
   TokenAddArgs token_add;
   QueueListArgs queue_list;
   QueueAddArgs queue_add;
@@ -137,6 +138,7 @@ void add_daemon_commands(CLI::App& root, Commands& all) {
   add(root, all, "halt", "stops all motion and latches the rig", all.halt, run_halt);
   add(root, all, "log", "the daemon's journal", all.log, run_log);
   add(root, all, "call", "any method of the daemon's API", all.call, run_call);
+  add(root, all, "page", "a link to the daemon's page, good for a day", all.page, run_page);
   CLI::App* queue = root.add_subcommand("queue", "the runs that wait for the daemon's rig");
   queue->fallthrough()->require_subcommand(1);
   add(*queue, all, "list", "who waits, the next first", all.queue_list, run_queue_list);

@@ -1,6 +1,6 @@
 #pragma once
 // `weft status | start | watch | pause | resume | recover | confirm | stop | abort | halt | log |
-// call | token`: what a person asks of a running weftd.
+// call | page | token`: what a person asks of a running weftd.
 
 #include <cstdint>
 #include <filesystem>
@@ -46,6 +46,11 @@ struct CallArgs : SocketArgs {
   std::string method;
   std::string params = "{}";
 };
+struct PageArgs : SocketArgs {
+  std::string name;  ///< your own in the system, or that with a number, where it is empty
+  std::string role = "operator";
+  int days = 1;
+};
 struct TokenAddArgs {
   std::filesystem::path file;
   std::string name;
@@ -65,6 +70,7 @@ void add_options(CLI::App& command, HaltArgs& args);
 void add_options(CLI::App& command, WatchArgs& args);
 void add_options(CLI::App& command, LogArgs& args);
 void add_options(CLI::App& command, CallArgs& args);
+void add_options(CLI::App& command, PageArgs& args);
 void add_options(CLI::App& command, TokenAddArgs& args);
 
 Result<int> run_status(const StatusArgs& args, Console& console);
@@ -86,6 +92,8 @@ Result<int> run_watch(const WatchArgs& args, Console& console);
 Result<int> run_log(const LogArgs& args, Console& console);
 /// Any method: the result as the daemon gives it.
 Result<int> run_call(const CallArgs& args, Console& console);
+/// Has the daemon make a token, and prints the link that opens its page with it.
+Result<int> run_page(const PageArgs& args, Console& console);
 /// Makes a token for TCP and prints it, once.
 Result<int> run_token_add(const TokenAddArgs& args, Console& console);
 

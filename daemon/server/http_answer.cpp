@@ -1,10 +1,11 @@
 #include "daemon/server/http_answer.hpp"
 
-#include "daemon/server/http_file.hpp"
-
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "daemon/server/http_file.hpp"
+#include "daemon/web/web_files.hpp"
 
 namespace weft::daemon::server {
 namespace {
@@ -160,11 +161,12 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request, std::stri
                     text("Host"),
                     {}});
   const bool rpc = request.path() == "/rpc", data = request.path().starts_with(data_path);
-  if (!rpc && !data && request.path() != "/events")
+  const bool page = web::find_web_file(request.path()) != nullptr;
+  if (!rpc && !data && !page && request.path() != "/events")
     return refused(404, "request.path",
-                   {Errc::not_found, "nothing there", {}, "/rpc, /events or /data/...", {}, {}});
+                   {Errc::not_found, "nothing there", {}, "/, /rpc, /events or /data/...", {}, {}});
   const std::string_view method = rpc ? "POST" : "GET";
-  if (request.method() != method)
+  if (request.method() != method && !(page && request.method() == "HEAD"))
     return refused(405, "request.method",
                    {Errc::invalid_argument, "another method", {}, std::string(method), {}, {}},
                    rpc ? "Allow: POST\r\n" : "Allow: GET\r\n");

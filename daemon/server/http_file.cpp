@@ -15,21 +15,6 @@ std::optional<std::uint64_t> number_of(std::string_view text) {
   return whole ? std::optional(number) : std::nullopt;
 }
 
-/// A list of entity tags, weak ones compared as strong ones (RFC 9110, 13.1.2), or "*".
-bool names(std::string_view header, std::string_view tag) {
-  if (header == "*") return true;
-  for (std::string_view rest = header; !rest.empty();) {
-    const std::size_t comma = rest.find(',');
-    std::string_view one = rest.substr(0, comma);
-    rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
-    while (one.starts_with(' ')) one.remove_prefix(1);
-    while (one.ends_with(' ')) one.remove_suffix(1);
-    if (one.starts_with("W/")) one.remove_prefix(2);
-    if (one == tag) return true;
-  }
-  return false;
-}
-
 // A page of ours in somebody's browser must not become a page of the daemon's: it is a download.
 std::string head_of(int status, const std::string& tag, std::uint64_t length,
                     const std::string& more = {}) {
@@ -46,6 +31,20 @@ std::string bytes_of(const std::string& part, std::uint64_t all) {
 }
 
 }  // namespace
+
+bool names_tag(std::string_view header, std::string_view tag) {
+  if (header == "*") return true;
+  for (std::string_view rest = header; !rest.empty();) {
+    const std::size_t comma = rest.find(',');
+    std::string_view one = rest.substr(0, comma);
+    rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
+    while (one.starts_with(' ')) one.remove_prefix(1);
+    while (one.ends_with(' ')) one.remove_suffix(1);
+    if (one.starts_with("W/")) one.remove_prefix(2);
+    if (one == tag) return true;
+  }
+  return false;
+}
 
 std::optional<ByteRange> range_of(std::string_view header, std::uint64_t bytes) {
   const ByteRange whole{0, bytes};
@@ -70,9 +69,9 @@ FileAnswer file_answer(const HttpRequest& request, const ServedFile& file) {
   const std::string tag = "\"" + file.sha256 + "\"";
   const auto asked = request.parameter("sha256");
   const std::string_view only = request.header("If-Match");
-  if ((asked && *asked != file.sha256) || (!only.empty() && !names(only, tag)))
+  if ((asked && *asked != file.sha256) || (!only.empty() && !names_tag(only, tag)))
     return {other_content_text(file.sha256), {}};
-  if (const auto known = request.header("If-None-Match"); !known.empty() && names(known, tag))
+  if (const auto known = request.header("If-None-Match"); names_tag(known, tag))
     return {head_of(304, tag, 0), {}};
   const std::string_view same = request.header("If-Range");
   const std::string_view wanted =

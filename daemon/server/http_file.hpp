@@ -36,6 +36,10 @@ struct FileAnswer {
   ByteRange body;    ///< empty: the head is all
 };
 
+/// Whether a list of entity tags, or "*", has this one; weak ones are compared as strong ones
+/// (RFC 9110, 13.1.2).
+bool names_tag(std::string_view header, std::string_view tag);
+
 /// One range of "Range: bytes=..." in a file of `bytes`; the whole where there is none, or several,
 /// or none that can be read (a client takes 200 then). Nothing: it lies behind the end.
 std::optional<ByteRange> range_of(std::string_view header, std::uint64_t bytes);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/server/http_answer.hpp"
+#include "daemon/server/http_page.hpp"
 #include "daemon/server/loopback.hpp"
 #include "daemon/server/wire.hpp"
 
@@ -150,6 +151,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   /// The head is whole: whoever may not ask is told before the body is taken.
   void admit() {
     if (const auto refusal = refusal_of_head(request_, server_->heard_as)) return leave(*refusal);
+    if (const auto page = page_answer(request_)) return leave(*page);
     // It stays where it is a stream: single requests cannot be sent events.
     const bool stays = request_.path() == "/events";
     conversation_ =

@@ -1,8 +1,9 @@
 #pragma once
 // The same objects over HTTP, for curl and browsers: POST /rpc answers one
 // request, GET /events streams events (server-sent events), GET /data/RUN/FILE
-// sends a file. Every request brings its token as a bearer. All on the daemon's thread, so that no
-// client can wait for another. Source: design/API.md, 2.1.
+// sends a file, GET / a page that uses all three. Every request but for the page brings its token
+// as a bearer. All on the daemon's thread, so that no client can wait for another. Source:
+// design/API.md, 2.1.
 
 #include <chrono>
 #include <cstdint>
@@ -22,7 +23,7 @@ struct HttpLimits {
   /// Whose request is not whole or whose answer is under way; the oldest makes room for a new one.
   std::size_t brief = 64;
   std::size_t waiting = 16;                   ///< calls whose answers come later
-  std::size_t streams = 8;                    ///< of events
+  std::size_t streams = 32;                   ///< of events; each page that is open has one
   std::size_t files = 8;                      ///< on their way to clients
   std::chrono::seconds request{10};           ///< from connecting to the request's last byte
   std::chrono::seconds answer{600};           ///< for methods that wait

@@ -36,6 +36,11 @@ Status make_folder(const std::filesystem::path& folder) {
   return {};
 }
 
+std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls) {
+  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
+}
+
 /// One wording for all that can be wrong with a token.
 Result<TokenOwner> owner_of(const access::TokenFile& tokens, std::string_view token,
                             std::int64_t utc_us) {
@@ -61,6 +66,8 @@ class Daemon {
   Status begin(const DaemonOptions& options);
   /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
   std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
+  Result<std::string> add_token(const std::filesystem::path& file, std::string name,
+                                access::Role role, std::int64_t expires_us);
   void changed(const control::RunView& run);
   void lined(const control::RunLine& line, std::string_view by);
   void tick();
@@ -109,6 +116,19 @@ Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options) {
   return daemon;
 }
 
+/// To what the file holds now: weft token add may have written to it since.
+Result<std::string> Daemon::add_token(const std::filesystem::path& file, std::string name,
+                                      access::Role role, std::int64_t expires_us) {
+  auto tokens = access::TokenFile::load(file);
+  if (!tokens) return pass(tokens.error());
+  tokens->forget_expired(utc_us());
+  auto token = tokens->add(std::move(name), role, expires_us);
+  if (!token) return pass(token.error());
+  if (Status saved = tokens->save(); !saved) return pass(saved.error());
+  tokens_ = std::move(*tokens);
+  return token;
+}
+
 void Daemon::wire(const DaemonOptions& options) {
   services_ = {.hub = &hub_,
                .leases = &leases_,
@@ -134,7 +154,12 @@ void Daemon::wire(const DaemonOptions& options) {
                      return file_errands_->send(std::move(work), std::move(failed));
                    },
                .files = &files_,
-               .pace = &pace_};
+               .pace = &pace_,
+               .add_token =
+                   [this, file = or_in(options.tokens, options.data, "tokens.json")](
+                       std::string name, access::Role role, std::int64_t expires_us) {
+                     return add_token(file, std::move(name), role, expires_us);
+                   }};
   pace_ = options.pace;
   shared_.methods = &methods_;
   shared_.hub = &hub_;
@@ -216,6 +241,7 @@ Status Daemon::begin(const DaemonOptions& options) {
                                  shared_, {});
     if (!http) return pass(http.error());
     http_ = std::move(*http);
+    services_.http_url = http_url(*address, http_->port(), tls_ != nullptr);
   }
   hub_.on_news([this] {
     server_->pump();

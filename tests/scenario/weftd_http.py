@@ -247,9 +247,9 @@ def cpu_s(process):
 
 def too_many(web):
     """Streams and waiting calls have seats; who has gone leaves his."""
-    held = [web.ask("GET", "/events") for _ in range(12)]
+    held = [web.ask("GET", "/events") for _ in range(36)]
     statuses = [response.status for response in held]
-    assert statuses == 8 * [200] + 4 * [503], statuses
+    assert statuses == 32 * [200] + 4 * [503], statuses
     assert held[-1].headers["Retry-After"]
     for response in held:
         response.close()

@@ -41,7 +41,11 @@ TEST_CASE("Another Host, path, method or content type is refused by the head alo
   CHECK(refusal_to("GET /rpc", "Host: localhost\r\n") == "405");
   CHECK(refusal_to("OPTIONS /rpc", "Host: localhost\r\n") == "405");
   CHECK(refusal_to("POST /events", typed) == "405");
-  CHECK(refusal_to("GET /", "Host: localhost\r\n") == "404");
+  CHECK(refusal_to("GET /index.html", "Host: localhost\r\n") == "404");
+  CHECK(refusal_to("GET /", "Host: localhost\r\n") == "none");
+  CHECK(refusal_to("HEAD /", "Host: localhost\r\n") == "none");
+  CHECK(refusal_to("POST /", typed) == "405");
+  CHECK(refusal_to("GET /", "Host: bench.example\r\n") == "403");
   CHECK(refusal_to("GET /events", "Host: 127.0.0.1.bench.example\r\n") == "403");
   CHECK(refusal_to("GET /events", "") == "403");
 }

@@ -272,3 +272,16 @@ TEST_CASE("A file is looked at before it is sent; one that is written to meanwhi
   }
   asked[4](served());  // nobody is there
 }
+
+TEST_CASE("The page needs no token, what it shows does") {
+  WebBench bench;
+  const auto asked = [&](const std::string& path) {
+    WebClient& client = bench.connect();
+    client.send("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    return bench.status_of(client);
+  };
+  CHECK(asked("/") == 200);
+  CHECK(asked("/style.css") == 200);
+  CHECK(asked("/events") == 401);
+  CHECK(asked("/nothing") == 404);
+}

@@ -1,0 +1,67 @@
+// One call of the daemon's API: a request to POST /rpc and its answer. See docs/api.md.
+
+/** What the daemon refused, or that it was not reached (`kind` "unreachable"). */
+export class ApiError extends Error {
+  constructor(message, data = {}) {
+    super(message);
+    this.kind = data.kind ?? 'unknown';
+    this.data = data;
+  }
+
+  /** For people: what is wrong, where, and what to do. */
+  get sentence() {
+    const { where, expected, got, hint } = this.data;
+    const parts = [this.message];
+    if (where) parts.push(`at ${where}`);
+    if (expected) parts.push(`expected ${expected}`);
+    if (got) parts.push(`got ${got}`);
+    return parts.join(', ') + (hint ? `. ${hint}.` : '.');
+  }
+}
+
+const unreachable = (why) => new ApiError('The daemon was not reached', { kind: 'unreachable', hint: why });
+
+/** Calls with the token of this browser tab. */
+export class Api {
+  #next = 1;
+
+  constructor(token) {
+    this.token = token;
+  }
+
+  headers(more = {}) {
+    return { Authorization: `Bearer ${this.token}`, ...more };
+  }
+
+  async call(method, params = {}, options = {}) {
+    const body = JSON.stringify({ jsonrpc: '2.0', id: this.#next++, method, params });
+    const answer = await this.#post(body, options);
+    if (answer.error) throw new ApiError(answer.error.message, answer.error.data);
+    return answer.result;
+  }
+
+  /** A change: with a key, so that it is made once however often the request arrives. */
+  change(method, params = {}, options = {}) {
+    return this.call(method, { ...params, idem: crypto.randomUUID() }, options);
+  }
+
+  async #post(body, { patience_ms = 60000, keepalive = false }) {
+    try {
+      const response = await fetch('/rpc', {
+        method: 'POST', body, keepalive, cache: 'no-store', signal: AbortSignal.timeout(patience_ms),
+        headers: this.headers({ 'Content-Type': 'application/json' }),
+      });
+      return await response.json();
+    } catch (why) {
+      throw unreachable(why.name === 'TimeoutError' ? 'It did not answer in time' : 'Is weftd running?');
+    }
+  }
+
+  /** A file of a run, whole, with the digest that its list has. */
+  async file(path, sha256) {
+    const response = await fetch(`${encodeURI(path)}?sha256=${sha256}`, { headers: this.headers(), cache: 'no-store' });
+    if (response.ok) return response;
+    const said = await response.json().catch(() => ({}));
+    throw new ApiError(said.error?.message ?? `refused (${response.status})`, said.error?.data);
+  }
+}

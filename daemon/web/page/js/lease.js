@@ -1,0 +1,77 @@
+// The rig's lease: taken before something is started, renewed while the page is open, given back when it is closed.
+// Who holds it is told to everybody; nobody needs one to watch or to halt.
+import { ask, attempt } from './dialog.js';
+
+const ttl_ms = 180000; // a tab in the background wakes once a minute
+const renew_ms = 45000;
+const key = 'weft.lease';
+
+export class Lease {
+  constructor(api, store) {
+    this.api = api;
+    this.store = store;
+    setInterval(() => this.#renew(), renew_ms);
+    addEventListener('pagehide', () => this.#leave());
+  }
+
+  get #own() {
+    return sessionStorage.getItem(key);
+  }
+
+  /** The lease is this user's. */
+  get mine() {
+    const { lease, me } = this.store;
+    return lease !== undefined && me !== null && lease.user === me.user;
+  }
+
+  /** Somebody else's: nothing can be started or steered from here. */
+  get others() {
+    return this.store.lease !== undefined && !this.mine;
+  }
+
+  async refresh() {
+    const { leases } = await this.api.call('lease.list');
+    this.store.put({ leases });
+  }
+
+  /** The name of a lease that is ours, a new one where there is none. Errors: ApiError. */
+  async hold() {
+    await this.refresh();
+    if (this.mine) return this.store.lease.lease;
+    const taken = await this.api.change('lease.acquire', { ttl_ms, note: 'the page' });
+    sessionStorage.setItem(key, taken.lease);
+    await this.refresh();
+    return taken.lease;
+  }
+
+  async release() {
+    await this.api.change('lease.release', { lease: this.store.lease.lease });
+    sessionStorage.removeItem(key);
+    await this.refresh();
+  }
+
+  /** From somebody who has gone: told to all, and in the journal. */
+  async take_over() {
+    const { lease, user } = this.store.lease;
+    const reason = await ask({
+      title: `Take the rig from ${user}?`, danger: true, act: 'Take it',
+      text: 'They are told. What runs goes on; only one of you can steer it.',
+      field: { label: 'Why' },
+    });
+    if (reason === null) return;
+    await attempt(() => this.api.change('lease.break', { lease, reason }));
+    await attempt(() => this.hold());
+  }
+
+  async #renew() {
+    if (!this.mine || !this.store.live || this.#own !== this.store.lease.lease) return;
+    await this.api.change('lease.renew', { lease: this.#own, ttl_ms }).catch(() => this.refresh().catch(() => {}));
+  }
+
+  /** With what has the rig still under way, the lease just runs out: closing a page is no order. */
+  #leave() {
+    if (!this.mine || this.#own !== this.store.lease.lease || this.store.active) return;
+    this.api.change('lease.release', { lease: this.#own }, { keepalive: true }).catch(() => {});
+    sessionStorage.removeItem(key);
+  }
+}

@@ -1,0 +1,161 @@
+// Puts the page together: one token, one stream, one store, and the views that look at it.
+import { Api } from './api.js';
+import { ArchiveView } from './archive_view.js';
+import { show_charts } from './charts.js';
+import { byId } from './dom.js';
+import { begin_frames } from './frame.js';
+import { Halt } from './halt.js';
+import { Header } from './header.js';
+import { Lease } from './lease.js';
+import { LogView } from './log_view.js';
+import { PadMap } from './pads.js';
+import { People } from './people.js';
+import { ProbeView } from './probe.js';
+import { QueueView } from './queue_view.js';
+import { RigPanel } from './rig_panel.js';
+import { RunPanel } from './run_panel.js';
+import { Samples } from './samples.js';
+import { ask_for_token, forget_token, token_at_start } from './session.js';
+import { StartView } from './start_view.js';
+import { Store } from './store.js';
+import { Stream } from './stream.js';
+import { Vote } from './vote.js';
+
+const topics = ['run:*', 'rig', 'queue', 'lease:*', 'vote:*', 'stream:force', 'stream:stages', 'stream:taxels'];
+const most_hz = 60;
+const poll_ms = 2000;
+const views = ['live', 'start', 'queue', 'archive', 'log'];
+
+class Page {
+  #plan_of = '';
+  #rig_state = '';
+
+  constructor(token) {
+    this.api = new Api(token);
+    this.store = new Store();
+    this.samples = new Samples();
+    this.lease = new Lease(this.api, this.store);
+    this.halt = new Halt(this.api);
+    this.header = new Header(this.store, this.lease);
+    this.rig = new RigPanel(this.api, this.store);
+    this.run = new RunPanel(this.api, this.store, this.lease);
+    this.people = new People(this.api, this.store, this.lease);
+    this.vote = new Vote(this.store);
+    this.start = new StartView(this.api, this.store, this.lease);
+    this.queue = new QueueView(this.api, this.store, this.lease);
+    this.archive = new ArchiveView(this.api, this.store);
+    this.log = new LogView(this.api, this.store);
+    this.probe = new ProbeView(this.samples, this.store);
+    this.pads = new PadMap(this.samples);
+    show_charts(this.samples);
+    this.store.on_change(() => this.#follow());
+    this.stream = new Stream(this.api, `mode=latest&max_hz=${most_hz}&topics=${topics.join(',')}`, this);
+    setInterval(() => this.#poll(), poll_ms);
+    addEventListener('hashchange', () => this.show_view());
+    this.show_view();
+    begin_frames();
+  }
+
+  // What the stream tells.
+
+  snapshot(known, epoch) {
+    const anew = this.store.epoch !== '' && this.store.epoch !== epoch;
+    const { samples, rest } = split(known);
+    this.store.snapshot(rest, epoch);
+    for (const [topic, delta] of samples) this.samples.event({ topic, delta });
+    this.#ask_all(anew);
+  }
+
+  event(told) {
+    if (told.topic.startsWith('stream:')) return this.samples.event(told);
+    this.store.event(told);
+    if (told.topic.startsWith('lease:')) this.#quietly(this.lease.refresh());
+    if (told.topic === 'queue') this.#quietly(this.queue.refresh());
+    if (told.topic === 'rig') this.#ask_rig();
+  }
+
+  state(name, heard_ms) {
+    this.store.put({ connection: { state: name, since_ms: heard_ms } });
+    if (name === 'full') this.#ask_all(false);
+    if (name !== 'refused') return;
+    forget_token();
+    ask_for_token('The daemon does not know this token, or its time is over.');
+  }
+
+  // What no topic tells.
+
+  async #ask_all(anew) {
+    const ask = (method, name, pick = (answer) => answer) =>
+      this.#quietly(this.api.call(method).then((answer) => this.store.put({ [name]: pick(answer) })));
+    if (anew || this.store.info === null) {
+      ask('system.info', 'info');
+      ask('rig.describe', 'description');
+      ask('session.whoami', 'me');
+      this.#quietly(this.start.refresh());
+    }
+    this.#ask_rig();
+    this.#quietly(this.lease.refresh());
+    this.#quietly(this.queue.refresh());
+    if (this.store.connection.state === 'full') this.#quietly(this.api.call('run.list').then(({ runs }) => this.store.take_runs(runs)));
+  }
+
+  #ask_rig() {
+    this.#quietly(this.api.call('rig.state').then((rig) => this.store.put({ rig })));
+  }
+
+  /** With no place for a stream the page asks every two seconds; samples are not to be had so. */
+  #poll() {
+    if (this.store.connection.state === 'full' && !document.hidden) this.#ask_all(false);
+  }
+
+  /** What the rig's fact and the drawn path follow: the state of the run that has it. */
+  #follow() {
+    const { active, shown, live } = this.store;
+    const state = `${active?.run} ${active?.state}`;
+    if (live && state !== this.#rig_state) {
+      this.#rig_state = state;
+      this.#ask_rig();
+    }
+    const exploration = shown?.at?.exploration;
+    const wanted = exploration ? `${shown.run} ${exploration}` : '';
+    if (wanted === '' || wanted === this.#plan_of) return;
+    this.#plan_of = wanted;
+    this.#quietly(this.api.call('recipe.plan', { recipe: shown.run, most: 1 })
+      .then((plan) => this.probe.plan(plan.explorations.find((one) => one.exploration === exploration))));
+  }
+
+  /** A question whose answer only adds: the stream says when there is no daemon. */
+  #quietly(asked) {
+    asked.catch((error) => { if (error.kind === undefined) throw error; });
+  }
+
+  show_view() {
+    const wanted = location.hash.slice(1);
+    const name = views.includes(wanted) ? wanted : 'live';
+    for (const view of views) {
+      byId(`view-${view}`).hidden = view !== name;
+      const link = document.querySelector(`nav a[href="#${view}"]`);
+      if (view === name) link.setAttribute('aria-current', 'page');
+      else link.removeAttribute('aria-current');
+    }
+    if (name === 'log') this.log.refresh();
+    if (name === 'start') this.#quietly(this.start.refresh());
+    if (name === 'queue') this.#quietly(this.queue.refresh());
+  }
+}
+
+function split(known) {
+  const samples = [];
+  const rest = {};
+  for (const [topic, state] of Object.entries(known)) {
+    if (topic.startsWith('stream:')) samples.push([topic, state]);
+    else rest[topic] = state;
+  }
+  return { samples, rest };
+}
+
+const token = token_at_start();
+if (token) new Page(token);
+else ask_for_token();
+// a link with a token that is opened in a tab with the page in it already
+addEventListener('hashchange', () => { if (location.hash.startsWith('#token=')) location.reload(); });

@@ -1,0 +1,172 @@
+// Where the probe is, seen from above with the path that it took, and from the side with its height over the plate.
+// Frames as in recipes/kinematics: u along the warp, v along the weft, h up from the plate; z stages count downwards.
+import { byId, say } from './dom.js';
+import { fixed } from './format.js';
+import { Surface, colour, each_frame } from './frame.js';
+import { path_mm } from './path_picture.js';
+
+const most_points = 4000;
+const margin_px = 24;
+const below_mm = 2;
+
+/** Of rig.describe, in millimetres. */
+function bench_of(description) {
+  const { plate, footprint, clearance_m, travel } = description;
+  const mm = ({ x_m, y_m }) => ({ x: 1000 * x_m, y: 1000 * y_m });
+  const top = 1000 * (plate.surface_z_m - travel.z_m[0]);
+  return { origin: mm(plate.origin), size: mm(plate.size), surface: 1000 * plate.surface_z_m, foot: mm(footprint),
+    clearance: 1000 * clearance_m, top };
+}
+
+export class ProbeView {
+  #trail = [];
+  #run = '';
+  #row = null;
+
+  constructor(samples, store) {
+    this.samples = samples;
+    this.store = store;
+    this.above = new Surface(byId('probe-above'));
+    this.beside = new Surface(byId('probe-beside'));
+    this.planned = []; // corners of the path that the exploration under way follows [mm]
+    each_frame(() => this.#paint());
+    setInterval(() => this.#say(), 250);
+  }
+
+  /** The path of an exploration of recipe.plan; none: nothing. */
+  plan(exploration) {
+    this.planned = exploration ? path_mm(exploration) : [];
+    this.above.resized = true;
+  }
+
+  #learn() {
+    const { stages, run } = this.samples;
+    if (this.#run !== run || stages.rows.length === 0) {
+      this.#run = run;
+      this.#trail = [];
+    }
+    const row = stages.rows.at(-1);
+    if (!row || row === this.#row) return false;
+    this.#row = row;
+    const bench = bench_of(this.store.description);
+    this.#trail.push({ u: row[1] - bench.origin.x, v: row[2] - bench.origin.y, h: bench.surface - row[3] });
+    if (this.#trail.length > most_points) this.#trail.shift();
+    return true;
+  }
+
+  #paint() {
+    if (!this.store.description) return;
+    const fresh = this.#learn();
+    const bench = bench_of(this.store.description);
+    if (fresh || this.above.resized) this.#paint_above(bench);
+    if (fresh || this.beside.resized) this.#paint_beside(bench);
+  }
+
+  #paint_above({ size, foot, clearance }) {
+    const context = this.above.context();
+    if (context === null) return;
+    const scale = Math.min((this.above.width - 2 * margin_px) / size.x, (this.above.height - 2 * margin_px) / size.y);
+    const left = (this.above.width - size.x * scale) / 2;
+    const top = (this.above.height - size.y * scale) / 2;
+    const x = (u) => left + u * scale;
+    const y = (v) => top + (size.y - v) * scale; // the weft upwards
+    cloth(context, x(0), y(size.y), size.x * scale, size.y * scale);
+    stroke(context, this.planned.map(([u, v]) => [x(u), y(v)]), colour('line-3'), 5, [2, 4]);
+    this.#trace(context, x, y, clearance);
+    const now = this.#trail.at(-1);
+    if (now) probe_above(context, x(now.u), y(now.v), foot.x * scale, foot.y * scale);
+    label(context, 'warp u →', x(0), this.above.height - 6, 'left');
+    label(context, '↑ weft v', 6, y(size.y) - 8, 'left');
+    label(context, `${size.x} × ${size.y} mm`, x(size.x), this.above.height - 6, 'right');
+  }
+
+  /** Where it was down on the cloth thick, on its way thin. */
+  #trace(context, x, y, clearance) {
+    let part = [];
+    let down = null;
+    const end = () => stroke(context, part, colour(down ? 'line-2' : 'quiet'), down ? 2.5 : 1, down ? [] : [3, 3]);
+    for (const point of this.#trail) {
+      const is_down = point.h < clearance * 0.75;
+      const here = [x(point.u), y(point.v)];
+      if (down !== null && is_down !== down) {
+        part.push(here);
+        end();
+        part = [];
+      }
+      down = is_down;
+      part.push(here);
+    }
+    end();
+  }
+
+  #paint_beside({ size, foot, clearance }) {
+    const context = this.beside.context();
+    if (context === null) return;
+    const now = this.#trail.at(-1);
+    const highest = 2.5 * clearance;
+    const x_scale = (this.beside.width - 2 * margin_px) / size.y;
+    const y_scale = (this.beside.height - margin_px - 8) / (highest + below_mm);
+    const x = (v) => margin_px + v * x_scale;
+    const y = (h) => 8 + (highest - h) * y_scale;
+    context.fillStyle = colour('cloth');
+    context.fillRect(x(0), y(0), size.y * x_scale, below_mm * y_scale);
+    stroke(context, [[x(0), y(clearance)], [x(size.y), y(clearance)]], colour('quiet'), 1, [3, 3]);
+    label(context, `transfers ${fixed(clearance, 0)} mm`, x(size.y), y(clearance) - 4, 'right');
+    label(context, 'plate', x(size.y), y(0) - 4, 'right');
+    label(context, 'weft v →', x(0), this.beside.height - 6, 'left');
+    if (!now) return;
+    const h = Math.min(now.h, highest - 1); // higher than the picture: at its edge
+    const wide = Math.max(foot.y * x_scale, 8);
+    context.fillStyle = colour('line-1');
+    context.fillRect(x(now.v) - wide / 2, y(h) - 14, wide, 14);
+    context.fillRect(x(now.v) - 2, 0, 4, Math.max(y(h) - 14, 0));
+  }
+
+  #say() {
+    const row = this.samples.stages_now;
+    const now = this.#trail.at(-1);
+    if (!row || !now) return;
+    say(byId('probe-place'), `u ${fixed(now.u, 2)} mm, v ${fixed(now.v, 2)} mm, ${fixed(now.h, 2)} mm over the plate`);
+  }
+}
+
+/** A weave, so that the plate is seen as what lies on it. */
+function cloth(context, x, y, width, height) {
+  context.fillStyle = colour('cloth');
+  context.fillRect(x, y, width, height);
+  context.strokeStyle = colour('weave');
+  context.lineWidth = 1;
+  context.beginPath();
+  for (let at = 6; at < width; at += 6) { context.moveTo(x + at, y); context.lineTo(x + at, y + height); }
+  for (let at = 6; at < height; at += 6) { context.moveTo(x, y + at); context.lineTo(x + width, y + at); }
+  context.stroke();
+}
+
+function stroke(context, points, ink, width, dash) {
+  if (points.length < 2) return;
+  context.strokeStyle = ink;
+  context.lineWidth = width;
+  context.setLineDash(dash);
+  context.beginPath();
+  points.forEach(([x, y], at) => (at === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function probe_above(context, x, y, width, height) {
+  context.strokeStyle = colour('line-1');
+  context.lineWidth = 2.5;
+  context.strokeRect(x - width / 2, y - height / 2, width, height);
+  context.beginPath();
+  context.moveTo(x - 5, y); context.lineTo(x + 5, y);
+  context.moveTo(x, y - 5); context.lineTo(x, y + 5);
+  context.stroke();
+}
+
+function label(context, text, x, y, align) {
+  context.fillStyle = colour('quiet');
+  context.font = '11px system-ui, sans-serif';
+  context.textAlign = align;
+  context.textBaseline = 'alphabetic';
+  context.fillText(text, x, y);
+}

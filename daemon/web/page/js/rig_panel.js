@@ -1,0 +1,49 @@
+// How the rig stands, what keeps a run from beginning, and the way out of a halt.
+import { byId, button, el, fill } from './dom.js';
+import { ask, attempt } from './dialog.js';
+import { words } from './format.js';
+
+const meaning = {
+  safe: 'nothing moves, the probe is up',
+  holding: 'a run has it and stands still',
+  moving: 'a run moves it',
+  unknown: 'nobody knows where it was left',
+  latched: 'halted: nothing moves until it is reset',
+};
+
+export class RigPanel {
+  constructor(api, store) {
+    this.api = api;
+    this.store = store;
+    store.on_change(() => this.#show());
+  }
+
+  #show() {
+    const { rig, may_operate, live } = this.store;
+    const fact = rig?.rig ?? 'unknown';
+    fill(byId('rig-fact'), [fact, rig === null], () => [
+      el('span', { class: `fact rig-${fact}` }, rig === null ? '…' : fact), ` ${rig === null ? '' : meaning[fact] ?? ''}`]);
+    const stuck = rig !== null && (fact === 'latched' || fact === 'unknown');
+    byId('latched').hidden = !stuck;
+    fill(byId('latched'), [rig, may_operate, live], () => this.#stuck(fact));
+  }
+
+  #stuck(fact) {
+    const { rig, may_operate, live } = this.store;
+    const by = rig?.latched_by ? ` by ${rig.latched_by}` : '';
+    const text = fact === 'latched' ? `The rig was halted${by}. Nothing moves before somebody has looked at it.`
+      : `${words(rig?.left_by) || 'A run'} left the rig, and nobody knows where. Look at it before anything moves.`;
+    return [el('strong', {}, fact === 'latched' ? 'HALTED ' : 'UNKNOWN '), el('span', {}, text),
+      may_operate ? button('Reset the rig …', () => this.#reset(), { class: 'main', 'data-key': 'reset', disabled: !live }) : null,
+    ].filter(Boolean);
+  }
+
+  async #reset() {
+    const reason = await ask({
+      title: 'Reset the rig?', act: 'Reset it',
+      text: 'After this it may move again. Say what you have looked at: it is kept in the journal.',
+      field: { label: 'What was looked at' },
+    });
+    if (reason !== null) await attempt(() => this.api.change('rig.reset', { reason }), 'The rig may move again.');
+  }
+}

@@ -1,0 +1,112 @@
+// The run that has the rig, or had it last: how far it is, when it ends, its three facts, and what can be asked of it.
+import { byId, button, el, facts, fill, say } from './dom.js';
+import { ask, attempt } from './dialog.js';
+import { clock, duration, plural, words } from './format.js';
+
+const takes_orders = {
+  arming: ['stop', 'abort'],
+  running: ['pause', 'pause-now', 'stop', 'abort'],
+  pausing: ['pause-now', 'resume', 'stop', 'abort'],
+  held: ['resume', 'stop', 'abort'],
+  awaiting_operator: ['stop', 'abort'],
+  resuming: ['pause', 'stop', 'abort'],
+  finishing: ['abort'],
+};
+
+const orders = {
+  pause: { text: 'Pause', hint: 'Holds before the next repetition', method: 'run.pause', more: { at: 'boundary' } },
+  'pause-now': { text: 'Pause now', hint: 'Retracts now; this repetition is run again', method: 'run.pause', more: { at: 'now' } },
+  resume: { text: 'Resume', hint: 'Up, position, bias, then the next repetition', method: 'run.resume', main: true },
+  stop: { text: 'Stop …', hint: 'Finishes this repetition, retracts, ends', method: 'run.stop', sure: 'Finish this repetition, retract and end the campaign' },
+  abort: { text: 'Abort …', hint: 'Stops motion, retracts, ends', method: 'run.abort', sure: 'Stop motion now, retract and end the campaign', danger: true },
+};
+
+/** outcome, cleanup, rig: how a run ended. */
+export function three_facts(run) {
+  const one = (name, value) => [name, el('span', { class: `fact ${name}-${value}` }, value ?? '–')];
+  return facts([one('outcome', run.outcome), one('cleanup', run.cleanup), one('rig', run.rig)]);
+}
+
+export function hand_over_text(over) {
+  if (!over) return 'none';
+  const step = over.state === 'running' && over.steps ? `, step ${over.step} of ${over.steps}` : '';
+  return `${over.state}${step}${over.error ? `: ${over.error}` : ''}`;
+}
+
+export class RunPanel {
+  constructor(api, store, lease) {
+    this.api = api;
+    this.store = store;
+    this.lease = lease;
+    store.on_change(() => this.#show());
+    setInterval(() => this.#times(), 1000);
+  }
+
+  #show() {
+    const run = this.store.shown;
+    byId('run-none').hidden = run !== undefined;
+    byId('run-some').hidden = run === undefined;
+    if (!run) return;
+    say(byId('run-title'), `${run.run} · ${run.recipe}${run.name ? ` · ${run.name}` : ''}`);
+    fill(byId('run-state'), [run.state], () => el('span', { class: `fact state-${run.state}` }, words(run.state)));
+    this.#progress(run);
+    this.#place(run);
+    this.#times();
+    fill(byId('run-facts'), [run.outcome, run.cleanup, run.rig, run.handover, run.error, run.recovered], () => this.#end(run));
+    const may = this.store.may_operate && !this.lease.others && this.store.live;
+    fill(byId('run-orders'), [run.run, run.state, may], () => this.#orders(run, may));
+  }
+
+  #progress(run) {
+    const bar = byId('run-progress');
+    bar.max = Math.max(run.trials_planned, 1);
+    bar.value = run.trials_done;
+    const rejected = run.takes_rejected ? `, ${plural(run.takes_rejected, 'take')} rejected` : '';
+    say(byId('run-count'), `${run.trials_done} of ${plural(run.trials_planned, 'repetition')}${rejected}`);
+  }
+
+  #place(run) {
+    const { at } = run;
+    const moves = run === this.store.active && at !== undefined;
+    byId('run-place').hidden = !moves;
+    if (!moves) return;
+    say(byId('run-where'), `${at.fabric} · ${at.exploration} · repetition ${at.repetition + 1} · trial ${at.trial + 1}`);
+    say(byId('run-step'), words(at.step));
+  }
+
+  #times() {
+    const run = this.store.active;
+    byId('run-eta').hidden = run === undefined;
+    if (!run) return;
+    const left = run.wall_left_s;
+    const ends = left > 0 ? `${duration(left)} left, ends about ${clock((Date.now() + 1000 * left) * 1000)}` : 'not known yet';
+    say(byId('run-left'), ends);
+    say(byId('run-attention'), this.#attention(run));
+  }
+
+  #attention({ attention, next_attention_us }) {
+    if (!attention) return 'none: nobody is needed';
+    if (attention.asked) return `now: ${attention.text}`;
+    return `${next_attention_us ? `about ${clock(next_attention_us)}` : 'later'}: ${attention.text}`;
+  }
+
+  #end(run) {
+    if (run.state !== 'ended' && run.state !== 'interrupted' && !run.handover) return [];
+    return [run.outcome ? three_facts(run) : null, facts([['hand-over', hand_over_text(run.handover)]]),
+      run.error ? el('p', { class: 'problem' }, run.error) : null].filter(Boolean);
+  }
+
+  #orders(run, may) {
+    return (takes_orders[run.state] ?? []).map((name) => {
+      const order = orders[name];
+      const look = order.danger ? 'danger' : order.main ? 'main' : '';
+      return button(order.text, () => this.#order(run, order), { title: order.hint, class: look, disabled: !may, 'data-key': name });
+    });
+  }
+
+  async #order(run, order) {
+    const title = `${order.text.replace(' …', '')} ${run.run}?`;
+    if (order.sure && (await ask({ title, text: `${order.sure}.`, act: order.text.replace(' …', ' it'), danger: order.danger })) === null) return;
+    await attempt(() => this.api.change(order.method, { run: run.run, ...order.more }));
+  }
+}
