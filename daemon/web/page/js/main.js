@@ -9,6 +9,7 @@ import { Header } from './header.js';
 import { Lease } from './lease.js';
 import { LogView } from './log_view.js';
 import { PadMap } from './pads.js';
+import { Pace } from './pace.js';
 import { People } from './people.js';
 import { ProbeView } from './probe.js';
 import { QueueView } from './queue_view.js';
@@ -39,6 +40,7 @@ class Page {
     this.header = new Header(this.store, this.lease);
     this.rig = new RigPanel(this.api, this.store);
     this.run = new RunPanel(this.api, this.store, this.lease);
+    this.pace = new Pace(this.api, this.store, this.samples);
     this.people = new People(this.api, this.store, this.lease);
     this.vote = new Vote(this.store);
     this.start = new StartView(this.api, this.store, this.lease);

@@ -24,7 +24,7 @@ export class People {
     byId('asked-step').hidden = !asked;
     if (asked) fill(byId('asked-step'), [asked.run, asked.attention, may], () => this.#step(asked, may));
     byId('interrupted').hidden = interrupted.length === 0;
-    fill(byId('interrupted'), [interrupted.map((run) => [run.run, run.recipe, run.trials_done, run.trials_planned]), may],
+    fill(byId('interrupted'), [interrupted.map((run) => [run.run, run.recipe]), may],
       () => interrupted.map((run) => this.#cut_short(run, may)));
   }
 
@@ -38,7 +38,7 @@ export class People {
 
   #cut_short(run, may) {
     return el('div', {}, el('h2', {}, `${run.run} was cut short`),
-      el('p', {}, `${run.recipe}: ${run.trials_done} of ${run.trials_planned} trials are complete. It waits for your word.`),
+      el('p', {}, `${run.recipe}, ${clock(run.created_us)}: the daemon ended while it ran. It waits for your word; each choice tells first what it would do.`),
       el('p', { class: 'row' }, choices.map(([choice, text, hint]) =>
         button(text, () => this.#recover(run, choice, text), { title: hint, disabled: !may, 'data-key': `${run.run}-${choice}` }))));
   }

@@ -62,7 +62,8 @@ export class RunPanel {
     bar.max = Math.max(run.trials_planned, 1);
     bar.value = run.trials_done;
     const rejected = run.takes_rejected ? `, ${plural(run.takes_rejected, 'take')} rejected` : '';
-    say(byId('run-count'), `${run.trials_done} of ${plural(run.trials_planned, 'repetition')}${rejected}`);
+    bar.hidden = run.trials_planned === 0;
+    say(byId('run-count'), run.trials_planned === 0 ? '' : `${run.trials_done} of ${plural(run.trials_planned, 'repetition')}${rejected}`);
   }
 
   #place(run) {
@@ -70,7 +71,7 @@ export class RunPanel {
     const moves = run === this.store.active && at !== undefined;
     byId('run-place').hidden = !moves;
     if (!moves) return;
-    say(byId('run-where'), `${at.fabric} · ${at.exploration} · repetition ${at.repetition + 1} · trial ${at.trial + 1}`);
+    say(byId('run-where'), `${at.fabric} · ${at.exploration} · repetition ${at.repetition} · trial ${at.trial + 1}`);
     say(byId('run-step'), words(at.step));
   }
 

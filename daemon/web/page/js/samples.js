@@ -1,6 +1,6 @@
 // The newest minutes of the bench's samples, by the bench's own clock, as the stream brings them.
 
-const most_rows = 1800; // half a minute at 60 Hz
+const most_rows = 1600; // half a minute at the 50 Hz of the stream
 const least_span_s = 20;
 const real_span_s = 30; // of our time, however fast the bench's own goes
 
@@ -23,7 +23,7 @@ class Rows {
 }
 
 export const force_names = ['fx_n', 'fy_n', 'fz_n', 'tx_nm', 'ty_nm', 'tz_nm'];
-export const axis_names = ['x', 'y', 'z', 'rx', 'ry'];
+export const axis_names = ['x', 'y', 'z'];
 
 const number = (value) => (typeof value === 'number' ? value : null);
 

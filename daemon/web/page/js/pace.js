@@ -1,0 +1,36 @@
+// How fast the time of a simulated bench passes: as fast as it can, or so that a campaign can be watched.
+import { byId, el, fill, say } from './dom.js';
+import { attempt } from './dialog.js';
+import { fixed } from './format.js';
+
+const offered = [0, 1, 4, 16, 64];
+const text_of = (pace) => (pace === 0 ? 'as fast as it can' : `${pace} × real time`);
+
+export class Pace {
+  constructor(api, store, samples) {
+    this.api = api;
+    this.store = store;
+    this.samples = samples;
+    byId('pace').addEventListener('change', () => this.#set(Number(byId('pace').value)));
+    store.on_change(() => this.#show());
+    setInterval(() => this.#say(), 1000);
+  }
+
+  #show() {
+    const { info, description, may_operate, live } = this.store;
+    byId('pace-box').hidden = info?.pace === undefined || description?.bench !== 'simulated';
+    byId('pace').disabled = !may_operate || !live;
+    const choices = [...new Set([...offered, info?.pace ?? 0])].sort((a, b) => a - b);
+    fill(byId('pace'), [choices, info?.pace], () => choices.map((pace) => el('option', { value: pace, selected: pace === info?.pace }, text_of(pace))));
+  }
+
+  async #set(pace) {
+    await attempt(() => this.api.change('sim.clock', { pace }), `The bench goes ${text_of(pace)}.`);
+    this.store.put({ info: await this.api.call('system.info') });
+  }
+
+  #say() {
+    const runs = this.store.active !== undefined && this.samples.force.rows.length > 10;
+    say(byId('pace-now'), runs ? `${fixed(this.samples.pace, 1)} × now` : '');
+  }
+}

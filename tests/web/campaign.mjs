@@ -1,0 +1,99 @@
+// From the page: a campaign is checked, started, watched, paused, resumed, halted; the rig is reset; another one is finished, and
+// what came of it is looked up. SIMULATED.
+import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
+import { readFileSync } from 'node:fs';
+import { connected, patience_ms, says, see, set_pace, start, with_daemon } from './support.mjs';
+
+const orders = (page, text) => page.click(`#run-orders button:has-text("${text}")`);
+
+async function check_before_anything_moves(daemon, page) {
+  await see(page, 'start');
+  await page.check('input[value=broken]');
+  await says(page, '#checked', /refuses this recipe.*\/fabrics\/1.*no such fabric/);
+  assert.equal(await page.isDisabled('#start-buttons button:has-text("Start")'), true);
+  await page.check('input[value=small]');
+  await says(page, '#checked', /duration.*min.*8: 2 fabrics.*MB.*nobody is needed/);
+  await says(page, '#checked', /slide 25.* s, 5 ± 0.25 N at 2 mm\/s/);
+  assert.deepEqual(daemon.runs, [], 'a question starts nothing');
+}
+
+/** Force on the cloth, pads with counts, a probe that has a place: as the daemon tells them. */
+async function watch(page) {
+  await says(page, '#rig-fact', /moving/);
+  await says(page, '#run-count', /of 8 repetitions/);
+  await says(page, '#run-where', /denim · M1 · repetition 1 · trial 1/);
+  await says(page, '#chart-force-key li:nth-child(3)', /Fz\s*−?[45]\.\d\d N/);
+  await says(page, '#chart-stages-key li:nth-child(3)', /z\s*\d+\.\d\d mm/);
+  await says(page, '#pads-range', /\d+ to \d+ counts in this run/);
+  await says(page, '#probe-place', /mm over the plate/);
+  await says(page, '#run-step', /sliding/);
+  await says(page, '#run-left', /left, ends about/);
+  assert.match(await page.getAttribute('#pads', 'aria-label'), /Pad map of 16 pads, row by row: (\d+, ){15}\d+/);
+  const drawn = await page.evaluate(() => [...document.querySelectorAll('.plot canvas')].map((canvas) => {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    return data.some((value) => value !== 0);
+  }));
+  assert.ok(drawn.length >= 3 && drawn.includes(true), 'charts have lines');
+}
+
+async function halt_and_reset(daemon, page) {
+  await page.keyboard.press('F8');
+  await says(page, '#latched', /HALTED.*Nothing moves/);
+  await says(page, '#rig-fact', /latched/);
+  assert.equal(daemon.call('rig.state').rig, 'latched');
+  await says(page, '#run-facts', /outcome\s*aborted.*cleanup\s*skipped/);
+  await page.click('#latched button');
+  await page.fill('dialog[open] input', 'looked at it: nothing is touched');
+  await page.click('dialog[open] button[type=submit]');
+  await says(page, '#rig-fact', /safe/);
+  assert.equal(daemon.call('rig.state').rig, 'safe');
+}
+
+async function look_it_up(page) {
+  await see(page, 'archive');
+  await page.click('#archive-list button.line >> nth=0');
+  await says(page, '#archive-one', /complete.*SIMULATED|SIMULATED.*complete/);
+  await says(page, '#archive-one', /certificate\.json.*dataset\.h5.*evaluation\.json/);
+  await says(page, '#archive-one', /M1: \d+ % right/);
+  assert.equal(await page.locator('#archive-one table.confusion tbody tr').count(), 2);
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#archive-one button:has-text("certificate.json")')]);
+  const digest = createHash('sha256').update(readFileSync(await download.path())).digest('hex');
+  const listed = await page.locator('#archive-one tr:has-text("certificate.json") code').textContent();
+  assert.ok(digest.startsWith(listed), 'the bytes that are listed');
+  await page.click('#archive-one button:has-text("Verify")');
+  await says(page, '#notes', /is what was recorded, byte by byte/);
+  await see(page, 'log');
+  await says(page, '#log-lines', /token\.added/);
+}
+
+await with_daemon(async (daemon, open) => {
+  const page = await open(daemon.link());
+  await connected(page);
+  assert.ok(!page.url().includes('wft_'), 'the token has left the address bar');
+  await says(page, '#simulated-kind', /^SIMULATED$/);
+  await check_before_anything_moves(daemon, page);
+
+  await start(page, 'small');
+  await says(page, '#lease', /You hold the rig/);
+  await watch(page);
+  await orders(page, 'Pause now');
+  await says(page, '#run-state', /held/);
+  await says(page, '#rig-fact', /holding/);
+  await orders(page, 'Resume');
+  await says(page, '#run-state', /running/);
+  await page.click('#run-orders button:has-text("Pause"):not(:has-text("now"))');
+  await says(page, '#run-state', /pausing|held/);
+  await says(page, '#run-state', /held/);
+  await orders(page, 'Resume');
+  await says(page, '#run-state', /running/);
+  await halt_and_reset(daemon, page);
+
+  await start(page, 'small');
+  await set_pace(page, 0);
+  await says(page, '#run-facts', /outcome\s*complete\s*cleanup\s*done\s*rig\s*safe.*hand-over\s*done/, 3 * patience_ms);
+  assert.deepEqual(daemon.runs.map((run) => run.outcome), ['aborted', 'complete']);
+  await look_it_up(page);
+  await page.click('#lease button');
+  await says(page, '#lease', /Nobody holds the rig/);
+}, '--pace', '15');

@@ -1,0 +1,87 @@
+// For everybody: no view has what axe calls serious or critical, by day or night, on a desk or a phone; no view scrolls sideways on a
+// phone; a campaign is started by keys alone. SIMULATED.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { connected, desktop, phone, says, see, with_daemon } from './support.mjs';
+
+const axe = readFileSync(new URL('node_modules/axe-core/axe.min.js', import.meta.url), 'utf8');
+const views = ['live', 'start', 'queue', 'archive', 'log'];
+
+async function judge(page, what) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ['violations'] }));
+  const grave = violations.filter(({ impact }) => impact === 'serious' || impact === 'critical')
+    .map(({ id, nodes }) => `${what}: ${id}: ${nodes.map((node) => `${node.html} ${node.failureSummary}`).join('\n')}`);
+  assert.deepEqual(grave, []);
+  const wider = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(wider <= 0, `${what} scrolls sideways by ${wider} px`);
+}
+
+/** With something in each view. */
+async function fill(page, view) {
+  await see(page, view);
+  if (view === 'start') {
+    await page.check('input[value=broken]');
+    await says(page, '#checked', /Problems/);
+    await page.check('input[value=small]');
+    await says(page, '#checked', /finds nothing wrong/);
+  }
+  if (view === 'archive') {
+    await page.click('#archive-list button.line >> nth=0');
+    await says(page, '#archive-one', /M1: \d+ % right/);
+  }
+  if (view === 'log') await says(page, '#log-lines', /daemon\.started/);
+}
+
+async function by_keys_alone(daemon, page) {
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Enter'); // the first stop: to the content
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'main');
+  await go_to(page, (focused) => focused.getAttribute('href') === '#start', 'Shift+Tab');
+  await page.keyboard.press('Enter');
+  await go_to(page, (focused) => focused.name === 'recipe');
+  while ((await page.evaluate(() => document.activeElement.value)) !== 'people') await page.keyboard.press('ArrowDown');
+  await says(page, '#checked', /finds nothing wrong/);
+  await go_to(page, (focused) => focused.innerText === 'Start');
+  await page.keyboard.press('Enter');
+  await says(page, '#asked-step', /Mount denim/);
+  assert.equal(daemon.runs.at(-1).recipe, 'people');
+}
+
+async function go_to(page, found, key = 'Tab') {
+  for (let at = 0; at < 60; ++at) {
+    await page.keyboard.press(key);
+    if (await page.evaluate(`(${found})(document.activeElement)`)) return;
+  }
+  assert.fail(`no key leads to ${found}`);
+}
+
+await with_daemon(async (daemon, open) => {
+  daemon.weft('start', 'small', '--wait');
+  const link = daemon.link();
+  const signed_out = await open(link.replace(/#.*/, ''));
+  await signed_out.waitForSelector('dialog[open]');
+  await judge(signed_out, 'sign-in');
+
+  for (const colorScheme of ['light', 'dark']) {
+    for (const viewport of [desktop, phone]) {
+      const page = await open(link, { viewport, colorScheme });
+      await connected(page);
+      for (const view of views) {
+        await fill(page, view);
+        await judge(page, `${view}, ${colorScheme}, ${viewport.width} px`);
+      }
+      await page.context().close();
+    }
+  }
+
+  const page = await open(link);
+  await connected(page);
+  await by_keys_alone(daemon, page);
+  await judge(page, 'a person is asked');
+  await page.keyboard.press('F8');
+  await says(page, '#latched', /HALTED/);
+  await judge(page, 'halted');
+  await page.click('#latched button');
+  await judge(page, 'the question before a reset');
+});
