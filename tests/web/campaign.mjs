@@ -26,7 +26,7 @@ async function watch(page) {
   await says(page, '#chart-force-key li:nth-child(3)', /Fz\s*−?[45]\.\d\d N/);
   await says(page, '#chart-stages-key li:nth-child(3)', /z\s*\d+\.\d\d mm/);
   await says(page, '#pads-range', /\d+ to \d+ counts in this run/);
-  await says(page, '#probe-place', /mm over the plate/);
+  await says(page, '#probe-place', /u 7\d\.\d\d, v \d+\.\d\d, height −?\d+\.\d\d mm/);
   await says(page, '#run-step', /sliding/);
   await says(page, '#run-left', /left, ends about/);
   assert.match(await page.getAttribute('#pads', 'aria-label'), /Pad map of 16 pads, row by row: (\d+, ){15}\d+/);

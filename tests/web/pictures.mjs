@@ -12,7 +12,7 @@ await with_daemon(async (daemon, open) => {
   await start(page, 'small');
   await says(page, '#run-where', /trial 2/);
   await says(page, '#run-step', /sliding/);
-  await says(page, '#probe-place', /v 6\d/);
+  await says(page, '#probe-place', /v [89]\d\./);
   await page.waitForFunction(() => document.querySelector('#notes').childElementCount === 0);
   await page.screenshot({ path: join(ROOT, 'docs/img/page-desktop.png') });
   await other.screenshot({ path: join(ROOT, 'docs/img/page-phone.png') });

@@ -1,7 +1,7 @@
 // The daemon's journal: who did what, when. The newest first; older lines are asked for.
 import { byId, el, table } from './dom.js';
 import { attempt } from './dialog.js';
-import { clock } from './format.js';
+import { clock, words } from './format.js';
 
 const page_lines = 100;
 const longest = 160;
@@ -10,6 +10,35 @@ function data_text(data) {
   const text = data && typeof data === 'object' ? Object.entries(data).filter(([, value]) => value !== null && value !== '')
     .map(([name, value]) => `${name} ${typeof value === 'object' ? JSON.stringify(value) : value}`).join(', ') : String(data ?? '');
   return text.length > longest ? `${text.slice(0, longest)} …` : text;
+}
+
+const latest_lines = 7;
+const latest_wait_ms = 1000;
+
+/** The newest lines beside the campaign: asked for when a run, the rig or the queue is in another state. */
+export class Latest {
+  #known = '';
+
+  constructor(api, store) {
+    this.api = api;
+    this.store = store;
+    setInterval(() => this.#look(), latest_wait_ms);
+  }
+
+  async #look() {
+    const { runs, rig, queue, leases, live, epoch } = this.store;
+    const known = JSON.stringify([epoch, runs.map((run) => [run.run, run.state, run.handover?.state]), rig?.rig, queue.rev, leases.map((lease) => lease.lease)]);
+    if (!live || document.hidden || known === this.#known) return;
+    this.#known = known;
+    const tail = await this.api.call('log.tail', { most: latest_lines }).catch(() => null);
+    if (tail === null) this.#known = '';
+    else byId('latest').replaceChildren(...tail.lines.reverse().map((line) => this.#line(line)));
+  }
+
+  #line({ t_us, run, kind, by, data }) {
+    const state = data?.state ?? data?.rig ?? data?.outcome;
+    return el('li', {}, el('span', { class: 'quiet figure' }, clock(t_us)), ` ${run} ${words(kind)}${state ? `: ${words(state)}` : ''} `, el('span', { class: 'quiet' }, by));
+  }
 }
 
 export class LogView {

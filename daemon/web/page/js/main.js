@@ -7,7 +7,7 @@ import { begin_frames } from './frame.js';
 import { Halt } from './halt.js';
 import { Header } from './header.js';
 import { Lease } from './lease.js';
-import { LogView } from './log_view.js';
+import { Latest, LogView } from './log_view.js';
 import { PadMap } from './pads.js';
 import { Pace } from './pace.js';
 import { People } from './people.js';
@@ -47,6 +47,7 @@ class Page {
     this.queue = new QueueView(this.api, this.store, this.lease);
     this.archive = new ArchiveView(this.api, this.store);
     this.log = new LogView(this.api, this.store);
+    this.latest = new Latest(this.api, this.store);
     this.probe = new ProbeView(this.samples, this.store);
     this.pads = new PadMap(this.samples);
     show_charts(this.samples);

@@ -111,8 +111,8 @@ export class ProbeView {
     context.fillStyle = colour('cloth');
     context.fillRect(x(0), y(0), size.y * x_scale, below_mm * y_scale);
     stroke(context, [[x(0), y(clearance)], [x(size.y), y(clearance)]], colour('quiet'), 1, [3, 3]);
-    label(context, `transfers ${fixed(clearance, 0)} mm`, x(size.y), y(clearance) - 4, 'right');
-    label(context, 'plate', x(size.y), y(0) - 4, 'right');
+    label(context, `transfers ${fixed(clearance, 0)} mm`, x(0), y(clearance) - 4, 'left');
+    label(context, 'plate', x(0), y(0) - 4, 'left');
     label(context, 'weft v →', x(0), this.beside.height - 6, 'left');
     if (!now) return;
     const h = Math.min(now.h, highest - 1); // higher than the picture: at its edge
@@ -126,7 +126,7 @@ export class ProbeView {
     const row = this.samples.stages_now;
     const now = this.#trail.at(-1);
     if (!row || !now) return;
-    say(byId('probe-place'), `u ${fixed(now.u, 2)} mm, v ${fixed(now.v, 2)} mm, ${fixed(now.h, 2)} mm over the plate`);
+    say(byId('probe-place'), `u ${fixed(now.u, 2)}, v ${fixed(now.v, 2)}, height ${fixed(now.h, 2)} mm`);
   }
 }
 

@@ -92,6 +92,6 @@ export class Samples {
   get span_s() {
     const wanted = Math.max(least_span_s, real_span_s * this.pace);
     const step = 10 ** Math.floor(Math.log10(wanted));
-    return [1, 2, 5, 10].map((times) => times * step).find((span) => span >= wanted * 0.99);
+    return [1, 1.5, 2, 3, 4, 5, 6, 8, 10].map((times) => times * step).find((span) => span >= wanted * 0.99);
   }
 }
