@@ -310,6 +310,14 @@ class RigMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
+    def describe(self) -> JsonObject:
+        """What the rig is and can do, as its file says.
+
+        Result: rig, bench (simulated, emulated, real), simulated, force_cap_n, torque_cap_nm, travel by axis, plate: origin,
+        size, surface_z_m; footprint of the probe, clearance_m, taxels, fabrics. Least role: observer.
+        """
+        return self._call("rig.describe", {})
+
     def halt(self) -> JsonObject:
         """Stops motion where it is and latches the rig; needs no lease and no role.
 
@@ -548,7 +556,8 @@ class SystemMethods:
     def info(self) -> JsonObject:
         """What runs here.
 
-        Result: product, version, rig, bench ("simulated" or "real"), pace, epoch, seq. Least role: observer.
+        Result: product, version, rig, bench ("simulated" or "real"), pace, http (null where it is not served), epoch, seq.
+        Least role: observer.
         """
         return self._call("system.info", {})
 
@@ -565,6 +574,24 @@ class SystemMethods:
         Result: t_us (UTC), mono_us. Least role: observer.
         """
         return self._call("system.time", {})
+
+
+class TokenMethods:
+    """Methods token.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def add(self, *, name: str, role: Optional[str] = None, days: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+        """Makes a token for TCP and HTTP; it is told once, here.
+
+        name: whom it is for, a new name
+        role: observer, operator (default), engineer or admin
+        days: how long it is good for [days], 30
+        idem: key of this change: asked again, the first answer comes
+        Result: name, role, expires_us, token. Least role: admin. Changes something.
+        """
+        return self._call("token.add", {"name": name, "role": role, "days": days, "idem": idem})
 
 
 class Api:
@@ -585,3 +612,4 @@ class Api:
         self.sim = SimMethods(call)
         self.sub = SubMethods(call)
         self.system = SystemMethods(call)
+        self.token = TokenMethods(call)

@@ -27,7 +27,11 @@ export class ArchiveView {
     this.api = api;
     this.store = store;
     byId('archive-filter').addEventListener('input', () => this.#show());
-    store.on_change(() => this.#show());
+    store.on_change(() => { if (!byId('view-archive').hidden) this.#show(); });
+  }
+
+  refresh() {
+    this.#show();
   }
 
   #show() {

@@ -14,6 +14,7 @@ function data_text(data) {
 
 const latest_lines = 7;
 const latest_wait_ms = 1000;
+const most_watched = 20; // of the newest runs
 
 /** The newest lines beside the campaign: asked for when a run, the rig or the queue is in another state. */
 export class Latest {
@@ -27,7 +28,7 @@ export class Latest {
 
   async #look() {
     const { runs, rig, queue, leases, live, epoch } = this.store;
-    const known = JSON.stringify([epoch, runs.map((run) => [run.run, run.state, run.handover?.state]), rig?.rig, queue.rev, leases.map((lease) => lease.lease)]);
+    const known = JSON.stringify([epoch, runs.slice(-most_watched).map((run) => [run.run, run.state, run.handover?.state]), rig?.rig, queue.rev, leases.map((lease) => lease.lease)]);
     if (!live || document.hidden || known === this.#known) return;
     this.#known = known;
     const tail = await this.api.call('log.tail', { most: latest_lines }).catch(() => null);

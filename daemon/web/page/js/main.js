@@ -142,6 +142,7 @@ class Page {
       else link.removeAttribute('aria-current');
     }
     if (name === 'log') this.log.refresh();
+    if (name === 'archive') this.archive.refresh();
     if (name === 'start') this.#quietly(this.start.refresh());
     if (name === 'queue') this.#quietly(this.queue.refresh());
   }

@@ -22,7 +22,9 @@ export function forget_token() {
 export function ask_for_token(why = '') {
   const form = byId('sign-in');
   byId('sign-in-why').textContent = why;
-  form.closest('dialog').showModal();
+  const box = form.closest('dialog');
+  box.addEventListener('cancel', (event) => event.preventDefault()); // without a token there is nothing behind it
+  box.showModal();
   form.addEventListener('submit', (event) => {
     event.preventDefault();
     sessionStorage.setItem(key, byId('token').value.trim());

@@ -66,10 +66,11 @@ export class Store {
     this.changed();
   }
 
-  /** The oldest first. */
+  /** The oldest first: the daemon tells topics by name, and new runs have higher numbers. */
   get runs() {
-    return [...this.topics].filter(([topic]) => topic.startsWith('run:')).map(([, run]) => run)
-      .sort((a, b) => a.run.localeCompare(b.run, 'en', { numeric: true }));
+    const found = [];
+    for (const [topic, run] of this.topics) if (topic.startsWith('run:')) found.push(run);
+    return found;
   }
 
   run(id) {
