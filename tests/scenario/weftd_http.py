@@ -120,6 +120,26 @@ def refusals(web):
     assert web.call("system.ready")["ok"], "and goes on"
 
 
+def tokens(web, viewer, folder):
+    """One that the daemon makes is good at once, and what weft token add wrote since the start with it; neither file nor journal has it."""
+    assert viewer.call("token.add", name="mine")["data"]["kind"] == "access.role"
+    beside = Web(web.port, token_of(WEFT, folder / "tokens.json", "beside", "observer"))
+    question = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "session.whoami"})
+    assert beside.post(question)[0] == 401, "the file was read when the daemon began"
+    made = web.call("token.add", name="page", days=1)
+    assert Web(web.port, made["token"]).call("session.whoami") | {"session": ""} == {
+        "session": "", "client": "http", "user": "page", "role": "operator", "local": False}
+    assert beside.call("session.whoami")["role"] == "observer"
+    for wrong, where in (dict(name="page"), "token"), (dict(name="a", role="king"), "/params/role"), (dict(name="a", days=0), "/params/days"):
+        assert web.call("token.add", **wrong)["data"]["where"] == where, wrong
+    told = web.call("log.query", kind="token.added")["lines"]
+    assert [line["data"]["name"] for line in told] == ["page"], told
+    assert made["token"] not in json.dumps(told) + (folder / "tokens.json").read_text()
+    link = subprocess.run([WEFT, "page", "--socket", folder / "data/weftd.sock"], check=True, capture_output=True, text=True).stdout.strip()
+    assert re.fullmatch(rf"http://127\.0\.0\.1:{web.port}/#token=wft_[0-9a-f]{{64}}", link), link
+    assert Web(web.port, link.partition("=")[2]).call("session.whoami")["role"] == "operator"
+
+
 def unusual(web):
     """A client that waits to be told to go on, and one that says that it has no more to say."""
     good = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "system.ready"}).encode()
@@ -335,6 +355,7 @@ def main():
             web = Web(port, admin)
             requests(web, Web(port, viewer))
             refusals(web)
+            tokens(web, Web(port, viewer), folder)
             unusual(web)
             events(web)
             order(web, folder)

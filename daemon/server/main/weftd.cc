@@ -21,7 +21,8 @@ int main(int argc, char** argv) {
   app.add_option("--socket", options.socket, "Unix socket, DATA/weftd.sock");
   app.add_option("--tokens", options.tokens, "file of tokens, DATA/tokens.json");
   app.add_option("--port", options.port, "TCP port, for clients with a token");
-  app.add_option("--http", options.http_port, "HTTP port: POST /rpc and GET /events, with a token");
+  app.add_option("--http", options.http_port,
+                 "HTTP port: a page (weft page), and POST /rpc and GET /events, with a token");
   app.add_option("--listen", options.listen,
                  "address of both ports; one that other machines reach needs TLS")
       ->capture_default_str();

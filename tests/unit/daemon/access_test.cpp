@@ -109,6 +109,18 @@ TEST_CASE("A token is good until it expires, and its file holds only its digest"
   CHECK_FALSE(again->find("", 999));
 }
 
+TEST_CASE("The name of a token whose time is over is free again") {
+  auto tokens = TokenFile::load("/nowhere/tokens.json");
+  REQUIRE(tokens);
+  REQUIRE(tokens->add("early", Role::observer, 1000));
+  REQUIRE(tokens->add("late", Role::observer, 2000));
+  CHECK_FALSE(tokens->add("early", Role::observer, 3000));
+  tokens->forget_expired(1000);
+  CHECK(tokens->entries().size() == 1);
+  CHECK(tokens->add("early", Role::observer, 3000));
+  CHECK_FALSE(tokens->add("late", Role::observer, 3000));
+}
+
 TEST_CASE("A file of tokens that others may read is refused") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "tokens.json";

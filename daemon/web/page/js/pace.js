@@ -4,6 +4,7 @@ import { attempt } from './dialog.js';
 import { fixed } from './format.js';
 
 const offered = [0, 1, 4, 16, 64];
+const look_ms = 10000;
 const text_of = (pace) => (pace === 0 ? 'as fast as it can' : `${pace} × real time`);
 
 export class Pace {
@@ -14,6 +15,7 @@ export class Pace {
     byId('pace').addEventListener('change', () => this.#set(Number(byId('pace').value)));
     store.on_change(() => this.#show());
     setInterval(() => this.#say(), 1000);
+    setInterval(() => this.#look(), look_ms);
   }
 
   #show() {
@@ -26,7 +28,17 @@ export class Pace {
 
   async #set(pace) {
     await attempt(() => this.api.change('sim.clock', { pace }), `The bench goes ${text_of(pace)}.`);
-    this.store.put({ info: await this.api.call('system.info') });
+    await this.#ask();
+  }
+
+  async #ask() {
+    const info = await this.api.call('system.info').catch(() => null);
+    if (info !== null) this.store.put({ info });
+  }
+
+  /** Somebody else may have set it: no topic tells. */
+  #look() {
+    if (this.store.live && !document.hidden && !byId('pace-box').hidden && document.activeElement !== byId('pace')) this.#ask();
   }
 
   #say() {

@@ -1,0 +1,51 @@
+// The queue from the page: runs are put in line, moved, taken out, begun; two people see whose turn it is to steer, and one with the
+// right takes the rig over. SIMULATED.
+import assert from 'node:assert/strict';
+import { connected, says, see, with_daemon } from './support.mjs';
+
+async function put_in_line(page, name) {
+  await see(page, 'start');
+  await page.check(`input[value=${name}]`);
+  await says(page, '#checked', /finds nothing wrong/);
+  await page.click('#start-buttons button:has-text("Start")');
+  await page.waitForSelector('#view-live:not([hidden])');
+}
+
+const waiting = (daemon) => daemon.call('queue.list').runs.map((run) => run.run);
+
+await with_daemon(async (daemon, open) => {
+  const page = await open(daemon.link());
+  await connected(page);
+  await see(page, 'queue');
+  await page.click('#queue-state button');
+  await says(page, '#queue-state', /Paused by .*nothing begins/);
+  for (const name of ['small', 'people', 'small']) await put_in_line(page, name);
+  await see(page, 'queue');
+  await says(page, '#queue-list', /R-000001.*R-000002.*R-000003/);
+  await says(page, '#queue-count', /^3$/);
+  assert.deepEqual(daemon.runs.map((run) => run.state), ['queued', 'queued', 'queued']);
+
+  await page.click('button[aria-label="Down R-000001"]');
+  await says(page, '#queue-list', /R-000002.*R-000001.*R-000003/);
+  await page.click('button[aria-label="Remove R-000003"]');
+  await says(page, '#queue-count', /^2$/);
+  assert.deepEqual(waiting(daemon), ['R-000002', 'R-000001']);
+
+  const other = await open(daemon.link(daemon.http, '--name', 'chief', '--role', 'admin'));
+  await connected(other);
+  await says(other, '#lease', /holds the rig \(the page\)/);
+  await see(other, 'queue');
+  assert.equal(await other.isDisabled('#queue-state button'), true, 'somebody else steers');
+  await other.click('#lease button');
+  await other.fill('dialog[open] input', 'they went home');
+  await other.click('dialog[open] button[type=submit]');
+  await says(other, '#lease', /You hold the rig/);
+  await says(page, '#lease', /chief holds the rig/);
+  await see(page, 'queue');
+  assert.equal(await page.isDisabled('#queue-state button'), true);
+
+  await other.click('#queue-state button');
+  await says(other, '#asked-step', /R-000002 waits/);
+  await says(other, '#queue-count', /^1$/);
+  assert.deepEqual(waiting(daemon), ['R-000001']);
+});
