@@ -93,6 +93,7 @@ await with_daemon(async (daemon, open) => {
   await set_pace(page, 0);
   await says(page, '#run-facts', /outcome\s*complete\s*cleanup\s*done\s*rig\s*safe.*hand-over\s*done/, 3 * patience_ms);
   assert.deepEqual(daemon.runs.map((run) => run.outcome), ['aborted', 'complete']);
+  await says(page, '#samples-of', /the last of R-00000\d, which is over/);
   await look_it_up(page);
   await page.click('#lease button');
   await says(page, '#lease', /Nobody holds the rig/);

@@ -2,7 +2,7 @@
 import { Api } from './api.js';
 import { ArchiveView } from './archive_view.js';
 import { show_charts } from './charts.js';
-import { byId } from './dom.js';
+import { byId, say } from './dom.js';
 import { begin_frames } from './frame.js';
 import { Halt } from './halt.js';
 import { Header } from './header.js';
@@ -113,6 +113,7 @@ class Page {
 
   /** What the rig's fact and the drawn path follow: the state of the run that has it. */
   #follow() {
+    this.#say_whose_samples();
     const { active, shown, live } = this.store;
     const state = `${active?.run} ${active?.state}`;
     if (live && state !== this.#rig_state) {
@@ -125,6 +126,14 @@ class Page {
     this.#plan_of = wanted;
     this.#quietly(this.api.call('recipe.plan', { recipe: shown.run, most: 1 })
       .then((plan) => this.probe.plan(plan.explorations.find((one) => one.exploration === exploration))));
+  }
+
+  /** Those of a run that is over stay to be looked at, and do not look live. */
+  #say_whose_samples() {
+    const { run } = this.samples;
+    const old = run !== '' && this.store.active?.run !== run;
+    byId('view-live').dataset.samples = run === '' ? 'none' : old ? 'old' : 'live';
+    say(byId('samples-of'), old ? `the last of ${run}, which is over` : run);
   }
 
   /** A question whose answer only adds: the stream says when there is no daemon. */
