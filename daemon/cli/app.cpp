@@ -11,6 +11,7 @@
 #include "daemon/cli/classify_command.hpp"
 #include "daemon/cli/daemon_commands.hpp"
 #include "daemon/cli/dataset_command.hpp"
+#include "daemon/cli/design_command.hpp"
 #include "daemon/cli/doctor_command.hpp"
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/features_command.hpp"
@@ -43,6 +44,8 @@ struct Commands {
   EvaluateArgs evaluate;
   ClassifyArgs classify;
   TradeClassifierArgs trade_classifier;
+  DesignAnalyseArgs design_analyse;
+  DesignRepetitionsArgs design_repetitions;
   TradeSimArgs trade_sim;
   ImprintSceneArgs imprint_scene;
   ImprintTablesArgs imprint_tables;
@@ -109,6 +112,12 @@ void add_commands(CLI::App& root, Commands& all) {
       all.trade_vibro, run_trade_vibro);
   add(*trade, all, "sim", "the plant's levels, integrators and steps on its scenes", all.trade_sim,
       run_trade_sim);
+  CLI::App* design = root.add_subcommand("design", "which setting, and how many repetitions");
+  design->fallthrough()->require_subcommand(1);
+  add(*design, all, "analyse", "the cells of a sweep: response, separability, time, which to take",
+      all.design_analyse, run_design_analyse);
+  add(*design, all, "repetitions", "learning curve, and what more repetitions would give",
+      all.design_repetitions, run_design_repetitions);
 }
 
 void add_imprint_commands(CLI::App& root, Commands& all) {

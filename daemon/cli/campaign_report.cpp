@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/design/campaign_design.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/evaluate_campaign.hpp"
@@ -52,8 +53,13 @@ Result<CampaignReport> write_report(const CampaignSummary& summary,
   report.json = folder / "report.json";
   if (!results) report.not_classified = results.error();
   const std::vector<ExplorationResult> none;
-  const ReportInput input{summary, *dataset, results ? *results : none, machine_text(),
-                          WEFT_COMMIT};
+  const DesignParts design = selected || holds_imprints(*dataset) || !results
+                                 ? DesignParts{}
+                                 : design_of(*dataset, [&console](const std::string& what) {
+                                     console.err << "design: " << what << std::endl;
+                                   });
+  const ReportInput input{summary,        *dataset,    results ? *results : none,
+                          machine_text(), WEFT_COMMIT, design};
   if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());
   if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
   report.summary = summary_text(input);

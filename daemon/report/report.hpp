@@ -12,6 +12,12 @@
 
 namespace weft::daemon {
 
+/// Sections about the design of campaigns, made beforehand.
+struct DesignParts {
+  std::string html;  ///< whole sections
+  std::string json;  ///< an object or a list; empty: null
+};
+
 /// Everything a report is made of. The report reads no clock, file or machine of its own.
 struct ReportInput {
   const CampaignSummary& run;
@@ -19,6 +25,8 @@ struct ReportInput {
   const std::vector<ExplorationResult>& results;  ///< may be empty
   std::string machine;                            ///< "2 x AMD EPYC, Debian 12, g++ 12.2"
   std::string commit;                             ///< of the software; empty when unknown
+  /// What the campaign says of campaigns to come (daemon/design); may be empty.
+  DesignParts design = {};
 };
 
 /// Every planned trial is there and nothing went wrong. What is shown of any other run says so.

@@ -1,8 +1,10 @@
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/html.hpp"
+#include "daemon/report/marks.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/report/sections.hpp"
+#include "daemon/trade/scatter.hpp"
 
 namespace weft::daemon {
 
@@ -26,15 +28,21 @@ Status check(const ReportInput& input) {
   return check(input.dataset);
 }
 
+std::string outlook_section(const ReportInput& input) {
+  return input.design.html;
+}
+
 std::string report_html(const ReportInput& input) {
   std::string out =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>" +
       escape(input.run.name) + " (" + escape(to_string(input.dataset.info.kind)) +
       ") \u2013 Weft campaign report</title>\n<style>" + std::string(style_sheet()) +
+      (input.design.html.empty() ? "" : std::string(marks_style()) + std::string(scatter_style())) +
       "</style>\n</head>\n<body>\n<main>\n";
-  for (const auto section : {heading_section, trace_section, accuracy_section, core_section,
-                             timing_section, force_section, wall_time_section, provenance_section})
+  for (const auto section :
+       {heading_section, trace_section, accuracy_section, outlook_section, core_section,
+        timing_section, force_section, wall_time_section, provenance_section})
     out += section(input);
   return out + "</main>\n</body>\n</html>\n";
 }

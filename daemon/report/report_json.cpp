@@ -71,6 +71,8 @@ std::string report_json(const ReportInput& input) {
   for (const ExplorationResult& result : input.results)
     out["results"][result.exploration] = result_json(result);
   out["cores"] = cores_json(input.results);
+  out["design"] =
+      input.design.json.empty() ? ordered_json() : ordered_json::parse(input.design.json);
   add_provenance(input, out);
   return out.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }

@@ -160,7 +160,10 @@ void draw_lines(Canvas& canvas, const Axes& axes, const ScatterPanel& panel, Nam
 
 void draw_panel(Canvas& canvas, const Axes& axes, const ScatterPanel& panel) {
   const bool errors = axes.y.logarithmic;
-  axes.draw_log_x(canvas, panel.x_title, tick_text);
+  if (panel.counts)
+    axes.draw_log_x(canvas, panel.x_title, general);
+  else
+    axes.draw_log_x(canvas, panel.x_title, tick_text);
   canvas.text({axes.area.x, axes.area.y - 8}, panel.title, "panel-name");
   std::vector<const ScatterPoint*> front;
   Names names(axes.area);

@@ -32,6 +32,7 @@ struct ScatterPanel {
   std::string x_title;
   std::vector<ScatterPoint> points;
   std::vector<ScatterLine> lines{};
+  bool counts = false;  ///< `time_s` of the points is a number of things, not seconds
 };
 
 struct Scatter {

@@ -93,6 +93,11 @@ add_test(NAME scenario_cli_trade
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_trade.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_cli_trade PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# A sweep by one command: plan, heat maps in the report, analysis; a learning curve.
+add_test(NAME scenario_cli_design
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_design.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_cli_design PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # Every bit of the plant at each level, as digests: built with several compilers and compared by script/same-bytes.
 add_executable(same_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/same_bytes.cc)
 target_link_libraries(same_bytes PRIVATE weft_plant)

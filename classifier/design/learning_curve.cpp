@@ -1,0 +1,268 @@
+#include "classifier/design/learning_curve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "classifier/design/resample.hpp"
+#include "classifier/learn/parallel.hpp"
+
+namespace weft::classifier::design {
+namespace {
+
+constexpr std::size_t least_trained = 2, least_groups = 4;
+constexpr std::size_t curve_resamples = 1000;
+
+/// Rows of each group, groups by name.
+std::vector<std::vector<std::size_t>> rows_by_group(const FeatureMatrix& matrix) {
+  std::map<std::string, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < matrix.size(); ++i) groups[matrix.groups[i]].push_back(i);
+  std::vector<std::vector<std::size_t>> out;
+  for (auto& [name, rows] : groups) out.push_back(std::move(rows));
+  return out;
+}
+
+/// Numbers of training repetitions: 2 to `most`, or so many of them in equal ratios.
+std::vector<std::size_t> sizes(std::size_t most, std::size_t points) {
+  std::set<std::size_t> out;
+  const double ratio = static_cast<double>(most) / least_trained;
+  for (std::size_t i = 0; i < points; ++i) {
+    const double share = points > 1 ? static_cast<double>(i) / static_cast<double>(points - 1) : 1;
+    out.insert(static_cast<std::size_t>(std::lround(least_trained * std::pow(ratio, share))));
+  }
+  if (most - least_trained < points)
+    for (std::size_t m = least_trained; m <= most; ++m) out.insert(m);
+  return {out.begin(), out.end()};
+}
+
+/// One training, and whom it is asked about.
+struct Job {
+  std::size_t tested = 0, size = 0;  ///< index of the group; of sizes()
+  std::vector<std::size_t> train;    ///< groups
+  double error = 0;
+  std::optional<Error> failed;
+};
+
+std::vector<Job> jobs_of(std::size_t groups, const std::vector<std::size_t>& trained,
+                         const CurveOptions& options) {
+  std::vector<Job> jobs;
+  RandomEngine engine(options.seed);
+  for (std::size_t tested = 0; tested < groups; ++tested)
+    for (std::size_t size = 0; size < trained.size(); ++size) {
+      const bool all = trained[size] == groups - 1;
+      for (std::size_t draw = 0; draw < (all ? 1 : options.draws); ++draw) {
+        std::vector<std::size_t> others;
+        for (std::size_t g = 0; g < groups; ++g)
+          if (g != tested) others.push_back(g);
+        shuffle(others, engine);
+        others.resize(trained[size]);
+        std::ranges::sort(others);
+        jobs.push_back({tested, size, std::move(others), 0, {}});
+      }
+    }
+  return jobs;
+}
+
+void run(Job& job, const FeatureMatrix& matrix, const std::vector<std::vector<std::size_t>>& groups,
+         const CurveOptions& options) {
+  std::vector<std::size_t> rows;
+  for (const std::size_t g : job.train) rows.insert(rows.end(), groups[g].begin(), groups[g].end());
+  TrainOptions train;
+  train.seed = options.seed;
+  train.threads = 1;
+  train.stop = options.stop;
+  const auto chosen = train_learner(take_rows(matrix, rows), options.learner, train);
+  if (!chosen) {
+    job.failed = chosen.error();
+    return;
+  }
+  std::size_t wrong = 0;
+  for (const std::size_t r : groups[job.tested]) {
+    const auto answer = chosen->trained.classify(matrix.values.row(r));
+    if (!answer) {
+      job.failed = answer.error();
+      return;
+    }
+    wrong += chosen->trained.labels()[*answer] == matrix.labels[r] ? 0 : 1;
+  }
+  job.error = static_cast<double>(wrong) / static_cast<double>(groups[job.tested].size());
+}
+
+Status check_groups(const FeatureMatrix& matrix, std::size_t groups) {
+  const std::set<std::string> labels(matrix.labels.begin(), matrix.labels.end());
+  if (labels.size() < 2)
+    return fail(Errc::invalid_argument, "there is nothing to tell apart", "data", "2 fabrics",
+                std::to_string(labels.size()));
+  if (groups < least_groups)
+    return fail(Errc::invalid_argument, "too few repetitions for a learning curve", "data",
+                "at least " + std::to_string(least_groups), std::to_string(groups));
+  return {};
+}
+
+double mean_error(const CurvePoint& point, const std::vector<std::size_t>& repetitions) {
+  double sum = 0;
+  for (const std::size_t r : repetitions) sum += point.error_by_tested[r];
+  return sum / static_cast<double>(repetitions.size());
+}
+
+/// As if half an error more had been seen among one trial more (Krichevsky and Trofimov 1981): no
+/// campaign proves that there are no errors.
+double smoothed(double error, double asked) {
+  return (error * asked + 0.5) / (asked + 1);
+}
+
+class Forecaster {
+ public:
+  Forecaster(const LearningCurve& curve, const ForecastOptions& options)
+      : curve_(curve), options_(options), engine_(options.seed) {}
+
+  RepetitionForecast run() {
+    RepetitionForecast out;
+    std::vector<std::size_t> all(curve_.repetitions);
+    for (std::size_t r = 0; r < all.size(); ++r) all[r] = r;
+    out.law = fit_power_law(points_of(all));
+    std::vector<double> laws, measured, enough;
+    for (std::size_t b = 0; b < options_.resamples; ++b) {
+      const PowerLaw law = drawn_law(points_of(resampled(curve_.repetitions, engine_)));
+      const double accuracy = 1 - law.error_at(trained(options_.predict));
+      laws.push_back(accuracy);
+      const double noisy = accuracy + measurement_sd(accuracy) * normal_draw(engine_);
+      measured.push_back(std::clamp(noisy, 0.0, 1.0));
+      enough.push_back(first_enough(law));
+    }
+    out.predict = options_.predict;
+    out.accuracy = quantile(laws, 0.5);
+    out.ci95 = {quantile(measured, 0.025), quantile(measured, 0.975),
+                "percentiles of " + std::to_string(options_.resamples) +
+                    " resamples of the repetitions, with the noise of the measurement"};
+    out.wanted = options_.accuracy;
+    out.most = options_.most;
+    out.enough = reached(enough, 0.5);
+    out.enough_low = reached(enough, 0.025);
+    out.enough_high = reached(enough, 0.975);
+    for (const double n : enough) out.reached_share += std::isfinite(n) ? 1 : 0;
+    out.reached_share /= static_cast<double>(enough.size());
+    return out;
+  }
+
+ private:
+  static double trained(std::size_t repetitions) { return static_cast<double>(repetitions) - 1; }
+
+  [[nodiscard]] double asked() const { return static_cast<double>(curve_.trials); }
+
+  /// The repetitions left out share nearly all that they were trained on, so their mean varies by
+  /// more than they do: sd^2 (1 / R + test / train) in the place of sd^2 / R, as in
+  /// split_interval() (Nadeau and Bengio 2003); of R repetitions one tests and R - 1 train.
+  [[nodiscard]] std::vector<ErrorPoint> points_of(
+      const std::vector<std::size_t>& repetitions) const {
+    std::vector<ErrorPoint> out;
+    const auto groups = static_cast<double>(curve_.repetitions);
+    const double widening = std::sqrt(1 + groups / (groups - 1));
+    for (const CurvePoint& point : curve_.points) {
+      const double mean = 1 - point.accuracy;
+      const double drawn = mean + widening * (mean_error(point, repetitions) - mean);
+      const double error = smoothed(std::clamp(drawn, 0.0, 1.0), asked());
+      out.push_back({trained(point.repetitions), error, asked() / (error * (1 - error))});
+    }
+    return out;
+  }
+
+  /// An exponent by its likelihood under the binomial variance of the points.
+  PowerLaw drawn_law(const std::vector<ErrorPoint>& points) {
+    std::vector<PowerLaw> laws;
+    std::vector<double> misfits;
+    for (const double exponent : exponents()) {
+      laws.push_back(fit_power_law(points, exponent));
+      misfits.push_back(misfit(points, laws.back()));
+    }
+    const double least = *std::ranges::min_element(misfits);
+    double sum = 0;
+    for (double& m : misfits) sum += m = std::exp((least - m) / 2);
+    double left = sum * static_cast<double>(random_below(engine_, 1'000'000)) / 1e6;
+    for (std::size_t i = 0; i < laws.size(); ++i) {
+      left -= misfits[i];
+      if (left < 0) return laws[i];
+    }
+    return laws.back();
+  }
+
+  /// Of the mean of so many repetitions: binomial, or what repetitions differ by where that is
+  /// more, for the trials of one repetition may fail together.
+  [[nodiscard]] double measurement_sd(double accuracy) const {
+    const auto& last = curve_.points.back().error_by_tested;
+    const auto repetitions = static_cast<double>(options_.predict);
+    const double trials = asked() / static_cast<double>(curve_.repetitions) * repetitions;
+    const double binomial = accuracy * (1 - accuracy) / trials;
+    const double between = std::pow(deviation_of(last), 2) / repetitions;
+    return std::sqrt(std::max(binomial, between));
+  }
+
+  [[nodiscard]] double first_enough(const PowerLaw& law) const {
+    for (std::size_t n = least_trained + 1; n <= options_.most; ++n)
+      if (1 - law.error_at(trained(n)) >= options_.accuracy) return static_cast<double>(n);
+    return HUGE_VAL;
+  }
+
+  static std::optional<std::size_t> reached(std::vector<double> enough, double share) {
+    std::ranges::sort(enough);
+    const double n =
+        enough[static_cast<std::size_t>(share * static_cast<double>(enough.size() - 1))];
+    return std::isfinite(n) ? std::optional(static_cast<std::size_t>(n)) : std::nullopt;
+  }
+
+  const LearningCurve& curve_;
+  const ForecastOptions& options_;
+  RandomEngine engine_;
+};
+
+}  // namespace
+
+Result<LearningCurve> learning_curve(const FeatureMatrix& matrix, const CurveOptions& options) {
+  const auto groups = rows_by_group(matrix);
+  if (Status ok = check_groups(matrix, groups.size()); !ok) return pass(ok.error());
+  const auto trained = sizes(groups.size() - 1, options.most_points);
+  std::vector<Job> jobs = jobs_of(groups.size(), trained, options);
+  parallel_for(jobs.size(), options.threads,
+               [&](std::size_t i) { run(jobs[i], matrix, groups, options); });
+  LearningCurve out;
+  out.repetitions = groups.size();
+  out.trials = matrix.size();
+  out.fabrics = std::set<std::string>(matrix.labels.begin(), matrix.labels.end()).size();
+  out.points.resize(trained.size());
+  for (std::size_t s = 0; s < trained.size(); ++s) {
+    out.points[s].repetitions = trained[s] + 1;
+    out.points[s].error_by_tested.assign(groups.size(), 0.0);
+  }
+  std::vector<std::vector<double>> counted(trained.size(), std::vector<double>(groups.size(), 0.0));
+  for (const Job& job : jobs) {
+    if (job.failed) return pass(*job.failed);
+    out.points[job.size].error_by_tested[job.tested] += job.error;
+    ++counted[job.size][job.tested];
+  }
+  for (std::size_t s = 0; s < trained.size(); ++s) {
+    CurvePoint& point = out.points[s];
+    std::vector<double> right;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      point.error_by_tested[g] /= counted[s][g];
+      right.push_back(1 - point.error_by_tested[g]);
+    }
+    point.accuracy = mean_of(right);
+    point.ci95 = mean_interval(right, curve_resamples, options.seed);
+  }
+  return out;
+}
+
+Result<RepetitionForecast> forecast_repetitions(const LearningCurve& curve,
+                                                const ForecastOptions& options) {
+  if (curve.points.size() < 2)
+    return fail(Errc::invalid_argument, "one point is no learning curve", "curve", "2 points",
+                std::to_string(curve.points.size()));
+  if (options.predict <= least_trained || options.resamples == 0 || !(options.accuracy > 0) ||
+      !(options.accuracy < 1))
+    return fail(Errc::range, "repetitions, accuracy or resamples cannot be forecast", "forecast",
+                "3 repetitions or more, an accuracy between 0 and 1");
+  return Forecaster(curve, options).run();
+}
+
+}  // namespace weft::classifier::design

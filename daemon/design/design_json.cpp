@@ -1,0 +1,103 @@
+#include "daemon/design/design_json.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json interval_json(const classifier::Interval& interval) {
+  return {interval.low, interval.high};
+}
+
+ordered_json mean_json(const CellMean& mean) {
+  return {{"mean", mean.mean}, {"ci95", interval_json(mean.ci95)}};
+}
+
+ordered_json factors_json(const SweepAnalysis& a, std::size_t cell) {
+  ordered_json out;
+  for (std::size_t f = 0; f < a.factors.size(); ++f) out[a.factors[f]] = a.cells[cell].factors[f];
+  return out;
+}
+
+ordered_json cell_json(const SweepAnalysis& a, std::size_t i) {
+  const SweepCell& cell = a.cells[i];
+  const auto& summary = a.choice.cells[i];
+  return {{"factors", factors_json(a, i)},
+          {"trials", cell.trials},
+          {"separability", {{"accuracy", summary.accuracy}, {"ci95", interval_json(summary.ci95)}}},
+          {"snr_db", mean_json(cell.snr_db)},
+          {"saturated_share", mean_json(cell.saturated_share)},
+          {"seconds", mean_json(cell.seconds)},
+          {"on_front", std::ranges::find(a.front, i) != a.front.end()},
+          {"chosen_share", summary.chosen_share}};
+}
+
+template <class Value>
+ordered_json or_null(const std::optional<Value>& value) {
+  return value ? ordered_json(*value) : ordered_json();
+}
+
+}  // namespace
+
+ordered_json design_json(const SweepAnalysis& a) {
+  ordered_json cells = ordered_json::array(), front = ordered_json::array(),
+               surest = ordered_json::array();
+  for (std::size_t i = 0; i < a.cells.size(); ++i) cells.push_back(cell_json(a, i));
+  for (const std::size_t i : a.front) front.push_back(factors_json(a, i));
+  for (const FactorShare& one : a.surest)
+    surest.push_back(
+        {{"factor", a.factors[one.factor]}, {"value", one.value}, {"share", one.share}});
+  return {{"bench", to_string(a.bench)},
+          {"exploration", a.exploration},
+          {"dataset_sha256", a.datasets},
+          {"factors", a.factors},
+          {"fabrics", a.fabrics},
+          {"replicates", a.replicates},
+          {"learner", a.learner},
+          {"band_m", {a.band.shortest_m, a.band.longest_m}},
+          {"cells", std::move(cells)},
+          {"front", std::move(front)},
+          {"recommendation",
+           {{"supported", a.choice.supported},
+            {"factors", factors_json(a, a.choice.chosen)},
+            {"share", a.choice.share},
+            {"resamples", a.choice.resamples},
+            {"surest", std::move(surest)},
+            {"overlapping", a.choice.overlapping},
+            {"words", recommendation(a)}}}};
+}
+
+ordered_json design_json(const RepetitionStudy& study) {
+  ordered_json points = ordered_json::array();
+  for (const auto& p : study.curve.points)
+    points.push_back({{"repetitions", p.repetitions},
+                      {"accuracy", p.accuracy},
+                      {"ci95", interval_json(p.ci95)}});
+  const auto& f = study.forecast;
+  return {{"bench", to_string(study.bench)},
+          {"exploration", study.exploration},
+          {"dataset_sha256", study.dataset},
+          {"learner", study.learner},
+          {"fabrics", study.curve.fabrics},
+          {"repetitions", study.curve.repetitions},
+          {"trials", study.curve.trials},
+          {"curve", std::move(points)},
+          {"law", {{"floor", f.law.floor}, {"scale", f.law.scale}, {"exponent", f.law.exponent}}},
+          {"predicted",
+           {{"repetitions", f.predict},
+            {"accuracy", f.accuracy},
+            {"interval95", interval_json(f.ci95)}}},
+          {"wanted",
+           {{"accuracy", f.wanted},
+            {"most", f.most},
+            {"repetitions", or_null(f.enough)},
+            {"low", or_null(f.enough_low)},
+            {"high", or_null(f.enough_high)},
+            {"reached_share", f.reached_share}}},
+          {"words", repetition_words(study)}};
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,78 @@
+#pragma once
+// A swept campaign looked at cell by cell: how the array answers, how well the fabrics are told
+// apart, how long it takes, and which cell to take. docs/design.md says how each is defined.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/design/cells.hpp"
+#include "classifier/design/response.hpp"
+#include "daemon/dataset/dataset.hpp"
+
+namespace weft::daemon {
+
+/// A mean over the trials of a cell with its 95 % interval.
+struct CellMean {
+  double mean = 0;
+  classifier::Interval ci95;
+};
+
+struct SweepCell {
+  std::vector<double> factors;  ///< SI, in the order of SweepAnalysis::factors
+  std::size_t trials = 0;
+  CellMean snr_db, saturated_share, seconds;
+};
+
+/// How often the rule took a cell with this value of a factor.
+struct FactorShare {
+  std::size_t factor = 0;
+  double value = 0;
+  double share = 0;
+};
+
+struct SweepAnalysis {
+  BenchKind bench = BenchKind::unknown;
+  std::string exploration;            ///< as the recipe names it
+  std::vector<std::string> datasets;  ///< digests
+  std::vector<std::string> factors;   ///< "force_n"
+  std::vector<std::string> fabrics;
+  std::size_t replicates = 0;  ///< of the cell that has fewest
+  std::string learner;
+  classifier::design::TextureBand band;
+  std::vector<SweepCell> cells;           ///< by rising factors
+  classifier::design::CellChoice choice;  ///< cells in the same order
+  std::vector<std::size_t> front;         ///< accuracy against seconds
+  /// For every factor its surest value: what more of the resamples agree on than on a cell.
+  std::vector<FactorShare> surest;
+};
+
+struct SweepOptions {
+  classifier::Learner learner = classifier::Learner::lda;
+  classifier::design::TextureBand band;
+  std::size_t resamples = 2000;
+  std::uint64_t seed = 1;
+  std::size_t threads = 0;
+  std::function<void(const std::string&)> progress = {};
+};
+
+/// One analysis for each exploration of the recipe. Several data sets are taken together when they
+/// are of one kind of bench and of the same factors, else refused: simulated and real are never
+/// mixed. Refuses a data set that is no sweep, cells with fewer than three replicates, and what the
+/// learner refuses.
+Result<std::vector<SweepAnalysis>> analyse_sweep(std::span<const Dataset> datasets,
+                                                 const SweepOptions& options);
+
+/// "5 N, 2 mm/s".
+std::string cell_words(const SweepAnalysis& analysis, std::size_t cell);
+/// A factor for people: "force [N]", and a value of it in that unit.
+std::string factor_title(std::string_view factor);
+double factor_shown(std::string_view factor, double si);
+
+/// The recommendation and its reason, or why there is none, in sentences.
+std::string recommendation(const SweepAnalysis& analysis);
+
+}  // namespace weft::daemon

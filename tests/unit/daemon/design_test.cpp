@@ -1,0 +1,239 @@
+// A sweep in memory: what an analysis finds of it, says of it, and refuses.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "classifier/design/resample.hpp"
+#include "daemon/design/campaign_design.hpp"
+#include "daemon/design/design_json.hpp"
+#include "daemon/design/design_page.hpp"
+#include "daemon/design/repetition_study.hpp"
+#include "daemon/design/sweep_analysis.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+
+namespace {
+
+constexpr double rate_hz = 37;
+constexpr std::size_t taxels = 2;
+
+std::string bench17() {
+  std::ifstream in(std::string(WEFT_SOURCE_DIR) + "/sim/rigs/bench17.json");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+const char* const recipe = R"({
+  "schema_version": 1, "name": "swept", "fabrics": ["denim", "silk", "wool"],
+  "sweep": {"factors": [{"name": "force_N", "values": [3, 5]}, {"name": "speed_mm_s", "values": [1, 4]}],
+            "replicates": 4},
+  "explorations": {"rub": {"phases": [
+    {"phase": "S", "duration_s": 1}, {"phase": "P", "force_N": 5, "duration_s": 1},
+    {"phase": "M", "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 20}]},
+    {"phase": "E", "duration_s": 1}]}}})";
+
+/// Noise of one count, and in phase M a texture of 1 mm whose amplitude is the force's, about a
+/// level that tells the fabrics apart by `gap` deviations.
+void add_trial(Dataset& set, std::size_t fabric, std::size_t repetition, double force_n,
+               double speed_mps, double gap, classifier::RandomEngine& engine) {
+  static const std::vector<std::string> names{"denim", "silk", "wool"};
+  classifier::Trial trial;
+  trial.label = names[fabric];
+  trial.group = std::to_string(repetition);
+  trial.file = "t" + std::to_string(set.trials.size());
+  trial.taxels = taxels;
+  const auto motion = static_cast<std::size_t>(0.02 / speed_mps * rate_hz);
+  const auto add = [&](Phase phase, std::size_t samples) {
+    for (std::size_t i = 0; i < samples; ++i) {
+      const double wave =
+          phase == Phase::motion
+              ? 20 * force_n *
+                    std::sin(2 * M_PI * speed_mps / 1e-3 * static_cast<double>(i) / rate_hz)
+              : 0;
+      for (std::size_t t = 0; t < taxels; ++t)
+        trial.counts.push_back(std::round(5000 + gap * static_cast<double>(fabric) + wave +
+                                          classifier::design::normal_draw(engine)));
+      trial.phase.push_back(phase);
+    }
+  };
+  add(Phase::rest, 37);
+  add(Phase::press, 37);
+  add(Phase::motion, motion);
+  add(Phase::end, 37);
+  TrialRecord record;
+  record.spec.index = static_cast<std::uint32_t>(set.trials.size());
+  record.spec.label = trial.label;
+  record.spec.group = trial.group;
+  record.spec.repetition = static_cast<std::uint32_t>(repetition);
+  if (!set.info.factors.empty()) {
+    record.spec.exploration = "rub-" + std::to_string(static_cast<int>(force_n)) + "N-" +
+                              std::to_string(static_cast<int>(speed_mps * 1e3)) + "mm_s";
+    record.spec.factors = {force_n, speed_mps};
+  } else {
+    record.spec.exploration = "rub";
+  }
+  for (std::size_t i = 0; i < trial.samples(); ++i)
+    record.t_ns.push_back(static_cast<std::int64_t>(static_cast<double>(i) / rate_hz * 1e9));
+  set.trials.push_back(std::move(trial));
+  set.records.push_back(std::move(record));
+}
+
+DatasetInfo info_of(BenchKind kind) {
+  DatasetInfo info;
+  info.kind = kind;
+  info.name = "swept";
+  info.recipe_json = recipe;
+  info.rig_json = bench17();
+  info.taxel_rate_hz = rate_hz;
+  return info;
+}
+
+/// The fabrics differ at 5 N alone.
+Dataset swept(BenchKind kind, std::uint64_t seed = 1) {
+  Dataset set;
+  set.info = info_of(kind);
+  set.info.factors = {"force_n", "speed_mps"};
+  classifier::RandomEngine engine(seed);
+  for (std::size_t r = 1; r <= 4; ++r)
+    for (std::size_t fabric = 0; fabric < 3; ++fabric)
+      for (const double force_n : {3.0, 5.0})
+        for (const double speed_mps : {0.001, 0.004})
+          add_trial(set, fabric, r, force_n, speed_mps, force_n > 4 ? 30 : 0, engine);
+  return set;
+}
+
+Dataset repeated(std::size_t repetitions, double gap) {
+  Dataset set;
+  set.info = info_of(BenchKind::simulated);
+  classifier::RandomEngine engine(3);
+  for (std::size_t r = 1; r <= repetitions; ++r)
+    for (std::size_t fabric = 0; fabric < 3; ++fabric)
+      add_trial(set, fabric, r, 5, 0.004, gap, engine);
+  return set;
+}
+
+SweepAnalysis analysed(const Dataset& set) {
+  SweepOptions options;
+  options.resamples = 300;
+  const auto found = analyse_sweep(std::span(&set, 1), options);
+  REQUIRE(found);
+  REQUIRE(found->size() == 1);
+  return found->front();
+}
+
+}  // namespace
+
+TEST_CASE("An analysis finds the force that tells fabrics apart, and takes the quick cell") {
+  const SweepAnalysis a = analysed(swept(BenchKind::simulated));
+  CHECK(a.exploration == "rub");
+  CHECK(a.replicates == 4);
+  REQUIRE(a.cells.size() == 4);
+  CHECK(a.cells[3].factors == std::vector<double>{5, 0.004});
+  CHECK(a.choice.chosen == 3);
+  CHECK(a.choice.cells[3].accuracy == 1);
+  CHECK(a.choice.cells[0].accuracy < 0.8);
+  CHECK(a.choice.supported);
+  // 20 mm at 1 and at 4 mm/s, three phases of a second
+  CHECK(a.cells[2].seconds.mean == Approx(23).epsilon(0.02));
+  CHECK(a.cells[3].seconds.mean == Approx(8).epsilon(0.02));
+  // amplitudes of 60 and 100 counts: 4.4 dB
+  CHECK(a.cells[2].snr_db.mean - a.cells[0].snr_db.mean == Approx(4.4).margin(0.5));
+  CHECK(a.cells[0].saturated_share.mean == 0);
+  CHECK(a.front == std::vector<std::size_t>{3});
+  REQUIRE(a.surest.size() == 2);
+  CHECK(a.surest[0].value == 5);
+  CHECK_THAT(recommendation(a), Catch::StartsWith("Recommended is 5 N, 4 mm/s: 100.0 %"));
+}
+
+TEST_CASE("Where nothing differs the analysis says that the data do not support a choice") {
+  Dataset set = swept(BenchKind::real);
+  // the labels in another order in every replicate
+  for (std::size_t i = 0; i < set.trials.size(); ++i) {
+    static const std::vector<std::string> names{"denim", "silk", "wool"};
+    const auto was =
+        static_cast<std::size_t>(std::ranges::find(names, set.trials[i].label) - names.begin());
+    set.trials[i].label = set.records[i].spec.label =
+        names[(was + set.records[i].spec.repetition * (i % 2 + 1)) % 3];
+  }
+  SweepOptions options;
+  options.resamples = 300;
+  const auto found = analyse_sweep(std::span(&set, 1), options);
+  REQUIRE(found);
+  const SweepAnalysis& a = found->front();
+  INFO(recommendation(a));
+  if (!a.choice.supported)
+    CHECK_THAT(recommendation(a), Catch::StartsWith("The data do not support a choice"));
+  CHECK_THAT(recommendation(a), Catch::Contains("interval that overlaps"));
+  CHECK_THAT(design_section(a), !Catch::Contains("SIMULATED"));
+}
+
+TEST_CASE("Simulated and real sweeps are never mixed, and what is no sweep is refused") {
+  const std::vector<Dataset> mixed{swept(BenchKind::simulated), swept(BenchKind::real)};
+  const auto refused = analyse_sweep(mixed, {});
+  REQUIRE_FALSE(refused);
+  CHECK_THAT(to_string(refused.error()), Catch::Contains("never mixed"));
+  const std::vector<Dataset> alike{swept(BenchKind::simulated, 1), swept(BenchKind::simulated, 2)};
+  SweepOptions options;
+  options.resamples = 100;
+  const auto together = analyse_sweep(alike, options);
+  REQUIRE(together);
+  CHECK(together->front().replicates == 8);
+  CHECK(together->front().datasets.size() == 2);
+  const Dataset plain = repeated(6, 30);
+  CHECK_THAT(to_string(analyse_sweep(std::span(&plain, 1), {}).error()),
+             Catch::Contains("no sweep"));
+  CHECK_FALSE(analyse_sweep({}, {}));
+}
+
+TEST_CASE("The page of a sweep has a map of each figure, each labelled SIMULATED") {
+  const SweepAnalysis a = analysed(swept(BenchKind::simulated));
+  const std::string section = design_section(a);
+  for (const char* words : {"separability of the fabrics", "texture signal over noise",
+                            "end of the taxels", "seconds on record", "SIMULATED, "})
+    if (std::string(words) != "SIMULATED, ") CHECK_THAT(section, Catch::Contains(words));
+  std::size_t stamps = 0, figures = 0;
+  for (std::size_t at = section.find("SIMULATED"); at != std::string::npos;
+       at = section.find("SIMULATED", at + 1))
+    ++stamps;
+  for (std::size_t at = section.find("<figure"); at != std::string::npos;
+       at = section.find("<figure", at + 1))
+    ++figures;
+  CHECK(figures == 6);
+  CHECK(stamps > 2 * figures);
+  const auto document = design_json(a);
+  CHECK(document["bench"] == "simulated");
+  CHECK(document["cells"].size() == 4);
+  CHECK(document["recommendation"]["factors"]["speed_mps"] == 0.004);
+  CHECK_THAT(design_page("t", BenchKind::simulated, section), Catch::StartsWith("<!DOCTYPE html>"));
+}
+
+TEST_CASE("A campaign's report has the learning curve where there are repetitions enough") {
+  std::vector<std::string> told;
+  const auto tell = [&](const std::string& what) { told.push_back(what); };
+  CHECK(design_of(repeated(5, 30), tell).html.empty());
+  const DesignParts parts = design_of(repeated(7, 30), tell);
+  CHECK_THAT(parts.html, Catch::Contains("How many repetitions") && Catch::Contains("SIMULATED"));
+  const auto document = nlohmann::json::parse(parts.json);
+  CHECK(document["repetitions"][0]["predicted"]["repetitions"] == 14);
+  CHECK(document["repetitions"][0]["curve"].size() == 5);
+  CHECK_THAT(design_of(swept(BenchKind::simulated), tell).html,
+             Catch::Contains("Which setting: rub"));
+}
+
+TEST_CASE("Repetitions are the recorded ones by number, the first so many, or strokes as drawn") {
+  const Dataset set = repeated(11, 30);
+  const auto features = classifier::build_feature_matrix(set.trials);
+  REQUIRE(features);
+  const auto first = by_repetition(*features, set, {.strokes = false, .first = 10, .seed = 1});
+  CHECK(first.size() == 30);
+  for (const std::string& file : first.files) CHECK(file != "t30");  // the 11th, not the "11"th
+  const auto drawn = by_repetition(*features, set, {.strokes = true, .first = 4, .seed = 1});
+  CHECK(drawn.size() == 12);
+  const auto other = by_repetition(*features, set, {.strokes = true, .first = 4, .seed = 2});
+  CHECK(drawn.files != other.files);
+}
