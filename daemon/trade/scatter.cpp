@@ -214,6 +214,10 @@ void draw_legend(Canvas& canvas, const Scatter& scatter) {
     canvas.text({x + 15, 18}, scatter.families[f], "key");
     x += 32 + width_of(scatter.families[f]);
   }
+  const bool has_front = std::ranges::any_of(scatter.panels, [](const ScatterPanel& panel) {
+    return std::ranges::any_of(panel.points, &ScatterPoint::front);
+  });
+  if (!has_front) return;
   canvas.diamond({x + 10, 14}, front_radius, "front-mark");
   canvas.text({x + 25, 18}, "on the front: none is as accurate in less time", "key");
 }
