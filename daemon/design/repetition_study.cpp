@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "classifier/learn/random.hpp"
 #include "daemon/report/format.hpp"
@@ -42,6 +43,18 @@ std::vector<std::string> drawn_repetitions(const classifier::FeatureMatrix& matr
   return out;
 }
 
+/// Sorted names of the groups that have every label.
+std::vector<std::string> complete_groups(const classifier::FeatureMatrix& matrix) {
+  const std::set<std::string> labels(matrix.labels.begin(), matrix.labels.end());
+  std::map<std::string, std::set<std::string>> of_group;
+  for (std::size_t i = 0; i < matrix.size(); ++i)
+    of_group[matrix.groups[i]].insert(matrix.labels[i]);
+  std::vector<std::string> out;
+  for (const auto& [name, present] : of_group)
+    if (present.size() == labels.size()) out.push_back(name);
+  return out;
+}
+
 }  // namespace
 
 classifier::FeatureMatrix by_repetition(const classifier::FeatureMatrix& matrix,
@@ -49,11 +62,8 @@ classifier::FeatureMatrix by_repetition(const classifier::FeatureMatrix& matrix,
   classifier::FeatureMatrix out = matrix;
   out.groups = choice.strokes ? drawn_repetitions(matrix, choice.seed)
                               : recorded_repetitions(matrix, dataset);
-  if (choice.first == 0) return out;
-  std::vector<std::string> names = out.groups;
-  std::ranges::sort(names);
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  names.resize(std::min(names.size(), choice.first));
+  std::vector<std::string> names = complete_groups(out);
+  if (choice.first > 0) names.resize(std::min(names.size(), choice.first));
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < out.size(); ++i)
     if (std::ranges::binary_search(names, out.groups[i])) rows.push_back(i);

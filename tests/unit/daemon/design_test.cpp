@@ -236,4 +236,13 @@ TEST_CASE("Repetitions are the recorded ones by number, the first so many, or st
   CHECK(drawn.size() == 12);
   const auto other = by_repetition(*features, set, {.strokes = true, .first = 4, .seed = 2});
   CHECK(drawn.files != other.files);
+  // without one trial of repetition 2 that repetition is left out, and strokes are as few as those
+  // of the fabric that has fewest
+  classifier::FeatureMatrix lacking = *features;
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < lacking.size(); ++i)
+    if (i != 4) rows.push_back(i);
+  lacking = classifier::take_rows(lacking, rows);
+  CHECK(by_repetition(lacking, set, {}).size() == 30);
+  CHECK(by_repetition(lacking, set, {.strokes = true, .first = 0, .seed = 1}).size() == 30);
 }
