@@ -85,7 +85,7 @@ async function frames_of(page) {
   tell('frames a second, 16 pads and 6 force channels', seen.intervals.length / seen.seconds, 'Hz', 'limit 60');
   tell('between two frames, median', median(sorted), 'ms', '16.7 is 60 Hz');
   tell('between two frames, 95 of 100 at most', sorted[Math.floor(sorted.length * 0.95)], 'ms', '');
-  tell('new samples drawn', seen.drawn / seen.seconds, 'Hz', 'the daemon tells 50 a second');
+  tell('new scans of the pads drawn', seen.drawn / seen.seconds, 'Hz', 'the array gives 37 a second');
 }
 
 function cpu_s(pid) {
@@ -101,6 +101,25 @@ async function share_of_a_core(daemon) {
     shares.push((100 * (cpu_s(daemon.process.pid) - before)) / ((performance.now() - began) / 1000));
   }
   return median(shares);
+}
+
+/** Pages that draw take the cores from the daemon, which then tells less; these leave them to it. */
+async function read_as_pages_do(daemon, link, count) {
+  const topics = 'run:*,rig,queue,lease:*,vote:*,stream:force,stream:stages,stream:taxels';
+  const headers = { Authorization: `Bearer ${link.split('token=')[1]}` };
+  const readers = [];
+  for (let at = 0; at < count; ++at) {
+    const stop = new AbortController();
+    const stream = await fetch(`http://127.0.0.1:${daemon.http}/events?mode=latest&max_hz=60&topics=${topics}`, { headers, signal: stop.signal });
+    if (stream.status !== 200) throw new Error(`no stream: ${stream.status}`);
+    drain(stream.body).catch((error) => { if (error.name !== 'AbortError') throw error; });
+    readers.push(stop);
+  }
+  return readers;
+}
+
+async function drain(body) {
+  for await (const bytes of body) if (bytes.length === 0) return;
 }
 
 async function with_pages() {
@@ -120,7 +139,11 @@ async function with_pages() {
   while (pages.length < 10) pages.push(await open_page(link));
   for (const page of pages) await connected(page);
   const ten = await share_of_a_core(daemon);
-  tell('ten pages cost the daemon', ten - none, '% of a core', 'limit 2 a page');
+  tell('ten pages cost the daemon, drawing on the same cores', ten - none, '% of a core', 'limit 2 a page');
+  for (const page of pages) await page.context().close();
+  const readers = await read_as_pages_do(daemon, link, 10);
+  tell('ten readers of the page\'s stream, which draw nothing', (await share_of_a_core(daemon)) - none, '% of a core', 'limit 2 a page');
+  for (const reader of readers) reader.abort();
   await daemon.close();
 }
 

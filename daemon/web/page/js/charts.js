@@ -8,7 +8,6 @@ import { colour, each_frame, on_theme } from './frame.js';
 // Its legend writes styles into the page, which the page's policy refuses; each chart has a key of its own.
 Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
 
-const least_window_s = 10;
 const dashes = [null, [7, 3], [2, 3]];
 const inks = ['line-1', 'line-2', 'line-3'];
 
@@ -107,9 +106,8 @@ class Chart {
     if (newest === this.#drawn) return;
     this.#drawn = newest;
     const rows = this.#data();
-    const last_s = rows.at(-1)[0];
-    const first_s = Math.max(last_s - this.samples.span_s, rows[0][0]);
-    this.#graph.updateOptions({ file: rows, dateWindow: [first_s, Math.max(last_s, first_s + least_window_s)], valueRange: this.#range(rows, first_s) });
+    const { window_s } = this.samples;
+    this.#graph.updateOptions({ file: rows, dateWindow: window_s, valueRange: this.#range(rows, window_s[0]) });
   }
 
   #say() {

@@ -2,6 +2,7 @@
 
 const most_rows = 1600; // half a minute at the 50 Hz of the stream
 const least_span_s = 20;
+const least_window_s = 10;
 const real_span_s = 30; // of our time, however fast the bench's own goes
 
 /** Rows of numbers [bench_s, ...], the oldest first; anew with each run and where the clock goes back. */
@@ -88,7 +89,16 @@ export class Samples {
     return real_s > 0.1 && bench_s > 0 ? bench_s / real_s : 1;
   }
 
-  /** How much of the bench's time a chart shows [s]: in steps, so that it does not creep. */
+  /** From when to when all charts show [s]: the newest span, or what there is of it. */
+  get window_s() {
+    const known = [this.force.rows, this.stages.rows].filter((rows) => rows.length > 0);
+    if (known.length === 0) return [0, least_window_s];
+    const last = Math.max(...known.map((rows) => rows.at(-1)[0]));
+    const first = Math.max(last - this.span_s, Math.min(...known.map((rows) => rows[0][0])));
+    return [first, Math.max(last, first + least_window_s)];
+  }
+
+  /** How much of the bench's time a chart shows at most [s]: in steps, so that it does not creep. */
   get span_s() {
     const wanted = Math.max(least_span_s, real_span_s * this.pace);
     const step = 10 ** Math.floor(Math.log10(wanted));
