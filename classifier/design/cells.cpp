@@ -122,10 +122,12 @@ CellChoice choose_cell(const std::vector<WeighedCell>& cells, std::size_t resamp
     out.cells[take(cells, drawn)].chosen_share += 1 / static_cast<double>(resamples);
   }
   out.share = out.cells[out.chosen].chosen_share;
-  out.supported = out.share >= stable_share;
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    if (i != out.chosen && overlap(out.cells[i].ci95, out.cells[out.chosen].ci95))
-      ++out.overlapping;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (i == out.chosen || !overlap(out.cells[i].ci95, out.cells[out.chosen].ci95)) continue;
+    ++out.overlapping;
+    out.quicker_overlapping += cells[i].seconds < cells[out.chosen].seconds ? 1 : 0;
+  }
+  out.supported = out.share >= stable_share && out.quicker_overlapping == 0;
   return out;
 }
 

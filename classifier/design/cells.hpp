@@ -46,11 +46,13 @@ struct CellChoice {
   double within = 0;            ///< of the best accuracy: one standard error
   double share = 0;             ///< of the resamples in which the same cell is chosen
   std::size_t overlapping = 0;  ///< other cells whose interval overlaps that of the chosen one
-  /// The choice came out in at least `stable_share` of the resamples.
+  std::size_t quicker_overlapping = 0;  ///< of those, the cells that take less time
+  /// The choice came out in at least `stable_share` of the resamples, and no quicker cell's
+  /// interval overlaps: nothing quicker may be as good.
   bool supported = false;
   std::size_t resamples = 0;
 };
-inline constexpr double stable_share = 0.5;
+inline constexpr double stable_share = 0.8;
 
 /// The rule: of all cells whose accuracy is at most one standard error below the best (Breiman and
 /// others 1984), the one that takes the least time; of equals the one with the larger signal. It is

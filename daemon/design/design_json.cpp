@@ -67,6 +67,7 @@ ordered_json design_json(const SweepAnalysis& a) {
             {"resamples", a.choice.resamples},
             {"surest", std::move(surest)},
             {"overlapping", a.choice.overlapping},
+            {"quicker_overlapping", a.choice.quicker_overlapping},
             {"words", recommendation(a)}}}};
 }
 

@@ -74,7 +74,8 @@ std::string recommendation(const SweepAnalysis& a) {
                       fixed(a.cells[best].seconds.mean, 1) + " s).";
   const std::string others = std::to_string(a.choice.overlapping) + " of the " +
                              std::to_string(a.cells.size() - 1) +
-                             " other cells have an interval that overlaps its own.";
+                             " other cells have an interval that overlaps its own, " +
+                             std::to_string(a.choice.quicker_overlapping) + " of them quicker.";
   if (a.choice.supported)
     return "Recommended is " + found + ". " + rule + " " + stability_words(a) + " " + others;
   return "The data do not support a choice of one cell. The rule takes " + found + ", but " +

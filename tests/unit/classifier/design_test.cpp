@@ -142,6 +142,7 @@ TEST_CASE("Of cells within a standard error of the best the quickest is taken") 
   for (const CellSummary& cell : choice.cells) sum += cell.chosen_share;
   CHECK(sum == Approx(1));
   CHECK(choice.overlapping == 2);
+  CHECK(choice.quicker_overlapping == 0);  // cell 1 takes as long, cell 0 longer
 }
 
 TEST_CASE("A choice that chance made is not called supported") {
