@@ -66,9 +66,7 @@ std::string curve_text(const RepetitionStudy& study) {
 }  // namespace
 
 void add_options(CLI::App& command, DesignAnalyseArgs& args) {
-  command
-      .add_option("DATA", args.datasets,
-                  "data sets of a sweep, all of one kind of bench")
+  command.add_option("DATA", args.datasets, "data sets of a sweep, all of one kind of bench")
       ->required();
   command.add_option("-o,--output", args.out, "page to write (HTML)");
   command.add_option("--learner", args.learner, "that tells the fabrics apart")
