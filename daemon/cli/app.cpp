@@ -19,6 +19,7 @@
 #include "daemon/cli/imprint_search_command.hpp"
 #include "daemon/cli/manual.hpp"
 #include "daemon/cli/queue_commands.hpp"
+#include "daemon/cli/report_command.hpp"
 #include "daemon/cli/run_command.hpp"
 #include "daemon/cli/trade_command.hpp"
 #include "daemon/cli/trade_sim_command.hpp"
@@ -60,6 +61,7 @@ struct Commands {
   ConfirmArgs confirm;
   StopArgs stop;
   AbortArgs abort;
+  ReportArgs report;
   HaltArgs halt;
   LogArgs log;
   CallArgs call;
@@ -99,6 +101,8 @@ void add_commands(CLI::App& root, Commands& all) {
   add(*dataset, all, "info", "what a data set holds", all.info, run_info);
   add(root, all, "verify", "whether a campaign or data set is what was recorded", all.verify,
       run_verify);
+  add(root, all, "report", "the report of a campaign that is over, to read or to print",
+      all.report, run_report);
   add(root, all, "features", "the features of a data set as a table", all.features, run_features);
   add(root, all, "train", "train a model", all.train, run_train);
   add(root, all, "evaluate", "train and test on splits of a data set", all.evaluate, run_evaluate);

@@ -37,29 +37,37 @@ Result<CampaignReport> write_report(const CampaignSummary& summary,
                                     Console& console) {
   const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
   if (!dataset) return pass(dataset.error());
+  return write_report_to(summary, *dataset, folder / "report.html", repeats, {}, console);
+}
+
+Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dataset& dataset,
+                                       const std::filesystem::path& html, std::size_t repeats,
+                                       const ReportExtras& extras, Console& console) {
   EvaluateOptions options;
   options.repeats = repeats;
   // What a live vote has left says nothing of all slides.
-  const bool selected = !dataset->info.ended_early.empty();
+  const bool selected = !dataset.info.ended_early.empty();
   // Imprints have rules of their own: the hand-over's.
   // So has a sweep: its cells are weighed against each other, see weft design analyse.
   auto results =
-      selected || holds_imprints(*dataset) || !dataset->info.factors.empty()
+      selected || holds_imprints(dataset) || !dataset.info.factors.empty()
           ? Result<std::vector<ExplorationResult>>()
-          : evaluate_campaign(*dataset, options, steady_wall_seconds, progress_to(console));
+          : evaluate_campaign(dataset, options, steady_wall_seconds, progress_to(console));
   CampaignReport report;
   report.selected = selected;
-  report.html = folder / "report.html";
-  report.json = folder / "report.json";
+  report.html = html;
+  report.json = std::filesystem::path(html).replace_extension(".json");
   if (!results) report.not_classified = results.error();
   const std::vector<ExplorationResult> none;
-  const DesignParts design = selected || holds_imprints(*dataset) || !results
+  const DesignParts design = selected || holds_imprints(dataset) || !results
                                  ? DesignParts{}
-                                 : design_of(*dataset, [&console](const std::string& what) {
+                                 : design_of(dataset, [&console](const std::string& what) {
                                      console.err << "design: " << what << std::endl;
                                    });
-  const ReportInput input{summary,        *dataset,    results ? *results : none,
-                          machine_text(), WEFT_COMMIT, design};
+  ReportInput input{summary,        dataset,     results ? *results : none,
+                    machine_text(), WEFT_COMMIT, design};
+  input.verified = extras.verified;
+  input.trade_html = extras.trade_html;
   if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());
   if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
   report.summary = summary_text(input);

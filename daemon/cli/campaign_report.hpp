@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/certificate/verify.hpp"
 #include "daemon/cli/console.hpp"
 #include "daemon/run/campaign.hpp"
 
@@ -20,11 +21,21 @@ struct CampaignReport {
   bool selected = false;  ///< not classified, for a live vote has chosen what is left
 };
 
+/// Of a report that is made afterwards.
+struct ReportExtras {
+  const VerifyReport* verified = nullptr;
+  std::string trade_html = {};  ///< sections
+};
+
 /// Reads the data set back, classifies it over `repeats` random splits, unless slides of it ended
 /// early, and writes both documents into `folder`. Progress goes to the console's `err`.
 Result<CampaignReport> write_report(const CampaignSummary& summary,
                                     const std::filesystem::path& folder, std::size_t repeats,
                                     Console& console);
+/// The same into `html`, and the JSON document beside it under the same name.
+Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dataset& dataset,
+                                       const std::filesystem::path& html, std::size_t repeats,
+                                       const ReportExtras& extras, Console& console);
 
 /// "2 threads, Linux 6.1 x86_64, compiler 12.2.0": for figures of speed.
 std::string machine_text();

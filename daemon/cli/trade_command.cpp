@@ -242,12 +242,11 @@ void add_options(CLI::App& command, TradeClassifierArgs& args) {
   add_train_options(command, args.training);
 }
 
-Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console) {
-  if (Status ok = check_outputs(args); !ok) return pass(ok.error());
+Result<TradeReport> measured_trade(const TradeClassifierArgs& args, Console& console,
+                                   std::string& text) {
   const auto options = options_of(args);
   if (!options) return pass(options.error());
   TradeReport report = empty_report(args);
-  std::string text;
   for (const auto& path : args.datasets) {
     auto set = measure(args, *options, path, console);
     if (!set) return pass(set.error());
@@ -256,9 +255,17 @@ Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& conso
     text += *lines;
     report.sets.push_back(std::move(*set));
   }
-  const auto data = trade_json(report);
+  return report;
+}
+
+Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console) {
+  if (Status ok = check_outputs(args); !ok) return pass(ok.error());
+  std::string text;
+  const auto report = measured_trade(args, console, text);
+  if (!report) return pass(report.error());
+  const auto data = trade_json(*report);
   if (!data) return pass(data.error());
-  if (Status ok = write(args, report, *data); !ok) return pass(ok.error());
+  if (Status ok = write(args, *report, *data); !ok) return pass(ok.error());
   print(console, text + "page: " + args.out.string() + "\n", nlohmann::json(*data));
   return exit_ok;
 }

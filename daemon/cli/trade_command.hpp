@@ -7,6 +7,7 @@
 
 #include "daemon/cli/console.hpp"
 #include "daemon/cli/evaluate_command.hpp"
+#include "daemon/trade/trade_page.hpp"
 
 namespace weft::daemon::cli {
 
@@ -28,6 +29,9 @@ struct TradeClassifierArgs {
 };
 void add_options(CLI::App& command, TradeClassifierArgs& args);
 
+/// What it measures; `text` gets its tables, for a terminal.
+Result<TradeReport> measured_trade(const TradeClassifierArgs& args, Console& console,
+                                   std::string& text);
 Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console);
 
 }  // namespace weft::daemon::cli

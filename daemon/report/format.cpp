@@ -150,7 +150,7 @@ std::string p_value_html(double natural_log) {
   if (!std::isfinite(natural_log)) return std::string(no_value);
   if (natural_log >= std::log(1e-3)) return fixed(std::exp(natural_log), 4);
   const Decimal d = decimal_from_log(natural_log);
-  return fixed(d.mantissa, 1) + "&#8239;&times;&#8239;10<sup>&minus;" +
+  return fixed(d.mantissa, 1) + "&#8239;&#215;&#8239;10<sup>&#8722;" +
          std::to_string(-d.exponent) + "</sup>";
 }
 
@@ -164,7 +164,7 @@ std::string general(double value) {
 std::string power_of_two_html(double value) {
   int exponent = 0;
   if (!std::isfinite(value) || std::frexp(value, &exponent) != 0.5) return general(value);
-  const std::string sign = exponent < 1 ? "&minus;" : "";
+  const std::string sign = exponent < 1 ? "&#8722;" : "";
   return "2<sup>" + sign + std::to_string(std::abs(exponent - 1)) + "</sup>";
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/certificate/verify.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/report/evaluate_campaign.hpp"
 #include "daemon/run/campaign.hpp"
@@ -27,6 +28,10 @@ struct ReportInput {
   std::string commit;                             ///< of the software; empty when unknown
   /// What the campaign says of campaigns to come (daemon/design); may be empty.
   DesignParts design = {};
+  /// Of a report made afterwards: what looking at the files found. Nobody counted anything then
+  /// while the run went on.
+  const VerifyReport* verified = nullptr;
+  std::string trade_html = {};  ///< speed against accuracy, whole sections; may be empty
 };
 
 /// Every planned trial is there and nothing went wrong. What is shown of any other run says so.

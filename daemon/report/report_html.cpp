@@ -28,9 +28,23 @@ Status check(const ReportInput& input) {
   return check(input.dataset);
 }
 
+namespace {
+
 std::string outlook_section(const ReportInput& input) {
   return input.design.html;
 }
+
+std::string trade_section(const ReportInput& input) {
+  return input.trade_html;
+}
+
+/// Of the pictures in parts that were made beforehand.
+std::string more_style(const ReportInput& input) {
+  if (input.design.html.empty() && input.trade_html.empty()) return {};
+  return std::string(marks_style()) + std::string(scatter_style());
+}
+
+}  // namespace
 
 std::string report_html(const ReportInput& input) {
   std::string out =
@@ -38,11 +52,10 @@ std::string report_html(const ReportInput& input) {
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>" +
       escape(input.run.name) + " (" + escape(to_string(input.dataset.info.kind)) +
       ") \u2013 Weft campaign report</title>\n<style>" + std::string(style_sheet()) +
-      (input.design.html.empty() ? "" : std::string(marks_style()) + std::string(scatter_style())) +
-      "</style>\n</head>\n<body>\n<main>\n";
-  for (const auto section :
-       {heading_section, trace_section, accuracy_section, outlook_section, core_section,
-        timing_section, force_section, wall_time_section, provenance_section})
+      more_style(input) + paper_style(input) + "</style>\n</head>\n<body>\n<main>\n";
+  for (const auto section : {heading_section, trace_section, accuracy_section, outlook_section,
+                             core_section, timing_section, trade_section, force_section,
+                             certificate_section, wall_time_section, provenance_section})
     out += section(input);
   return out + "</main>\n</body>\n</html>\n";
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdio>
 #include <set>
 
 #include "daemon/report/format.hpp"
@@ -9,6 +10,27 @@
 
 namespace weft::daemon {
 namespace {
+
+std::string_view bench_of(const ReportInput& input) {
+  const BenchKind kind = input.dataset.info.kind;
+  if (kind == BenchKind::simulated) return "SIMULATED";
+  return kind == BenchKind::real ? "REAL BENCH" : "BENCH UNKNOWN";
+}
+
+/// A text of a style sheet. Letters and figures as they are, other printable characters by their
+/// number: no name can end the text.
+std::string css_text(std::string_view text) {
+  constexpr std::string_view plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-,";
+  std::string out = "\"";
+  for (const char c : text) {
+    char number[8] = "?";
+    if (c >= ' ' && c <= '~')
+      std::snprintf(number, sizeof number, "\\%x ", static_cast<unsigned>(c));
+    out += plain.find(c) != std::string_view::npos ? std::string(1, c) : number;
+  }
+  return out + "\"";
+}
 
 std::string tile(const std::string& value, const std::string& words) {
   return "<div class=\"tile\"><b>" + escape(value) + "</b><span>" + escape(words) +
@@ -25,8 +47,10 @@ std::string tiles(const ReportInput& input) {
   out += tile(thousands(run.trials_complete) + " / " + thousands(run.trials_planned),
               "trials complete");
   out += tile(duration(run.virtual_s), "on the bench's clock");
-  out += tile(duration(run.wall_s), "of wall time for the run");
-  out += tile(fixed(realtime_factor(run), 0) + "\u00D7", "real time");
+  if (run.wall_s > 0) {
+    out += tile(duration(run.wall_s), "of wall time for the run");
+    out += tile(fixed(realtime_factor(run), 0) + "\u00D7", "real time");
+  }
   if (run.force.samples > 0)
     out += tile(
         fixed(run.force.rms_n() * 1e3, 1) + " mN",
@@ -103,14 +127,20 @@ std::string lead(const ReportInput& input) {
 }  // namespace
 
 std::string badge_html(const ReportInput& input) {
-  const BenchKind kind = input.dataset.info.kind;
-  const std::string_view words = kind == BenchKind::simulated ? "SIMULATED"
-                                 : kind == BenchKind::real    ? "REAL BENCH"
-                                                              : "BENCH UNKNOWN";
-  std::string out = "<span class=\"badge\">" + std::string(words) + "</span>";
+  std::string out = "<span class=\"badge\">" + std::string(bench_of(input)) + "</span>";
   if (!is_complete(input.run))
     out += " <span class=\"badge\">" + incomplete_words(input.run) + "</span>";
   return out;
+}
+
+std::string paper_style(const ReportInput& input) {
+  std::string bench(bench_of(input));
+  if (const std::string incomplete = incomplete_words(input.run); !incomplete.empty())
+    bench += ", " + incomplete;
+  return "@page{size:A4;margin:18mm 14mm 16mm;@top-left{content:" + css_text(input.run.name) +
+         ";font:8pt sans-serif}@top-right{content:" + css_text(bench) +
+         ";font:bold 8pt sans-serif}"
+         "@bottom-right{content:counter(page) \" / \" counter(pages);font:8pt sans-serif}}\n";
 }
 
 std::string heading_section(const ReportInput& input) {

@@ -79,7 +79,10 @@ details{margin-top:.7rem}summary{cursor:pointer;color:var(--soft)}
 @media (max-width:680px){main{padding:16px 12px 40px}h1{font-size:1.5rem}.pads{grid-template-columns:repeat(2,1fr)}
 .tiles{grid-template-columns:repeat(2,1fr)}.scroll>svg.plot{min-width:600px}.scroll>svg.narrow{min-width:0}.scroll>svg.heat{min-width:480px}
 figure{padding:10px}dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.45rem}}
-@media print{:root{--page:#fff}body{font-size:11pt}figure,.tile{break-inside:avoid}h2{break-after:avoid}
+@media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#1d2327;--soft:#5a646b;--rule:#dcd9d0;--grid:#e4e2da;
+--blue:#0b66a8;--orange:#c8500a;--on:#fff;--green:#00795c;--pink:#a3487f;--badge:#ffe9b8;--badge-ink:#6b4300}
+body{font-size:10pt;background:none}figure,.tile,tr{break-inside:avoid}h2,thead{break-after:avoid}
+.tiles{grid-template-columns:repeat(4,1fr)}.pair{grid-template-columns:1fr 1fr}table{font-size:8.5pt}details>*{display:block}
 main{max-width:none;padding:0}.scroll{overflow:visible}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 )css";
 

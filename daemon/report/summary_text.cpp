@@ -35,6 +35,18 @@ std::string bench_words(BenchKind kind) {
   return kind == BenchKind::real ? "real bench" : "unknown bench";
 }
 
+/// Of a report made afterwards the bench's clock alone: nobody counted the rest.
+std::string time_lines(const CampaignSummary& run) {
+  const std::string bench = duration(run.virtual_s) + " on the bench";
+  if (!(run.wall_s > 0)) return line("time", bench);
+  return line("time", bench + ", " + duration(run.wall_s) + " wall, " +
+                          fixed(run.virtual_s / run.wall_s, 0) + " x real time") +
+         line("of which", "plant " + duration(run.time.plant_and_emulators_s) + ", control " +
+                              duration(run.time.drivers_and_control_s) + ", recorder " +
+                              duration(run.time.recorder_s) + "; export " +
+                              duration(run.time.export_s));
+}
+
 std::string run_lines(const ReportInput& input) {
   const CampaignSummary& run = input.run;
   std::string out = line(
@@ -43,13 +55,7 @@ std::string run_lines(const ReportInput& input) {
   if (run.takes_rejected > 0)
     out += line("bad takes", thousands(run.takes_rejected) + ", kept, marked and taken again");
   if (run.error) out += line("error", printable(to_string(*run.error)));
-  std::string time = duration(run.virtual_s) + " on the bench, " + duration(run.wall_s) + " wall";
-  if (run.wall_s > 0) time += ", " + fixed(run.virtual_s / run.wall_s, 0) + " x real time";
-  out += line("time", time);
-  out += line("of which", "plant " + duration(run.time.plant_and_emulators_s) + ", control " +
-                              duration(run.time.drivers_and_control_s) + ", recorder " +
-                              duration(run.time.recorder_s) + "; export " +
-                              duration(run.time.export_s));
+  out += time_lines(run);
   if (run.force.samples > 0)
     out += line("force while held", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
                                         fixed(run.force.worst_n * 1e3, 0) + " mN, " +

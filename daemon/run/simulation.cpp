@@ -49,11 +49,32 @@ json error_json(const SimulationError& error) {
           {"force_rms_n", e.force_rms_n},
           {"friction_max_n", e.friction_max_n},
           {"friction_rms_n", e.friction_rms_n},
+          {"pads", e.pads},
           {"taxels_max_counts", e.counts_max},
           {"taxels_rms_counts", e.counts_rms},
           {"force_max_n_with_transients", e.anywhere_max_n},
           {"same_motion_force_max_n", e.unled_max_n},
           {"same_motion_force_rms_n", e.unled_rms_n}};
+}
+
+SimulationError error_from(const json& each) {
+  SimulationError out;
+  out.worst.setting = each.at("setting").get<std::string>();
+  out.worst.reference = each.at("reference").get<std::string>();
+  out.trials = each.at("trials").get<std::size_t>();
+  out.worst.samples = each.at("samples").get<std::size_t>();
+  out.worst_fabric = each.at("worst_fabric").get<std::string>();
+  out.worst.force_max_n = each.at("force_max_n").get<double>();
+  out.worst.force_rms_n = each.at("force_rms_n").get<double>();
+  out.worst.friction_max_n = each.at("friction_max_n").get<double>();
+  out.worst.friction_rms_n = each.at("friction_rms_n").get<double>();
+  out.worst.pads = each.value("pads", true);
+  out.worst.counts_max = each.at("taxels_max_counts").get<double>();
+  out.worst.counts_rms = each.at("taxels_rms_counts").get<double>();
+  out.worst.anywhere_max_n = each.at("force_max_n_with_transients").get<double>();
+  out.worst.unled_max_n = each.at("same_motion_force_max_n").get<double>();
+  out.worst.unled_rms_n = each.at("same_motion_force_rms_n").get<double>();
+  return out;
 }
 
 /// Whether the plant is this process's: that of an emulated bench is weft-rig's.
@@ -92,6 +113,20 @@ std::string to_json(const SimulationNote& note) {
   json errors = json::array();
   for (const SimulationError& error : note.errors) errors.push_back(error_json(error));
   return json{{"setting", note.setting}, {"because", note.because}, {"errors", errors}}.dump();
+}
+
+Result<SimulationNote> simulation_note_from(std::string_view json_text) {
+  try {
+    const json root = json::parse(json_text);
+    SimulationNote note;
+    note.setting = root.at("setting").get<std::string>();
+    note.level = note.setting.substr(0, note.setting.find(' '));
+    note.because = root.at("because").get<std::string>();
+    for (const json& each : root.at("errors")) note.errors.push_back(error_from(each));
+    return note;
+  } catch (const json::exception& e) {
+    return fail(Errc::parse, "not what a run says of its simulation", "journal", {}, e.what());
+  }
 }
 
 }  // namespace weft::daemon

@@ -50,5 +50,7 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
 
 /// For the campaign's journal.
 std::string to_json(const SimulationNote& note);
+/// Back from there. Errors: parse.
+Result<SimulationNote> simulation_note_from(std::string_view json_text);
 
 }  // namespace weft::daemon

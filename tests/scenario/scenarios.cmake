@@ -91,7 +91,9 @@ set_tests_properties(scenario_train_mpi PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 3
 # Accuracy against time: fronts worked out again from the JSON.
 add_test(NAME scenario_cli_trade
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_trade.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_cli_trade PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+add_test(NAME scenario_cli_report
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_report.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_cli_trade scenario_cli_report PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # A sweep by one command: plan, heat maps in the report, analysis; a learning curve.
 add_test(NAME scenario_cli_design

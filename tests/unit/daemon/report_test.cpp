@@ -293,3 +293,33 @@ TEST_CASE("every figure of an incomplete campaign says how many trials it is mad
   CHECK(report.at("results").at("M1").at("trials") == 18);
   CHECK(report_html(campaign().input()).find("INCOMPLETE") == std::string::npos);
 }
+
+TEST_CASE("A report made afterwards says whether the files are what was recorded") {
+  VerifyReport verified;
+  verified.certified = verified.finished = true;
+  verified.planned = verified.complete = 18;
+  verified.attempts = 19;
+  CampaignSummary run = campaign().run;
+  run.wall_s = 0;
+  ReportInput input{run, campaign().set, campaign().results, "", ""};
+  CHECK(report_html(input).find("Whether it is what was recorded") == std::string::npos);
+  input.verified = &verified;
+  std::string page = report_html(input);
+  CHECK(page.find("every byte is as certified") != std::string::npos);
+  CHECK(page.find("18 of 18 complete, in 19 attempts") != std::string::npos);
+  CHECK(page.find("of wall time") == std::string::npos);
+  CHECK(page.find("all fabrics") != std::string::npos);
+  verified.findings.push_back({"campaign.sqlite, trial <4>", "its digest is another", ""});
+  page = report_html(input);
+  CHECK(page.find("not as recorded: 1 finding") != std::string::npos);
+  CHECK(page.find("trial &lt;4&gt;") != std::string::npos);
+}
+
+TEST_CASE("On paper every page has the campaign's name and its bench") {
+  CampaignSummary run = campaign().run;
+  run.name = "a\"b\\\n<c";
+  const ReportInput input{run, campaign().set, campaign().results, "", ""};
+  const std::string page = report_html(input);
+  CHECK(page.find("@top-right{content:\"SIMULATED\"") != std::string::npos);
+  CHECK(page.find(R"(@top-left{content:"a\22 b\5c ?\3c c";)") != std::string::npos);
+}

@@ -174,3 +174,31 @@ TEST_CASE("the words for a terminal fit it, and nothing is said of a real bench"
   CHECK(sentence(note).find("max 12.3 mN, rms 1 mN") != std::string::npos);
   CHECK(error_lines(note)[0].find("(1 trial played again, worst on silk)") != std::string::npos);
 }
+
+TEST_CASE("What a run says of its simulation is read back whole") {
+  SimulationNote note{"L2 midpoint 0.384 ms", "L2", "the scene needs stick-slip", {}};
+  SimulationError error;
+  error.worst = {"L2 midpoint 0.384 ms",
+                 "L2 midpoint 0.096 ms",
+                 1200,
+                 1e-3,
+                 2e-4,
+                 3e-3,
+                 4e-4,
+                 false,
+                 5,
+                 0.6,
+                 7e-3,
+                 8e-3,
+                 9e-4};
+  error.worst_fabric = "pile";
+  error.trials = 4;
+  note.errors.push_back(error);
+  const auto back = simulation_note_from(to_json(note));
+  REQUIRE(back);
+  CHECK(to_json(*back) == to_json(note));
+  CHECK(back->level == "L2");
+  CHECK_FALSE(back->errors.front().worst.pads);
+  CHECK_FALSE(simulation_note_from("{}"));
+  CHECK_FALSE(simulation_note_from("no"));
+}

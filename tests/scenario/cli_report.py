@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""`weft report`: the page of a campaign that is over, from its folder alone. All simulated.
+
+    cli_report.py WEFT SOURCE_ROOT
+"""
+import json
+import pathlib
+import sys
+import tempfile
+import xml.etree.ElementTree
+
+from cli_support import Checks
+
+SECTIONS = ["Which fabric was it?", "What tells two fabrics apart", "How long it takes", "Speed against accuracy", "How well the force was held",
+            "What the plant\u2019s fidelity costs", "Whether it is what was recorded", "Where this came from"]
+
+
+def campaign(t, d, root):
+    recipe = json.loads((root / "recipes/library/m1.json").read_text())
+    recipe.update(name="small", fabrics=["denim", "velvet", "pile"], repetitions=5)
+    del recipe["$schema"]
+    (d / "small.json").write_text(json.dumps(recipe))
+    ran = t.run("run", "small.json", "--rig", root / "sim/rigs/bench17.json", "--out", "small", "--json", cwd=d)
+    t.expect(ran.returncode == 0, f"run: {ran.stderr}")
+    return json.loads(ran.stdout)
+
+
+def made_afterwards(t, d, root, ran):
+    told = t.succeeds("report", "small", "-o", "page.html", "--repeats", "10", "--trade-splits", "2", "--vary", "features,slide", "--fidelity",
+                      root / "sim/fidelity.json", cwd=d)
+    t.expect(told["bench"] == "simulated" and told["verified"]["holds"] and told["verified"]["certified"], f"told: {told}")
+    page = (d / "page.html").read_text()
+    for section in SECTIONS:
+        t.expect(section in page, f"no section: {section}")
+    xml.etree.ElementTree.fromstring(page.removeprefix("<!DOCTYPE html>\n"))
+    t.expect("Where the wall time went" not in page and "of wall time" not in page, "what only the run could count is not made up")
+    t.expect('@top-right{content:"SIMULATED"' in page and page.count("SIMULATED") > len(SECTIONS), "the bench is named on paper and in every caption")
+    t.expect("<script" not in page and "http://" not in page.replace("http://www.w3.org", ""), "one file, nothing from outside")
+    then, now = json.loads((d / "small/report.json").read_text()), json.loads((d / "page.json").read_text())
+    for same in "results", "dataset_sha256", "trials_complete", "simulation", "seed", "recipe_sha256":
+        was, found = strip_times(then[same]), strip_times(now[same])
+        t.expect(was == found, f"{same} is what the run's own report has")
+    t.expect(abs(now["force_rms_error_n"] - ran["force_rms_error_n"]) < 0.02 * ran["force_rms_error_n"], "the force, computed again")
+
+
+def strip_times(value):
+    """Without what a clock said."""
+    if isinstance(value, dict):
+        return {k: strip_times(v) for k, v in value.items() if not k.endswith("_s")}
+    return [strip_times(v) for v in value] if isinstance(value, list) else value
+
+
+def refused(t, d):
+    t.refuses("report", "small", "-o", "page.pdf", cwd=d, says=["page.pdf", ".html"])
+    t.refuses("report", "small", "-o", "nowhere/page.html", cwd=d, says=["nowhere"])
+    (d / "empty").mkdir()
+    t.refuses("report", "empty", "-o", "page.html", cwd=d, says=["campaign.sqlite", "nothing to report of"])
+
+
+def damaged(t, d):
+    file = d / "small/campaign.sqlite"
+    raw = bytearray(file.read_bytes())
+    raw[len(raw) // 2] ^= 1
+    file.write_bytes(raw)
+    ran = t.run("report", "small", "-o", "damaged.html", "--no-trade", cwd=d)
+    t.expect(ran.returncode == 1, f"one bit: {ran.returncode} {ran.stderr}")
+    if (d / "damaged.html").exists():
+        t.expect("not as recorded" in (d / "damaged.html").read_text(), "the page says so")
+
+
+def main():
+    root = pathlib.Path(sys.argv[2]).resolve()
+    t = Checks(sys.argv[1])
+    with tempfile.TemporaryDirectory() as name:
+        d = pathlib.Path(name)
+        ran = campaign(t, d, root)
+        made_afterwards(t, d, root, ran)
+        refused(t, d)
+        damaged(t, d)
+    return t.finish()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
