@@ -101,8 +101,8 @@ void add_commands(CLI::App& root, Commands& all) {
   add(*dataset, all, "info", "what a data set holds", all.info, run_info);
   add(root, all, "verify", "whether a campaign or data set is what was recorded", all.verify,
       run_verify);
-  add(root, all, "report", "the report of a campaign that is over, to read or to print",
-      all.report, run_report);
+  add(root, all, "report", "the report of a campaign that is over, to read or to print", all.report,
+      run_report);
   add(root, all, "features", "the features of a data set as a table", all.features, run_features);
   add(root, all, "train", "train a model", all.train, run_train);
   add(root, all, "evaluate", "train and test on splits of a data set", all.evaluate, run_evaluate);

@@ -12,7 +12,7 @@ namespace weft::daemon::cli {
 struct ReportArgs {
   std::filesystem::path folder;  ///< campaign.sqlite and dataset.h5, of weft run or weftd
   std::filesystem::path out;     ///< page; its JSON document goes beside it
-  std::size_t repeats = 10;      ///< random splits
+  std::size_t repeats = 30;      ///< random splits, as of weft run
   std::vector<std::string> vary{"features", "learner", "slide"};  ///< of the classifier's trade
   bool no_trade = false;
   std::size_t trade_splits = 5;

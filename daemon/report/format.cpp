@@ -150,8 +150,8 @@ std::string p_value_html(double natural_log) {
   if (!std::isfinite(natural_log)) return std::string(no_value);
   if (natural_log >= std::log(1e-3)) return fixed(std::exp(natural_log), 4);
   const Decimal d = decimal_from_log(natural_log);
-  return fixed(d.mantissa, 1) + "&#8239;&#215;&#8239;10<sup>&#8722;" +
-         std::to_string(-d.exponent) + "</sup>";
+  return fixed(d.mantissa, 1) + "&#8239;&#215;&#8239;10<sup>&#8722;" + std::to_string(-d.exponent) +
+         "</sup>";
 }
 
 std::string general(double value) {

@@ -39,11 +39,11 @@ std::string duration(double seconds);
 /// Shortest text that an SVG attribute needs: two decimals, no trailing zeros. 0 when not finite.
 std::string coordinate(double value);
 /// For HTML, from the natural logarithm because p-values underflow a double:
-/// "1.2 &times; 10<sup>&minus;9</sup>"; from 1e-3 on a plain number.
+/// "1.2 &#215; 10<sup>&#8722;9</sup>"; from 1e-3 on a plain number.
 std::string p_value_html(double natural_log);
 /// Up to four digits: "0.05", "1e-05", "2048".
 std::string general(double value);
-/// A power of two as "2<sup>&minus;11</sup>", others as general().
+/// A power of two as "2<sup>&#8722;11</sup>", others as general().
 std::string power_of_two_html(double value);
 /// For a terminal of 80 columns: broken at blanks, every line starts with `indent` and ends with a
 /// newline.
