@@ -7,6 +7,10 @@
 
 #include "daemon/cli/console.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace weft::daemon::cli {
 
 struct ReportArgs {

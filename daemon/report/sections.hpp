@@ -16,7 +16,6 @@ std::string paper_style(const ReportInput& input);
 std::string heading_section(const ReportInput& input);  ///< title, honesty note, tiles
 std::string trace_section(const ReportInput& input);
 std::string accuracy_section(const ReportInput& input);
-std::string outlook_section(const ReportInput& input);
 std::string core_section(const ReportInput& input);
 std::string timing_section(const ReportInput& input);
 std::string force_section(const ReportInput& input);
