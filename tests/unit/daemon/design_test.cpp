@@ -18,7 +18,7 @@ using namespace weft::daemon;
 
 namespace {
 
-constexpr double rate_hz = 37;
+constexpr double frames_hz = 37;
 constexpr std::size_t taxels = 2;
 
 std::string bench17() {
@@ -28,7 +28,7 @@ std::string bench17() {
   return text.str();
 }
 
-const char* const recipe = R"({
+const char* const swept_recipe = R"({
   "schema_version": 1, "name": "swept", "fabrics": ["denim", "silk", "wool"],
   "sweep": {"factors": [{"name": "force_N", "values": [3, 5]}, {"name": "speed_mm_s", "values": [1, 4]}],
             "replicates": 4},
@@ -47,13 +47,13 @@ void add_trial(Dataset& set, std::size_t fabric, std::size_t repetition, double 
   trial.group = std::to_string(repetition);
   trial.file = "t" + std::to_string(set.trials.size());
   trial.taxels = taxels;
-  const auto motion = static_cast<std::size_t>(0.02 / speed_mps * rate_hz);
+  const auto motion = static_cast<std::size_t>(0.02 / speed_mps * frames_hz);
   const auto add = [&](Phase phase, std::size_t samples) {
     for (std::size_t i = 0; i < samples; ++i) {
       const double wave =
           phase == Phase::motion
               ? 20 * force_n *
-                    std::sin(2 * M_PI * speed_mps / 1e-3 * static_cast<double>(i) / rate_hz)
+                    std::sin(2 * M_PI * speed_mps / 1e-3 * static_cast<double>(i) / frames_hz)
               : 0;
       for (std::size_t t = 0; t < taxels; ++t)
         trial.counts.push_back(std::round(5000 + gap * static_cast<double>(fabric) + wave +
@@ -78,7 +78,7 @@ void add_trial(Dataset& set, std::size_t fabric, std::size_t repetition, double 
     record.spec.exploration = "rub";
   }
   for (std::size_t i = 0; i < trial.samples(); ++i)
-    record.t_ns.push_back(static_cast<std::int64_t>(static_cast<double>(i) / rate_hz * 1e9));
+    record.t_ns.push_back(static_cast<std::int64_t>(static_cast<double>(i) / frames_hz * 1e9));
   set.trials.push_back(std::move(trial));
   set.records.push_back(std::move(record));
 }
@@ -87,9 +87,9 @@ DatasetInfo info_of(BenchKind kind) {
   DatasetInfo info;
   info.kind = kind;
   info.name = "swept";
-  info.recipe_json = recipe;
+  info.recipe_json = swept_recipe;
   info.rig_json = bench17();
-  info.taxel_rate_hz = rate_hz;
+  info.taxel_rate_hz = frames_hz;
   return info;
 }
 
