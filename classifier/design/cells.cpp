@@ -127,7 +127,10 @@ CellChoice choose_cell(const std::vector<WeighedCell>& cells, std::size_t resamp
     ++out.overlapping;
     out.quicker_overlapping += cells[i].seconds < cells[out.chosen].seconds ? 1 : 0;
   }
-  out.supported = out.share >= stable_share && out.quicker_overlapping == 0;
+  const auto fabrics = static_cast<double>(cells[out.chosen].answers.right.size());
+  const bool separates = out.cells[out.chosen].ci95.low > 1 / fabrics;
+  out.supported =
+      cells.size() > 1 && separates && out.share >= stable_share && out.quicker_overlapping == 0;
   return out;
 }
 

@@ -47,8 +47,9 @@ struct CellChoice {
   double share = 0;             ///< of the resamples in which the same cell is chosen
   std::size_t overlapping = 0;  ///< other cells whose interval overlaps that of the chosen one
   std::size_t quicker_overlapping = 0;  ///< of those, the cells that take less time
-  /// The choice came out in at least `stable_share` of the resamples, and no quicker cell's
-  /// interval overlaps: nothing quicker may be as good.
+  /// There was a choice, the chosen cell tells fabrics apart better than chance, the choice came
+  /// out in at least `stable_share` of the resamples, and no quicker cell's interval overlaps:
+  /// nothing quicker may be as good.
   bool supported = false;
   std::size_t resamples = 0;
 };

@@ -20,12 +20,29 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the journal tells: how it was simulated, and how long it took on the bench's clock.
+bool out_of_plan(const CampaignSummary& summary) {
+  return summary.trials_complete < summary.trials_planned &&
+         summary.outcome != recipes::Outcome::interrupted;
+}
+
+/// Somebody ended it before its plan was done: the last order that does so counts.
+void note_order(const JournalEntry& entry, recipes::Outcome& outcome) {
+  if (entry.kind == "stop_requested") outcome = recipes::Outcome::aborted;
+  if (entry.kind != "order") return;
+  const auto payload = nlohmann::json::parse(entry.payload_json, nullptr, false);
+  const std::string order = payload.is_object() ? payload.value("order", "") : "";
+  if (order == "stop") outcome = recipes::Outcome::stopped;
+  if (order == "abort" || order == "halt") outcome = recipes::Outcome::aborted;
+}
+
+/// What the journal tells: who ended it, how it was simulated, and how long it took on the bench's
+/// clock.
 Status add_journal(const fs::path& campaign, CampaignSummary& summary) {
   const auto journal = load_journal(campaign);
   if (!journal) return pass(journal.error());
   for (const JournalEntry& entry : *journal) {
     summary.virtual_s = std::max(summary.virtual_s, to_seconds(entry.time));
+    if (out_of_plan(summary)) note_order(entry, summary.outcome);
     if (entry.kind != "simulation") continue;
     auto note = simulation_note_from(entry.payload_json);
     if (!note) return pass(note.error(), campaign.string());
@@ -59,9 +76,9 @@ Result<CampaignSummary> summary_of(const fs::path& folder, const VerifyReport& v
   out.trials_complete = past->complete();
   out.trials_ended_early = past->ended_early();
   out.takes_rejected = past->rejected();
+  out.dataset_sha256 = verified.dataset_sha256;
   if (out.trials_complete < out.trials_planned)
     out.outcome = verified.finished ? recipes::Outcome::failed : recipes::Outcome::interrupted;
-  out.dataset_sha256 = verified.dataset_sha256;
   if (Status ok = add_journal(out.campaign_file, out); !ok) return pass(ok.error());
   out.level = out.simulation.level;
   add_force(dataset, out.force);

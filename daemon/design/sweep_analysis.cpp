@@ -198,7 +198,11 @@ Result<std::vector<SweepAnalysis>> analyse_sweep(std::span<const Dataset> datase
   std::vector<std::string> digests;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     if (Status ok = add(datasets[i], i, cells); !ok) return pass(ok.error());
-    digests.push_back(dataset_sha256(datasets[i]));
+    std::string digest = dataset_sha256(datasets[i]);
+    if (std::ranges::find(digests, digest) != digests.end())
+      return fail(Errc::invalid_argument, "the same data set twice", datasets[i].info.name,
+                  "each once", digest, "Its trials would be told by their own copies");
+    digests.push_back(std::move(digest));
   }
   std::vector<SweepAnalysis> out;
   for (const auto& [exploration, of_it] : cells) {

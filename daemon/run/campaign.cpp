@@ -80,6 +80,7 @@ class Run {
     pace_.emplace(*plan_, past.from.first_trial, session_->real_time(), steady_wall_now());
     complete_ = past.complete;
     rejected_ = past.rejected;
+    if (hooks_->onlooker != nullptr) hooks_->onlooker->begin();
     ended_early_ = past.ended_early;
     TrialRecording recording(recorder, *plan_);
     log_.journal_to(&recording);
@@ -105,9 +106,7 @@ class Run {
       if (signalled(*hooks_) && !std::exchange(stopping_, true)) abort(supervisor, recording);
       pass_over(supervisor, past.played_again);
       tell_step(supervisor);
-      if (hooks_->onlooker != nullptr)
-        hooks_->onlooker->show(session_->bench().snapshot(), session_->loop().now());
-      keep_pace();
+      if (supervisor.state().trial >= past.played_again) go_on_in_sight();
       obey(supervisor, recording);
       return supervisor.result().has_value();
     });
@@ -131,6 +130,13 @@ class Run {
       pace_->passed_over(supervisor.asked()->ask);
       supervisor.request(recipes::OperatorConfirmed{supervisor.asked()->ticket});
     }
+  }
+
+  // What is only played again is no news, and nobody waits for it.
+  void go_on_in_sight() {
+    if (hooks_->onlooker != nullptr)
+      hooks_->onlooker->show(session_->bench().snapshot(), session_->loop().now());
+    keep_pace();
   }
 
   // An order ends the wait: it is obeyed at the time that the bench has come to.

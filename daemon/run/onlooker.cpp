@@ -9,7 +9,24 @@ void Onlooker::look(bool on) {
   if (on_.exchange(on, std::memory_order_relaxed) == on) return;
   const std::lock_guard lock(mutex_);
   frame_.reset();
+  look_.fetch_add(1, std::memory_order_relaxed);
   wanted_.store(on, std::memory_order_relaxed);
+}
+
+void Onlooker::begin() {
+  const std::lock_guard lock(mutex_);
+  frame_.reset();
+  next_ = {};
+  pressed_ = false;
+  wanted_.store(on_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+}
+
+void Onlooker::forget_old_look() {
+  const unsigned look = look_.load(std::memory_order_relaxed);
+  if (look == heard_look_) return;
+  heard_look_ = look;
+  next_ = {};
+  pressed_ = false;
 }
 
 std::optional<LiveFrame> Onlooker::take() {
@@ -21,6 +38,7 @@ std::optional<LiveFrame> Onlooker::take() {
 
 void Onlooker::hear(const Sample& sample) {
   if (!on_.load(std::memory_order_relaxed)) return;
+  forget_old_look();
   if (const auto* const taxels = std::get_if<TaxelSample>(&sample.value)) {
     next_.taxels.assign(taxels->counts.begin(), taxels->counts.end());
   } else if (const auto* const wrench = std::get_if<WrenchSample>(&sample.value)) {
@@ -36,6 +54,7 @@ void Onlooker::hear(const Sample& sample) {
 void Onlooker::hand_over(const Snapshot& seen, TimePoint now) {
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock || !wanted_.load(std::memory_order_relaxed)) return;
+  forget_old_look();
   next_.bench_s = to_seconds(now);
   const bool all_known = std::all_of(seen.stage_at.begin(), seen.stage_at.end(),
                                      [](const auto& at) { return at.has_value(); });

@@ -31,7 +31,9 @@ class Onlooker {
   /// The frame that came since the last, where one did; asks for the next.
   std::optional<LiveFrame> take();
 
-  /// On the bench's thread: every sample of wrench and taxels.
+  /// On the bench's thread, before anything else of a run: what was heard of another is forgotten.
+  void begin();
+  /// Likewise: every sample of wrench and taxels.
   void hear(const Sample& sample);
   /// Likewise: hands a frame over where one is wanted.
   void show(const Snapshot& seen, TimePoint now) {
@@ -40,13 +42,16 @@ class Onlooker {
 
  private:
   void hand_over(const Snapshot& seen, TimePoint now);
+  void forget_old_look();
 
   std::atomic<bool> on_ = false;
+  std::atomic<unsigned> look_ = 0;  ///< how often somebody began to look
   std::atomic<bool> wanted_ = false;
   std::mutex mutex_;
   std::optional<LiveFrame> frame_;  // under the mutex
   LiveFrame next_;                  // the bench's thread's own
   bool pressed_ = false;            // likewise: next_ has extremes
+  unsigned heard_look_ = 0;         // likewise: the look that next_ is of
 };
 
 }  // namespace weft::daemon

@@ -44,22 +44,27 @@ class SmallDaemon {
       work()();
       return true;
     };
-    services_ = {.hub = &hub_,
-                 .leases = &leases_,
-                 .desk = &desk_,
-                 .hand_overs = &hand_overs_,
-                 .log = &store_,
-                 .rig = "no-rig.json",
-                 .rig_name = "no-rig",
-                 .recipes = "/no/such/folder",
-                 .data = "/no/such/folder",
-                 .epoch = "e1",
-                 .now = [] { return Clock(); },
-                 .utc_us = [] { return std::int64_t{0}; },
-                 .errand = at_once,
-                 .change_errand = at_once,
-                 .file_errand = at_once,
-                 .files = &files_};
+    services_ = {
+        .hub = &hub_,
+        .leases = &leases_,
+        .desk = &desk_,
+        .hand_overs = &hand_overs_,
+        .log = &store_,
+        .rig = "no-rig.json",
+        .rig_name = "no-rig",
+        .recipes = "/no/such/folder",
+        .data = "/no/such/folder",
+        .epoch = "e1",
+        .now = [] { return Clock(); },
+        .utc_us = [] { return std::int64_t{0}; },
+        .errand = at_once,
+        .change_errand = at_once,
+        .file_errand = at_once,
+        .files = &files_,
+        .pace = &pace_,
+        .add_token = [](const std::string&, access::Role, std::int64_t) -> Result<std::string> {
+          return std::string("wft_0");
+        }};
     api::add_methods(methods_, services_);
     shared_ = {&methods_, &hub_, &answered_, "e1", {}, {}, {}, [] { return Clock(); }};
     shared_.token_owner = [](std::string_view) -> Result<server::TokenOwner> {
@@ -124,6 +129,7 @@ class SmallDaemon {
   control::RunDesk desk_;
   control::HandOverDesk hand_overs_;
   api::DataFiles files_{[] { return std::chrono::nanoseconds(); }};
+  BenchPace pace_ = 0;
   api::Services services_;
   rpc::Methods methods_;
   server::Shared shared_;

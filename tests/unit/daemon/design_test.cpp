@@ -166,8 +166,8 @@ TEST_CASE("Where nothing differs the analysis says that the data do not support 
   REQUIRE(found);
   const SweepAnalysis& a = found->front();
   INFO(recommendation(a));
-  if (!a.choice.supported)
-    CHECK_THAT(recommendation(a), Catch::StartsWith("The data do not support a choice"));
+  REQUIRE_FALSE(a.choice.supported);
+  CHECK_THAT(recommendation(a), Catch::StartsWith("The data do not support a choice"));
   CHECK_THAT(recommendation(a), Catch::Contains("interval that overlaps"));
   CHECK_THAT(design_section(a), !Catch::Contains("SIMULATED"));
 }
@@ -188,6 +188,8 @@ TEST_CASE("Simulated and real sweeps are never mixed, and what is no sweep is re
   CHECK_THAT(to_string(analyse_sweep(std::span(&plain, 1), {}).error()),
              Catch::Contains("no sweep"));
   CHECK_FALSE(analyse_sweep({}, {}));
+  const std::vector<Dataset> twice{swept(BenchKind::simulated, 1), swept(BenchKind::simulated, 1)};
+  CHECK_THAT(to_string(analyse_sweep(twice, {}).error()), Catch::Contains("same data set twice"));
 }
 
 TEST_CASE("The page of a sweep has a map of each figure, each labelled SIMULATED") {

@@ -81,13 +81,34 @@ TEST_CASE("who looks away is shown nothing old on coming back") {
   onlooker.look(true);
   onlooker.hear(pressed(1));
   onlooker.show({}, at(1s));
+  onlooker.hear(pressed(9));
   onlooker.look(false);
   onlooker.look(true);
   CHECK_FALSE(onlooker.take());
   onlooker.show({}, at(9s));
-  const auto shown = onlooker.take();
+  auto shown = onlooker.take();
   REQUIRE(shown);
   CHECK(shown->bench_s == 9);
+  CHECK_FALSE(shown->wrench);
+  onlooker.hear(pressed(2));
+  onlooker.show({}, at(10s));
+  shown = onlooker.take();
+  REQUIRE(shown);
+  CHECK(shown->most_fz_n == 2);
+}
+
+TEST_CASE("a run's first frame has nothing of the run before it") {
+  Onlooker onlooker;
+  onlooker.look(true);
+  onlooker.hear(pressed(9));
+  onlooker.show({}, at(1s));
+  onlooker.hear(pressed(8));
+  onlooker.begin();
+  CHECK_FALSE(onlooker.take());
+  onlooker.show({}, at(2s));
+  const auto shown = onlooker.take();
+  REQUIRE(shown);
+  CHECK_FALSE(shown->wrench);
 }
 
 TEST_CASE("a bench is ahead of its pace by what has passed too fast") {

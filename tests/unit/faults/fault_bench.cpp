@@ -61,7 +61,9 @@ FaultBench::FaultBench(const std::string& device) {
   const json entry = device_of(rig, device);
   rig["devices"] = json::array({entry});
   rig["simulation"].erase("traits");  // no physics is needed that a level above L0 gives
-  auto made = sim::Rig::create(rig.dump(), text_of("/sim/fabrics.json"), 5);
+  // An array presses on what has a face.
+  const char* const table = device == "imprint" ? "/sim/objects.json" : "/sim/fabrics.json";
+  auto made = sim::Rig::create(rig.dump(), text_of(table), 5);
   if (!made) FAIL(to_string(made.error()));
   rig_ = std::move(*made);
   name_ = entry["name"];

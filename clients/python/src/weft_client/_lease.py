@@ -45,7 +45,8 @@ class Lease:
         if self._over.is_set():
             return
         self._over.set()
-        self._renewing.join()
+        if threading.current_thread() is not self._renewing:  # as it is in `on_lost`
+            self._renewing.join()
         with contextlib.suppress(WeftError, TimeoutError):
             self._api.lease.release(lease=self.name)
 

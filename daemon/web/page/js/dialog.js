@@ -37,6 +37,8 @@ export function ask({ title, text, act, field, danger = false }) {
       [text].flat().map((line) => (typeof line === 'string' ? el('p', {}, line) : line)),
       field ? el('p', { class: 'field' }, el('label', { for: 'asked' }, field.label), input) : null,
       el('p', { class: 'row end' },
+        // what lies under a question cannot be clicked
+        button('HALT', () => { box.close(); byId('halt').click(); }, { class: 'danger halt-here' }),
         button('Go back', () => box.close()),
         el('button', { type: 'submit', class: danger ? 'danger' : 'main' }, act)));
     const box = el('dialog', { 'aria-labelledby': 'asked-title' }, form);

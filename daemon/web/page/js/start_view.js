@@ -19,6 +19,7 @@ function phase_text(phase) {
 }
 
 export class StartView {
+  #under_way = false;
   #check = null; // {recipe, seed, report, plan}
   #turn = 0;
   #recipe = '';
@@ -101,6 +102,8 @@ export class StartView {
   }
 
   async #start(method, more = {}) {
+    if (this.#under_way) return;  // a second click is no second campaign
+    this.#under_way = true;
     const { recipe, seed } = this.#check;
     const name = byId('run-name').value.trim();
     await attempt(async () => {
@@ -109,5 +112,6 @@ export class StartView {
       note(`${run.run} is in line.`);
       location.hash = '#live';
     });
+    this.#under_way = false;
   }
 }

@@ -52,8 +52,8 @@ export class Stream {
     this.state = 'connecting';
     setInterval(() => this.#watch(), watch_ms);
     for (const name of ['online', 'pageshow']) addEventListener(name, () => this.#again(0));
-    document.addEventListener('visibilitychange', () => this.#watch());
-    this.#connect();
+    document.addEventListener('visibilitychange', () => (document.hidden ? this.#rest() : this.#again(0)));
+    if (!document.hidden) this.#connect();
   }
 
   /** When something was heard last [ms since 1970]. */
@@ -79,8 +79,18 @@ export class Stream {
     this.#again(0);
   }
 
+  /**
+   * A page that nobody sees gives its connection back: a browser has six for one host, and a halt must always find one.
+   */
+  #rest() {
+    ++this.#turn;
+    clearTimeout(this.#timer);
+    this.#abort?.abort();
+    this.#be('stale');
+  }
+
   #again(wait_ms) {
-    if (this.#over) return;
+    if (this.#over || document.hidden) return;
     if (wait_ms === 0 && this.state === 'live') return;
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#connect(), wait_ms);
