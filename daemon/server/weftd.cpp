@@ -254,8 +254,7 @@ Status Daemon::begin(const DaemonOptions& options) {
 void Daemon::changed(const control::RunView& run) {
   nlohmann::json told = api::run_json(run);
   // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
-  for (const char* const gone : {"outcome", "cleanup", "rig", "error", "recovered", "handover",
-                                 "dataset_sha256", "last_rejection", "at"})
+  for (const char* const gone : {"outcome", "cleanup", "rig", "error", "dataset_sha256"})
     if (!told.contains(gone)) told[gone] = nullptr;
   hub_.publish("run:" + run.stored.id(), told, utc_us());
   if (hand_overs_) hand_overs_->consider(run.stored, run.wants_hand_over);
