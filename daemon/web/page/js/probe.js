@@ -11,11 +11,10 @@ const below_mm = 2;
 
 /** Of rig.describe, in millimetres. */
 function bench_of(description) {
-  const { plate, footprint, clearance_m, travel } = description;
+  const { plate, footprint, clearance_m } = description;
   const mm = ({ x_m, y_m }) => ({ x: 1000 * x_m, y: 1000 * y_m });
-  const top = 1000 * (plate.surface_z_m - travel.z_m[0]);
   return { origin: mm(plate.origin), size: mm(plate.size), surface: 1000 * plate.surface_z_m, foot: mm(footprint),
-    clearance: 1000 * clearance_m, top };
+    clearance: 1000 * clearance_m };
 }
 
 export class ProbeView {

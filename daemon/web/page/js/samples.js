@@ -8,18 +8,15 @@ const real_span_s = 30; // of our time, however fast the bench's own goes
 /** Rows of numbers [bench_s, ...], the oldest first; anew with each run and where the clock goes back. */
 class Rows {
   rows = [];
-  dirty = false;
 
   add(row) {
     if (this.rows.length > 0 && row[0] <= this.rows.at(-1)[0]) this.rows.length = 0;
     this.rows.push(row);
     if (this.rows.length > most_rows) this.rows.splice(0, this.rows.length - most_rows);
-    this.dirty = true;
   }
 
   clear() {
     this.rows.length = 0;
-    this.dirty = true;
   }
 }
 
@@ -34,7 +31,6 @@ export class Samples {
   counts = [];
   counts_dirty = false;
   run = '';
-  peak_n = null; // the extreme of fz since the last event: a blow is between two frames
   #pace = []; // [our ms, bench s]
 
   event({ topic, delta }) {
@@ -56,8 +52,6 @@ export class Samples {
 
   #force(delta) {
     this.force.add([delta.bench_s, ...force_names.map((name) => number(delta[name]))]);
-    const extremes = [delta.fz_min_n, delta.fz_max_n].filter((value) => typeof value === 'number');
-    this.peak_n = extremes.length ? extremes.reduce((a, b) => (Math.abs(a) > Math.abs(b) ? a : b)) : null;
     this.#pace.push([performance.now(), delta.bench_s]);
     if (this.#pace.length > 240) this.#pace.shift();
   }
@@ -70,10 +64,6 @@ export class Samples {
   #taxels(delta) {
     this.counts = delta.counts;
     this.counts_dirty = true;
-  }
-
-  get force_now() {
-    return this.force.rows.at(-1);
   }
 
   get stages_now() {

@@ -102,16 +102,16 @@ export class StartView {
   }
 
   async #start(method, more = {}) {
-    if (this.#under_way) return;  // a second click is no second campaign
+    if (this.#under_way) return; // a second click is no second campaign
     this.#under_way = true;
     const { recipe, seed } = this.#check;
     const name = byId('run-name').value.trim();
-    await attempt(async () => {
+    const begun = attempt(async () => {
       const lease = await this.lease.hold();
       const run = await this.api.change(method, { recipe, lease, ...(seed === undefined ? {} : { seed }), ...(name ? { name } : {}), ...more });
       note(`${run.run} is in line.`);
       location.hash = '#live';
     });
-    this.#under_way = false;
+    await begun.finally(() => { this.#under_way = false; });
   }
 }

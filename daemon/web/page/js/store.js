@@ -25,7 +25,6 @@ export class Store {
   description = null; // rig.describe
   info = null; // system.info
   me = null; // session.whoami
-  methods = new Set(); // rpc.discover
   queue = { rev: 0, paused_by: null, runs: [] };
   leases = [];
   recipes = [];

@@ -38,7 +38,6 @@ export class EventParser {
 export class Stream {
   #abort = null;
   #tries = 0;
-  #last_id = '';
   #heard_ms = 0;
   #looked_ms = Date.now();
   #timer = 0;
@@ -54,11 +53,6 @@ export class Stream {
     for (const name of ['online', 'pageshow']) addEventListener(name, () => this.#again(0));
     document.addEventListener('visibilitychange', () => (document.hidden ? this.#rest() : this.#again(0)));
     if (!document.hidden) this.#connect();
-  }
-
-  /** When something was heard last [ms since 1970]. */
-  get heard_ms() {
-    return this.#heard_ms;
   }
 
   #be(state) {
@@ -100,7 +94,7 @@ export class Stream {
     const turn = ++this.#turn;
     this.#abort?.abort();
     this.#abort = new AbortController();
-    const headers = this.api.headers(this.#last_id ? { 'Last-Event-ID': this.#last_id } : {});
+    const headers = this.api.headers();
     const impatient = setTimeout(() => this.#abort.abort(), silent_ms);
     let full = false;
     try {
@@ -130,7 +124,6 @@ export class Stream {
   }
 
   #hear(event) {
-    this.#last_id = event.id;
     const data = JSON.parse(event.data);
     if (event.event === 'snapshot') {
       this.#tries = 0;
