@@ -34,6 +34,10 @@ fs::path evaluation_name() {
   return fs::path(hand_over_folder_name) / evaluation_file_name;
 }
 
+fs::path exports_name() {
+  return fs::path(export_folder_name) / export_list_name;
+}
+
 std::optional<OpenFile::Stamp> stamp_of(const fs::path& folder, const fs::path& name) {
   const auto file = opened(folder, name);
   const auto stamp = file ? file->stamp() : pass(file.error());
@@ -48,23 +52,40 @@ Status add_list(const fs::path& folder, const std::string& name, std::vector<Dat
   return {};
 }
 
+std::string in_folder(const char* folder, const std::string& name) {
+  return std::string(folder) + "/" + name;
+}
+
+Status add_certified(const fs::path& folder, const Certificate& certificate,
+                     std::vector<DataFile>& out) {
+  if (Status ok = add_list(folder, certificate_file_name, out); !ok) return ok;
+  for (const FilePrint& file : certificate.files)
+    if (is_plain(file.name)) out.push_back({file.name, file.bytes, file.sha256});
+  const auto handed = listed_hand_over_files(folder);
+  if (!handed) return {};  // a damaged one is told by verify; the data are there all the same
+  for (const HandOverFile& file : *handed)
+    if (is_plain(file.name))
+      out.push_back({in_folder(hand_over_folder_name, file.name), file.bytes, file.sha256});
+  if (!handed->empty()) static_cast<void>(add_list(folder, evaluation_name().string(), out));
+  return {};
+}
+
 Result<std::vector<DataFile>> read_lists(const fs::path& folder) {
   const auto certificate = read_certificate(folder);
   if (!certificate) return pass(certificate.error());
-  if (!*certificate)
+  const auto exported = listed_exports(folder);  // likewise
+  const bool nothing_exported = !exported || exported->empty();
+  if (!*certificate && nothing_exported)
     return fail(Errc::not_found, "this run has no certificate", folder.string(), {}, {},
-                "It is written when a campaign ends");
+                "It is written when a campaign ends; data.export makes a file of what there is");
   std::vector<DataFile> out;
-  if (Status ok = add_list(folder, certificate_file_name, out); !ok) return pass(ok.error());
-  for (const FilePrint& file : (*certificate)->files)
-    if (is_plain(file.name)) out.push_back({file.name, file.bytes, file.sha256});
-  const auto handed = listed_hand_over_files(folder);
-  if (!handed) return out;  // a damaged one is told by verify; the data are there all the same
-  for (const HandOverFile& file : *handed)
+  if (*certificate)
+    if (Status ok = add_certified(folder, **certificate, out); !ok) return pass(ok.error());
+  if (nothing_exported) return out;
+  for (const ExportedFile& file : *exported)
     if (is_plain(file.name))
-      out.push_back(
-          {std::string(hand_over_folder_name) + "/" + file.name, file.bytes, file.sha256});
-  if (!handed->empty()) static_cast<void>(add_list(folder, evaluation_name().string(), out));
+      out.push_back({in_folder(export_folder_name, file.name), file.bytes, file.sha256});
+  static_cast<void>(add_list(folder, exports_name().string(), out));
   return out;
 }
 
@@ -80,7 +101,8 @@ bool DataFiles::is_settled(const Stamp& stamp) const {
 }
 
 DataFiles::Stamps DataFiles::stamps_of(const fs::path& folder) {
-  return {stamp_of(folder, certificate_file_name), stamp_of(folder, evaluation_name())};
+  return {stamp_of(folder, certificate_file_name), stamp_of(folder, evaluation_name()),
+          stamp_of(folder, exports_name())};
 }
 
 Result<std::vector<DataFile>> DataFiles::list(const fs::path& folder) {
@@ -89,8 +111,8 @@ Result<std::vector<DataFile>> DataFiles::list(const fs::path& folder) {
   if (known != lists_.end() && known->second.as_of == as_of) return known->second.files;
   ++work_.lists_read;
   // Before they are read: what is written within the tick of its stamp would not be seen.
-  const bool settled =
-      as_of.first && is_settled(*as_of.first) && (!as_of.second || is_settled(*as_of.second));
+  const bool settled = std::ranges::all_of(
+      as_of, [this](const auto& stamp) { return !stamp || is_settled(*stamp); });
   auto files = read_lists(folder);
   if (!files) return files;
   if (lists_.size() >= most_lists) lists_.clear();

@@ -1,8 +1,9 @@
 #pragma once
-// The files of a run's data set that may be fetched: those that its certificate or its hand-over
-// lists, and these two lists themselves. Nothing else of a folder has a name here, and nothing is
-// given out that is not what its list says.
+// The files of a run's data set that may be fetched: those that its certificate, its hand-over or
+// its exports list, and these lists themselves. Nothing else of a folder has a name here, and
+// nothing is given out that is not what its list says.
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/certificate/exports.hpp"
 #include "daemon/certificate/verify.hpp"
 #include "daemon/dataset/stop_asked.hpp"
 #include "daemon/server/http_file.hpp"
@@ -35,8 +37,8 @@ class DataFiles {
   explicit DataFiles(std::function<std::chrono::nanoseconds()> utc_now, StopAsked stop_asked = {})
       : utc_now_(std::move(utc_now)), stop_asked_(std::move(stop_asked)) {}
 
-  /// Of a run's folder. Errors: not_found, when the run has come to no end that was certified;
-  /// certificate_from_json()'s.
+  /// Of a run's folder. Errors: not_found, when the run has come to no end that was certified and
+  /// nothing of it was exported; certificate_from_json()'s.
   Result<std::vector<DataFile>> list(const std::filesystem::path& folder);
   /// One of them, open, its bytes hashed. Errors: list()'s; not_found; wrong_state, when they are
   /// not what the list says, or a symbolic link leads to them.
@@ -47,6 +49,12 @@ class DataFiles {
     return daemon::verify(folder, stop_asked_);
   }
 
+  /// export_campaign() of a run's folder: seconds for hours of recording.
+  Result<ExportedFile> make_export(const std::filesystem::path& folder, ExportFormat format,
+                                   std::string exploration) const {
+    return export_campaign(folder, {format, std::move(exploration), stop_asked_});
+  }
+
   /// What has been done so far.
   struct Work {
     std::size_t lists_read = 0, files_hashed = 0;
@@ -55,8 +63,8 @@ class DataFiles {
 
  private:
   using Stamp = server::OpenFile::Stamp;
-  /// Of certificate and evaluation; nothing where there is no such file.
-  using Stamps = std::pair<std::optional<Stamp>, std::optional<Stamp>>;
+  /// Of certificate, evaluation and exports; nothing where there is no such file.
+  using Stamps = std::array<std::optional<Stamp>, 3>;
   struct Listed {
     Stamps as_of;
     std::vector<DataFile> files;

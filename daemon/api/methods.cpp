@@ -12,6 +12,7 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_queue_methods(methods, services);
   add_rig_methods(methods, services);
   add_rig_description(methods, services);
+  add_device_methods(methods, services);
   add_classify_methods(methods, services);
   add_data_methods(methods, services);
   add_plan_methods(methods, services);

@@ -53,6 +53,7 @@ void add_methods(rpc::Methods& methods, const Services& services);
 
 void add_token_methods(rpc::Methods& methods, const Services& services);
 void add_rig_description(rpc::Methods& methods, const Services& services);
+void add_device_methods(rpc::Methods& methods, const Services& services);
 void add_system_methods(rpc::Methods& methods, const Services& services);
 void add_lease_methods(rpc::Methods& methods, const Services& services);
 void add_recipe_methods(rpc::Methods& methods, const Services& services);

@@ -4,6 +4,7 @@
 #include <hdf5.h>
 
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -42,12 +43,20 @@ class Handle {
 /// Reads and writes of a whole column: H5S_ALL, whose macro holds an old-style cast.
 constexpr hid_t whole_column = 0;
 
-/// Stops HDF5 from printing while in scope: failures are reported by Result. To be made before any
-/// other HDF5 call, because the library loses objects of damaged files and would complain of them
-/// when the process ends; handles here close themselves, so that it has nothing to tidy up then.
+/// Debian's serial library has global state: one thread at a time is in it. Made before any handle,
+/// and gone after them.
+inline std::recursive_mutex& library() {
+  static std::recursive_mutex one;
+  return one;
+}
+
+/// Stops HDF5 from printing while in scope: failures are reported by Result. Other threads wait
+/// with their HDF5 work until it is gone. To be made before any other HDF5 call, because the
+/// library loses objects of damaged files and would complain of them when the process ends; handles
+/// here close themselves, so that it has nothing to tidy up then.
 class QuietErrors {
  public:
-  QuietErrors() {
+  QuietErrors() : alone_(library()) {
     H5dont_atexit();
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -57,6 +66,7 @@ class QuietErrors {
   ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
 
  private:
+  const std::lock_guard<std::recursive_mutex> alone_;
   H5E_auto2_t function_ = nullptr;
   void* data_ = nullptr;
 };

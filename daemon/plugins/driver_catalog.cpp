@@ -143,9 +143,12 @@ Result<std::unique_ptr<Driver>> DriverCatalog::create(const std::string& driver,
 Result<DriverSource> DriverCatalog::source(const std::string& driver) {
   const Result<Found> found = find(driver);
   if (!found) return pass(found.error());
-  if (found->builtin != nullptr) return DriverSource{driver, found->builtin->summary, {}, {}};
+  if (found->builtin != nullptr)
+    return DriverSource{
+        driver, found->builtin->summary, {}, {}, found->builtin->config_schema_json};
   const weft_driver_entry_v1& table = *found->plugin->table;
-  return DriverSource{driver, table.summary, found->plugin->file, table.build_fingerprint};
+  return DriverSource{driver, table.summary, found->plugin->file, table.build_fingerprint,
+                      table.config_schema_json};
 }
 
 }  // namespace weft::daemon

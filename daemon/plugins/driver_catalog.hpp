@@ -28,8 +28,9 @@ struct PluginSettings {
 struct DriverSource {
   std::string name;
   std::string summary;
-  std::string file;         ///< of a plugin; empty for one that is built in
-  std::string fingerprint;  ///< of a plugin
+  std::string file;                     ///< of a plugin; empty for one that is built in
+  std::string fingerprint;              ///< of a plugin
+  std::string config_schema_json = {};  ///< JSON Schema of its configuration
 };
 
 /// Thread-bound. Outlives the drivers that it makes.

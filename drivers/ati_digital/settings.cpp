@@ -8,20 +8,20 @@
 namespace weft::drivers {
 
 const char digital_config_schema[] = R"({
-  "$schema": "http://json-schema.org/draft-07/schema#",
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
   "title": "ATI Digital force/torque sensor",
   "type": "object",
   "additionalProperties": false,
   "properties": {
     "slave": {"type": "integer", "minimum": 1, "maximum": 247, "default": 10, "description": "Modbus address"},
     "calibration": {"type": "integer", "minimum": 1, "maximum": 16, "default": 1, "description": "which of the sensor's calibrations"},
-    "sign_z": {"enum": [1, -1], "default": 1, "description": "-1 turns Fz of the device round: pushing the plate down is to be positive"},
-    "rate_hz": {"type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "samples a second: records a second divided by average"},
+    "sign_z": {"x-safety": true, "enum": [1, -1], "default": 1, "description": "-1 turns Fz of the device round: pushing the plate down is to be positive"},
+    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "samples a second: records a second divided by average"},
     "average": {"type": "integer", "minimum": 1, "maximum": 7000, "default": 1, "description": "records of the stream whose mean is a sample; the sensor sends about 7000 a second at 1.25 Mbaud"},
-    "calibration_serial": {"type": "string", "maxLength": 8, "description": "of the calibration in the sensor; another is refused"},
-    "stuck_after_s": {"type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "gauges that all stay the same for so long are a fault, because a real sensor has noise; 0: never"},
-    "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 0.2},
-    "stale_after_s": {"type": "number", "minimum": 0.001, "maximum": 60, "description": "ten samples, at least 0.1"}
+    "calibration_serial": {"x-safety": true, "type": "string", "maxLength": 8, "description": "of the calibration in the sensor; another is refused"},
+    "stuck_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "gauges that all stay the same for so long are a fault, because a real sensor has noise; 0: never"},
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 0.2},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.001, "maximum": 60, "description": "ten samples, at least 0.1"}
   }
 })";
 

@@ -12,20 +12,20 @@ constexpr double usual_counts = 1e6;  // cfgcpf and cfgcpt of nearly every box (
 }  // namespace
 
 const char netft_config_schema[] = R"({
-  "$schema": "http://json-schema.org/draft-07/schema#",
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
   "title": "ATI force/torque sensor behind a Net F/T box",
   "type": "object",
   "additionalProperties": false,
   "properties": {
-    "counts_per_newton": {"type": "number", "minimum": 1, "maximum": 1e9, "default": 1000000, "description": "cfgcpf of the box"},
-    "counts_per_newton_metre": {"type": "number", "minimum": 1, "maximum": 1e9, "default": 1000000, "description": "cfgcpt of the box"},
-    "sign_z": {"enum": [1, -1], "default": 1, "description": "-1 turns Fz of the device round: pushing the plate down is to be positive"},
-    "rated_force_n": {"type": "array", "items": {"type": "number", "minimum": 0.1, "maximum": 10000}, "minItems": 3, "maxItems": 3, "default": [40, 40, 120], "description": "a sample beyond these is marked invalid"},
-    "rate_hz": {"type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "RDT output rate that the box is set to"},
-    "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 0.5},
-    "calibration_serial": {"type": "string", "maxLength": 64, "description": "of the box's calibration page; another is refused; needs the device's http link"},
-    "stuck_after_s": {"type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "six values that stay the same for so long are a fault, because a real sensor has noise; 0: never"},
-    "stale_after_s": {"type": "number", "minimum": 0.001, "maximum": 60, "description": "ten periods of the stream, at least 0.1"}
+    "counts_per_newton": {"x-unit": "1/N", "type": "number", "minimum": 1, "maximum": 1e9, "default": 1000000, "description": "cfgcpf of the box"},
+    "counts_per_newton_metre": {"x-unit": "1/N/m", "type": "number", "minimum": 1, "maximum": 1e9, "default": 1000000, "description": "cfgcpt of the box"},
+    "sign_z": {"x-safety": true, "enum": [1, -1], "default": 1, "description": "-1 turns Fz of the device round: pushing the plate down is to be positive"},
+    "rated_force_n": {"x-unit": "N", "x-safety": true, "type": "array", "items": {"type": "number", "minimum": 0.1, "maximum": 10000}, "minItems": 3, "maxItems": 3, "default": [40, 40, 120], "description": "a sample beyond these is marked invalid"},
+    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "RDT output rate that the box is set to"},
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 0.5},
+    "calibration_serial": {"x-safety": true, "type": "string", "maxLength": 64, "description": "of the box's calibration page; another is refused; needs the device's http link"},
+    "stuck_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "six values that stay the same for so long are a fault, because a real sensor has noise; 0: never"},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.001, "maximum": 60, "description": "ten periods of the stream, at least 0.1"}
   }
 })";
 

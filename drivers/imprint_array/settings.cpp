@@ -10,7 +10,7 @@ namespace weft::drivers {
 namespace imprint = protocols::imprint;
 
 const char imprint_config_schema[] = R"({
-  "$schema": "http://json-schema.org/draft-07/schema#",
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
   "title": "Imprint array",
   "type": "object",
   "additionalProperties": false,
@@ -20,11 +20,11 @@ const char imprint_config_schema[] = R"({
     "cols": {"type": "integer", "minimum": 1, "maximum": 128},
     "first_row": {"type": "integer", "minimum": 0, "maximum": 127, "description": "where the part begins; in the middle of the array without it"},
     "first_col": {"type": "integer", "minimum": 0, "maximum": 127},
-    "rate_hz": {"type": "number", "minimum": 0.1, "maximum": 1000, "default": 5, "description": "scans a second"},
+    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 1000, "default": 5, "description": "scans a second"},
     "serial": {"type": "integer", "minimum": 0, "maximum": 4294967295, "default": 0, "description": "serial number that the array must have; 0: any"},
-    "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 3, "description": "for the array's description, which comes once a second, and then for the first scan"},
-    "stale_after_s": {"type": "number", "minimum": 0.01, "maximum": 60, "description": "five periods of the stream, at least 0.3"},
-    "watch_s": {"type": "number", "minimum": 0, "maximum": 3600, "default": 4, "description": "windows in which frozen scans, the rate and the clock are looked for; 0: they are not"}
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 3, "description": "for the array's description, which comes once a second, and then for the first scan"},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "description": "five periods of the stream, at least 0.3"},
+    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 4, "description": "windows in which frozen scans, the rate and the clock are looked for; 0: they are not"}
   }
 })";
 

@@ -9,17 +9,17 @@
 namespace weft::drivers {
 
 const char taxel_config_schema[] = R"({
-  "$schema": "http://json-schema.org/draft-07/schema#",
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
   "title": "Tactile array",
   "type": "object",
   "additionalProperties": false,
   "properties": {
     "taxels": {"type": "integer", "minimum": 1, "maximum": 64, "default": 16},
     "form": {"enum": ["weft", "cpm_udp"], "default": "weft", "description": "weft: serial frames of protocols/taxel; cpm_udp: datagrams of the CPM-Finger's gateway, 16 taxels"},
-    "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 1, "description": "for the first frame"},
-    "rate_hz": {"type": "number", "minimum": 0.1, "maximum": 10000, "default": 37, "description": "frames a second that the sensor sends"},
-    "watch_s": {"type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "windows in which dead, saturated and noisy taxels, the rate and the clock are looked for; 0: they are not"},
-    "stale_after_s": {"type": "number", "minimum": 0.01, "maximum": 60, "description": "ten periods of the stream, at least 0.3"}
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 1, "description": "for the first frame"},
+    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 10000, "default": 37, "description": "frames a second that the sensor sends"},
+    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "windows in which dead, saturated and noisy taxels, the rate and the clock are looked for; 0: they are not"},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "description": "ten periods of the stream, at least 0.3"}
   }
 })";
 

@@ -93,7 +93,7 @@ void read_timing(ConfigReader& config, StageSettings& settings) {
 }  // namespace
 
 const char stage_config_schema[] = R"({
-  "$schema": "http://json-schema.org/draft-07/schema#",
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
   "title": "Thorlabs stage behind an APT controller",
   "type": "object",
   "additionalProperties": false,
@@ -102,22 +102,22 @@ const char stage_config_schema[] = R"({
     "family": {"enum": ["stepper", "servo"], "description": "status messages of the controller; follows the stage"},
     "channel": {"type": "integer", "minimum": 1, "maximum": 8, "default": 1},
     "destination": {"type": "integer", "minimum": 17, "maximum": 80, "default": 80, "description": "80 (0x50): USB unit; 33 (0x21): bay 0"},
-    "max_speed_mm_s": {"type": "number", "exclusiveMinimum": 0, "description": "linear stages; default: the stage's own limit"},
-    "max_speed_deg_s": {"type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
-    "acceleration_mm_s2": {"type": "number", "exclusiveMinimum": 0, "description": "linear stages"},
-    "acceleration_deg_s2": {"type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
-    "travel_mm": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "linear stages: [low, high] from home"},
-    "travel_deg": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "rotary stages: [low, high] from home"},
+    "max_speed_mm_s": {"x-unit": "mm/s", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages; default: the stage's own limit"},
+    "max_speed_deg_s": {"x-unit": "deg/s", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
+    "acceleration_mm_s2": {"x-unit": "mm/s2", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages"},
+    "acceleration_deg_s2": {"x-unit": "deg/s2", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
+    "travel_mm": {"x-unit": "mm", "x-safety": true, "type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "linear stages: [low, high] from home"},
+    "travel_deg": {"x-unit": "deg", "x-safety": true, "type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "rotary stages: [low, high] from home"},
     "in_position_counts": {"type": "integer", "minimum": 0, "maximum": 10000, "default": 4, "description": "a finished move may be this far from its target"},
-    "require_homed": {"type": "boolean", "default": true, "description": "refuse motion before homing"},
+    "require_homed": {"x-safety": true, "type": "boolean", "default": true, "description": "refuse motion before homing"},
     "serial": {"type": "integer", "minimum": 0, "maximum": 99999999, "default": 0, "description": "of the unit; another is refused; 0: any"},
     "identify": {"type": "boolean", "default": false, "description": "let the front panel flash on opening"},
-    "encoder": {"type": "boolean", "default": false, "description": "a stepper whose status tells an encoder's count: lost steps are a fault"},
-    "check_jumps": {"type": "boolean", "default": true, "description": "drop positions that no motion explains, three in a row are a fault"},
-    "home_must_move": {"type": "boolean", "default": true, "description": "a homing during which the position never changed is a fault"},
-    "home_timeout_s": {"type": "number", "minimum": 0.1, "maximum": 3600, "description": "follows the stage: 1.5 x (travel + offset) / homing speed + 10"},
-    "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 1},
-    "poll_hz": {"type": "number", "minimum": 0, "maximum": 1000, "default": 0, "description": "status readings without being asked; 0: only on PollCommand"}
+    "encoder": {"x-safety": true, "type": "boolean", "default": false, "description": "a stepper whose status tells an encoder's count: lost steps are a fault"},
+    "check_jumps": {"x-safety": true, "type": "boolean", "default": true, "description": "drop positions that no motion explains, three in a row are a fault"},
+    "home_must_move": {"x-safety": true, "type": "boolean", "default": true, "description": "a homing during which the position never changed is a fault"},
+    "home_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.1, "maximum": 3600, "description": "follows the stage: 1.5 x (travel + offset) / homing speed + 10"},
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 1},
+    "poll_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 1000, "default": 0, "description": "status readings without being asked; 0: only on PollCommand"}
   }
 })";
 

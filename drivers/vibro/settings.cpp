@@ -5,17 +5,17 @@
 namespace weft::drivers {
 
 const char vibro_config_schema[] = R"({
-  "$schema": "http://json-schema.org/draft-07/schema#",
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
   "title": "Vibration sensor",
   "type": "object",
   "additionalProperties": false,
   "properties": {
-    "acceleration_rate_hz": {"type": "number", "minimum": 0, "maximum": 100000, "default": 200, "description": "readings a second of the accelerometer; 0: it is not looked at"},
-    "sound_rate_hz": {"type": "number", "minimum": 0, "maximum": 400000, "default": 8000, "description": "readings a second of the microphone; 0: it is not looked at"},
+    "acceleration_rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 100000, "default": 200, "description": "readings a second of the accelerometer; 0: it is not looked at"},
+    "sound_rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 400000, "default": 8000, "description": "readings a second of the microphone; 0: it is not looked at"},
     "serial": {"type": "integer", "minimum": 0, "maximum": 4294967295, "default": 0, "description": "serial number that the sensor must have; 0: any"},
-    "reply_timeout_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 3, "description": "for the sensor's description, which comes once a second"},
-    "stale_after_s": {"type": "number", "minimum": 0.01, "maximum": 60, "default": 0.3, "description": "a channel that is silent for so long is a fault"},
-    "watch_s": {"type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "windows in which frozen and saturated values, the rate and the clock are looked for; 0: they are not"}
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 3, "description": "for the sensor's description, which comes once a second"},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "default": 0.3, "description": "a channel that is silent for so long is a fault"},
+    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "windows in which frozen and saturated values, the rate and the clock are looked for; 0: they are not"}
   }
 })";
 

@@ -16,7 +16,7 @@ import tempfile
 from weftd_support import PATIENCE_S, Client, Daemon
 
 SKIPPED = 77
-TITLES = {"system": "The daemon", "session": "Who you are", "lease": "Leases", "rig": "The rig", "handover": "Hand-overs", "recipe": "Recipes",
+TITLES = {"system": "The daemon", "session": "Who you are", "lease": "Leases", "rig": "The rig", "device": "Devices", "handover": "Hand-overs", "recipe": "Recipes",
           "run": "Runs", "queue": "The queue", "classify": "Votes", "data": "Data sets", "sim": "The simulation", "sub": "Events", "log": "Journal", "token": "Tokens",
           "rpc": "This document"}
 

@@ -146,6 +146,78 @@ def fetched(web, client, folder, run):
     return data
 
 
+def devices(client):
+    """Every device of the rig with the schema that its driver's configuration is held against."""
+    told = client.call("device.list")
+    assert told["bench"] == "simulated" and [d["role"] for d in told["devices"]] == ["x", "y", "z", "rx", "ry", "wrench", "taxels"], told
+    for device in told["devices"]:
+        found = client.call("device.describe", device=device["device"])
+        schema = found["config_schema"]
+        assert found["driver"] == device["driver"] and found["plugin"] is None and found["summary"], found
+        assert schema["$schema"].endswith("/2020-12/schema") and set(found["config"]) <= set(schema["properties"]), found
+    stage = client.call("device.describe", device="stage.z")["config_schema"]["properties"]
+    assert stage["max_speed_mm_s"]["x-unit"] == "mm/s" and stage["max_speed_mm_s"]["x-safety"] is True, stage
+    assert "x-safety" not in stage["poll_hz"] and stage["poll_hz"]["x-unit"] == "Hz", stage
+    assert client.refused("device.describe", device="stage.zz")["data"]["hint"] == "Did you mean stage.z?"
+
+
+def certificate(web, client, run):
+    told = client.call("data.certificate", run=run, most=3)
+    _, _, body = web.get(told["path"])
+    whole = json.loads(body)
+    for name in "software_version", "dataset_sha256", "recipe_sha256", "rig_sha256", "trials_planned":
+        assert told[name] == whole[name], name
+    assert told["bench"] == whole["bench_kind"] == "simulated" and told["attempts"] == 8 and told["next"] == 3
+    rest = client.call("data.certificate", run=run, **{"from": 3})
+    assert rest["next"] is None
+    assert [(t["name"], t["sha256"], t["gaps"]) for t in told["trials"] + rest["trials"]] == [(t["name"], t["sha256"], t["gaps"]) for t in whole["trials"]]
+    assert [(f["name"], f["sha256"]) for f in told["files"]] == [(f["name"], f["sha256"]) for f in whole["files"]]
+    (stage,) = (d for d in told["devices"] if d["name"] == "stage.z")
+    assert stage["identity"]["reported"] == json.loads(next(d["identity_json"] for d in whole["devices"] if d["name"] == "stage.z"))["reported"]
+    assert "LTS150" in stage["identity"]["reported"].values(), stage
+    for wrong in {"most": 0}, {"most": 1001}, {"from": -1}:
+        client.refused("data.certificate", run=run, **wrong)
+
+
+def exports(web, client, folder, run):
+    """The same data set once more; a table of its features; each is fetched as what it was said to be, and the certificate still holds."""
+    first = client.call("data.export", run=run, idem="x1")
+    assert client.call("data.export", run=run, idem="x1") == first
+    assert (first["name"], first["trials"], first["bench"]) == ("export/dataset.h5", 8, "simulated"), first
+    assert first["dataset_sha256"] == client.call("data.get", run=run)["dataset_sha256"]
+    table = client.call("data.export", run=run, format="features-csv")
+    for made in first, table:
+        status, headers, body = web.get(made["path"] + "?sha256=" + made["sha256"])
+        assert (status, len(body)) == (200, made["bytes"]) and hashlib.sha256(body).hexdigest() == made["sha256"], made
+    info = subprocess.run([WEFT, "features", folder / "data" / run / "dataset.h5", "-o", folder / "f.csv"], check=True, capture_output=True)
+    assert (folder / "f.csv").read_bytes() == web.get(table["path"])[2], info
+    listed = {f["name"] for f in client.call("data.get", run=run)["files"]}
+    assert {"export/dataset.h5", "export/features-M1.csv", "export/list.json", "dataset.h5"} <= listed, listed
+    assert client.call("data.verify", run=run)["holds"]
+    assert web.post("data.export", run=run)["error"]["data"]["kind"] == "access.role", "an observer makes no files"
+    for wrong, where in (dict(format="xlsx"), "/params/format"), (dict(exploration="M1"), "/params/exploration"), \
+            (dict(format="features-csv", exploration="M9"), "/exploration"):
+        assert client.refused("data.export", run=run, **wrong)["data"]["where"] == where, wrong
+
+
+def partial_export(web, client, lease):
+    """Of a run that was aborted on the way: the trials that are complete, and how many were planned."""
+    client.call("sim.clock", pace=30)
+    client.call("sub.open", topics=["run:*"], mode="every")
+    client.call("lease.renew", lease=lease)
+    run = client.call("run.start", recipe="slower", lease=lease)["run"]
+    refused = client.refused("data.export", run=run)
+    assert refused["data"]["kind"] == "state.conflict", refused
+    while client.event()["delta"].get("trials_done", 0) < 2:
+        pass
+    client.call("run.abort", run=run)
+    client.call("sim.clock", pace=0)
+    client.call("run.wait", run=run)
+    made = client.call("data.export", run=run)
+    assert 2 <= made["trials"] < made["trials_planned"] == 12, made
+    assert hashlib.sha256(web.get(made["path"])[2]).hexdigest() == made["sha256"]
+
+
 def nothing_else(web, run, data):
     assert web.get(data["path"], Authorization=None)[0] == 401
     assert web.get(data["path"], Authorization="Bearer wft_" + 64 * "0")[0] == 401
@@ -201,6 +273,7 @@ def main():
         try:
             client = Client(daemon.socket)
             schema(client)
+            devices(client)
             plans(client)
             lease = client.call("lease.acquire")["lease"]
             run = client.call("run.start", recipe="small", lease=lease)["run"]
@@ -211,8 +284,11 @@ def main():
             web = Web(daemon.port, token)
             roles(web, run)
             data = fetched(web, client, folder, run)
+            certificate(web, client, run)
+            exports(web, client, folder, run)
             nothing_else(web, run, data)
             beside_others(web, client, folder, data)
+            partial_export(web, client, lease)
             assert daemon.end() == 0
         finally:
             daemon.process.kill()

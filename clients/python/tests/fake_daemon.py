@@ -12,10 +12,10 @@ PATIENCE_S = 30
 class FakeDaemon:
     """Answers each request by `answers[method](params)`: an answer, or an exception's `error` member as {"error": ...}."""
 
-    def __init__(self, **answers):
+    def __init__(self, epoch="e1", **answers):
         self.here, self.there = socket.socketpair()
         self.answers, self.heard = {name.replace("_", "."): answer for name, answer in answers.items()}, []
-        self.say({"jsonrpc": "2.0", "method": "hello", "params": {"product": "weftd"}})
+        self.say({"jsonrpc": "2.0", "method": "hello", "params": {"product": "weftd", "epoch": epoch}})
         self.thread = threading.Thread(target=self.listen, daemon=True)
         self.thread.start()
 

@@ -5,13 +5,18 @@ from fake_daemon import PATIENCE_S, FakeDaemon
 
 from weft_client import AccessError, Client, ConnectionLost
 from weft_client._files import Http
+from weft_client._link import Link
 
 OPENED = {"session": "s-1", "role": "operator", "protocol": "1.0", "features": [], "epoch": "e"}
 TAKEN = {"lease": "L-1", "expires_us": 1}
 
 
 def client_of(daemon, timeout_s=PATIENCE_S):
-    return Client(daemon.connect(), Http(None, None, None, timeout_s), OPENED, timeout_s)
+    return client_over(Link((daemon.connect(), OPENED), daemon.connect, 0), timeout_s)
+
+
+def client_over(link, timeout_s=PATIENCE_S):
+    return Client(link, Http(None, None, None, timeout_s), timeout_s)
 
 
 class Leases(unittest.TestCase):
@@ -38,8 +43,18 @@ class Leases(unittest.TestCase):
         problem = self.lost(lambda params: {"error": {"code": 2003, "message": "no such lease of yours", "data": {"kind": "access.lease"}}})
         self.assertIsInstance(problem, AccessError)
 
-    def test_a_daemon_that_does_not_answer_is_told(self):
-        self.assertIsInstance(self.lost(lambda params: None, timeout_s=0.1), ConnectionLost)
+    def test_a_daemon_that_does_not_answer_is_told_when_the_lease_is_over(self):
+        """Not when the client's own patience is: that is an hour here."""
+        self.assertIsInstance(self.lost(lambda params: None, timeout_s=3600), ConnectionLost)
+
+    def test_a_connection_that_is_lost_and_made_again_keeps_it(self):
+        renewed = threading.Event()
+        answers = dict(lease_acquire=lambda params: TAKEN, lease_renew=lambda params: renewed.set() or {**TAKEN, "expires_us": 2})
+        first, second = FakeDaemon(lease_acquire=lambda params: TAKEN, lease_renew=lambda params: first.end()), FakeDaemon(**answers)
+        link = Link((first.connect(), OPENED), lambda: (second.connect(), OPENED), 1)
+        with client_over(link) as client, client.lease(ttl_ms=2000) as lease:
+            self.assertTrue(renewed.wait(PATIENCE_S))
+            self.assertIsNone(lease.lost)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from ._connection import Connection
 from ._errors import ConnectionLost, WeftError, error_of
 from ._files import Http
 from ._lease import Lease
+from ._link import Link, Opened
 from ._methods import Api
 from ._run import Check, Run, runs_of
 from ._watch import JsonObject, Watch, topics_of
@@ -24,26 +25,50 @@ Answer = concurrent.futures.Future
 class Client:
     """A daemon as one user sees it. Threads may share it. `api` has every method of the daemon, made from its OpenRPC document.
 
-    Attributes: `session`, `role` (observer, operator, engineer, admin), `protocol`, `features`, `epoch` (of this start of the daemon).
+    Attributes: `session`, `role` (observer, operator, engineer, admin), `protocol`, `features`, `epoch` (of this start of the daemon), all of
+    the connection that there is now.
+
+    A connection that is lost is made anew with the next call, and by every watch. A request that was under way raises ConnectionLost all
+    the same: whether it was done is not known, and its `idem` tells.
     """
 
-    def __init__(self, connection: Connection, http: Http, opened: JsonObject, timeout_s: float) -> None:
+    def __init__(self, link: Link, http: Http, timeout_s: float) -> None:
         """For connect()."""
-        self._connection, self.http, self._timeout_s = connection, http, timeout_s
-        self.session: str = opened["session"]
-        self.role: str = opened["role"]
-        self.protocol: str = opened["protocol"]
-        self.features: List[str] = list(opened["features"])
-        self.epoch: str = opened["epoch"]
+        self._link, self.http, self._timeout_s = link, http, timeout_s
         self.api = Api(self.call)
+
+    @property
+    def session(self) -> str:
+        return str(self._link.opened["session"])
+
+    @property
+    def role(self) -> str:
+        return str(self._link.opened["role"])
+
+    @property
+    def protocol(self) -> str:
+        return str(self._link.opened["protocol"])
+
+    @property
+    def features(self) -> List[str]:
+        return list(self._link.opened["features"])
+
+    @property
+    def epoch(self) -> str:
+        return str(self._link.opened["epoch"])
+
+    @property
+    def closed(self) -> bool:
+        """close() was called."""
+        return self._link.closed
 
     def call(self, method: str, params: Mapping[str, object]) -> JsonObject:
         """Any method by its name; parameters that are None are left out. Errors: WeftError, TimeoutError."""
         return self.answer(self.request(method, params), self._timeout_s)
 
     def request(self, method: str, params: Mapping[str, object]) -> "Answer[Any]":
-        """As call(), without waiting. Its answer may come after those of later requests."""
-        return self._connection.request(method, {name: value for name, value in params.items() if value is not None})
+        """As call(), without waiting for the answer, which may come after those of later requests."""
+        return self._link.now().request(method, {name: value for name, value in params.items() if value is not None})
 
     def answer(self, pending: "Answer[Any]", timeout_s: Optional[float] = None) -> JsonObject:
         """Waits for it; None: as long as it takes."""
@@ -75,7 +100,7 @@ class Client:
 
     def lease(self, note: str = "", ttl_ms: int = 15_000, on_lost: Optional[Callable[[WeftError], None]] = None) -> Lease:
         """The rig, for as long as the `with` lasts: it renews itself. Errors: AccessError, where somebody else has it."""
-        return Lease(self.api, ttl_ms, note, on_lost)
+        return Lease(self, ttl_ms, note, on_lost)
 
     def start(self, recipe: str, lease: "Union[str, Lease]", seed: Optional[int] = None, name: Optional[str] = None,
               idem: Optional[str] = None) -> Run:
@@ -96,8 +121,11 @@ class Client:
         """Events with the state that they lead to; a snapshot of each topic first. Without topics all runs, rig, leases and queue.
 
         mode    "latest": merged, at most `max_hz` [Hz] of them; "every": in order, with gaps told and a new snapshot after each
+
+        Where the connection is lost it is made anew. Of "every" what was missed meanwhile is told then, if the daemon still has it; else,
+        and of "latest", a snapshot of each topic comes.
         """
-        return Watch(self._connection, topics_of(topics), mode, max_hz, self._timeout_s)
+        return Watch(self._link.now(), topics_of(topics), mode, max_hz, self._timeout_s, self._link.after)
 
     # --- halt ---
 
@@ -112,7 +140,7 @@ class Client:
     # --- the end ---
 
     def close(self) -> None:
-        self._connection.close()
+        self._link.close()
 
     def __enter__(self) -> "Client":
         return self
@@ -122,7 +150,7 @@ class Client:
 
 
 def connect(where: Optional[Place] = None, *, token: Optional[str] = None, tls_ca: Optional[str] = None, http: Optional[str] = None,
-            program: str = "weft-client", timeout_s: float = 120) -> Client:
+            program: str = "weft-client", timeout_s: float = 120, tries: int = 8) -> Client:
     """Connects and opens a session.
 
     where      path of the Unix socket, "tcp://127.0.0.1:PORT" or "tls://HOST:PORT"; None: WEFT_SOCKET or WEFT_DAEMON
@@ -131,21 +159,28 @@ def connect(where: Optional[Place] = None, *, token: Optional[str] = None, tls_c
     http       where files are fetched, "http://127.0.0.1:8080"
     program    what the daemon calls this client in its journal
     timeout_s  longest wait for an answer [s]; Run.wait() has its own
+    tries      to connect again where the connection is lost, about 9 s for 8 of them; 0: it stays lost
     Errors: ConnectionLost, AccessError (token), RequestError (no such place).
     """
     token = token or os.environ.get("WEFT_TOKEN") or None
     tls_ca = tls_ca or os.environ.get("WEFT_TLS_CA") or None
     address = address_of(where)
-    connection = Connection(wire_to(address, tls_ca, timeout_s), timeout_s)
     introduction: JsonObject = {"client": program, "version": VERSION, "protocol": "1.x"}
     if token and address.kind != "unix":
         introduction["token"] = token
-    try:
-        opened = connection.request("session.open", introduction).result(timeout_s)
-    except BaseException:
-        connection.close()
-        raise
-    return Client(connection, Http(http, token, tls_ca, timeout_s), opened, timeout_s)
+
+    def dial() -> Opened:
+        connection = Connection(wire_to(address, tls_ca, timeout_s), timeout_s)
+        try:
+            return connection, connection.request("session.open", introduction).result(timeout_s)
+        except concurrent.futures.TimeoutError as late:
+            connection.close()
+            raise ConnectionLost(f"no session within {timeout_s} s") from late
+        except BaseException:
+            connection.close()
+            raise
+
+    return Client(Link(dial(), dial, tries), Http(http, token, tls_ca, timeout_s), timeout_s)
 
 
 def halt(where: Optional[Place] = None, timeout_s: float = 10) -> JsonObject:

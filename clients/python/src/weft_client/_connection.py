@@ -42,6 +42,12 @@ class Connection:
             self.close()
             raise ConnectionLost("the daemon does not greet") from late
 
+    @property
+    def end(self) -> Optional[WeftError]:
+        """Why nobody answers here any more; None while somebody does."""
+        with self._state:
+            return self._end
+
     def request(self, method: str, params: Mapping[str, Any]) -> "Future[Any]":
         """The answer to come: its result, or a WeftError. Does not wait."""
         answer: "Future[Any]" = Future()

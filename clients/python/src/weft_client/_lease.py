@@ -3,37 +3,58 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from typing import Callable, Optional
+import time
+from typing import TYPE_CHECKING, Callable, Optional
 
 from ._errors import ConnectionLost, WeftError
-from ._methods import Api
+
+if TYPE_CHECKING:
+    from ._client import Client
 
 
 class Lease:
     """The rig is yours until the `with` ends, or close().
 
-    A thread renews it at a third of its time to live, with a connection of the client's. Where that is refused or nobody answers, the
-    lease is lost: `lost` says why, and `on_lost` was called once. A run that is under way goes on without it.
+    A thread renews it at a third of its time to live, with a connection of the client's, and waits for the answer no longer than what is
+    left of that time. Where it is refused, or nobody answers until then, the lease is lost: `lost` says why, and `on_lost` was called
+    once. A connection that breaks meanwhile is made anew as often as there is time for. A run that is under way goes on without the lease.
     """
 
-    def __init__(self, api: Api, ttl_ms: int, note: str, on_lost: Optional[Callable[[WeftError], None]] = None) -> None:
-        self._api, self._ttl_ms, self._on_lost = api, ttl_ms, on_lost
-        taken = api.lease.acquire(ttl_ms=ttl_ms, note=note)
+    def __init__(self, client: "Client", ttl_ms: int, note: str, on_lost: Optional[Callable[[WeftError], None]] = None) -> None:
+        self._client, self._ttl_ms, self._on_lost = client, ttl_ms, on_lost
+        asked_s = time.monotonic()
+        taken = client.api.lease.acquire(ttl_ms=ttl_ms, note=note)
         self.name: str = taken["lease"]
         self.expires_us: int = taken["expires_us"]  # UTC
         self.lost: Optional[WeftError] = None
+        self._ends_s = asked_s + ttl_ms / 1000  # at the earliest: it counts from when the daemon had the request
         self._over = threading.Event()
         self._renewing = threading.Thread(target=self._renew, name=f"weft-client lease {self.name}", daemon=True)
         self._renewing.start()
 
+    def _left_s(self) -> float:
+        return max(0.0, self._ends_s - time.monotonic())
+
     def _renew(self) -> None:
-        while not self._over.wait(self._ttl_ms / 3000):
-            try:
-                self.expires_us = self._api.lease.renew(lease=self.name, ttl_ms=self._ttl_ms)["expires_us"]
-            except WeftError as problem:
+        while not self._over.wait(min(self._ttl_ms / 3000, self._left_s())):
+            problem = self._renewed()
+            if problem is not None:
                 return self._gone(problem)
-            except TimeoutError as late:
-                return self._gone(ConnectionLost(f"the lease was not renewed: {late}"))
+
+    def _renewed(self) -> Optional[WeftError]:
+        """Why not, where it is lost."""
+        asked_s = time.monotonic()
+        try:
+            told = self._client.answer(self._client.request("lease.renew", {"lease": self.name, "ttl_ms": self._ttl_ms}), self._left_s())
+        except ConnectionLost as problem:
+            return problem if self._left_s() == 0 or self._client.closed else None
+        except WeftError as problem:
+            return problem
+        except TimeoutError as late:
+            return ConnectionLost(f"the lease was not renewed while it lasted: {late}")
+        self.expires_us = told["expires_us"]
+        self._ends_s = asked_s + self._ttl_ms / 1000
+        return None
 
     def _gone(self, problem: WeftError) -> None:
         self.lost = problem
@@ -47,8 +68,9 @@ class Lease:
         self._over.set()
         if threading.current_thread() is not self._renewing:  # as it is in `on_lost`
             self._renewing.join()
-        with contextlib.suppress(WeftError, TimeoutError):
-            self._api.lease.release(lease=self.name)
+        if self.lost is None:
+            with contextlib.suppress(WeftError, TimeoutError):
+                self._client.api.lease.release(lease=self.name)
 
     def __enter__(self) -> "Lease":
         return self

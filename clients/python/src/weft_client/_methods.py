@@ -32,6 +32,32 @@ class DataMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
+    def certificate(self, *, run: str, from_: Optional[int] = None, most: Optional[int] = None) -> JsonObject:
+        """What a run's data set was recorded with, and the digests that data.verify goes by.
+
+        run: its name, "R-000318"
+        from_: the first attempt at a trial that is told, 0
+        most: attempts, 100; at most 1000
+        Result: run, bench, name, seed, software_version, recipe_sha256, rig_sha256, dataset_sha256, trials_planned, attempts,
+        ended_early, devices: name, driver, identity; files: name, bytes, sha256, path; path of the whole certificate; trials:
+        name, outcome, sha256, gaps; next. Least role: observer.
+        """
+        return self._call("data.certificate", {"run": run, "from": from_, "most": most})
+
+    def export(self, *, run: str, format: Optional[str] = None, exploration: Optional[str] = None,
+               idem: Optional[str] = None) -> JsonObject:
+        """Makes a file of the complete trials of a run that is over, also of one that was interrupted; it is had by GET of
+        `path` over HTTP.
+
+        run: its name, "R-000318"
+        format: hdf5, a data set (default), or features-csv, the table of its features
+        exploration: whose features, where the campaign has several
+        idem: key of this change: asked again, the first answer comes
+        Result: run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, trials_planned. Least role: operator.
+        Changes something.
+        """
+        return self._call("data.export", {"run": run, "format": format, "exploration": exploration, "idem": idem})
+
     def get(self, *, run: str) -> JsonObject:
         """The files of a run that has ended; bytes are had by GET of `path` over HTTP, with Range, the digest as ETag.
 
@@ -55,6 +81,29 @@ class DataMethods:
         dataset_sha256, software_version, findings: where, what, hint. Least role: observer.
         """
         return self._call("data.verify", {"run": run})
+
+
+class DeviceMethods:
+    """Methods device.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def describe(self, *, device: str) -> JsonObject:
+        """What a device's driver may be told, and what the rig file tells it.
+
+        device: its name, "stage.z"
+        Result: device, role, driver, link, summary, bench, plugin (its file, or null), config, config_schema: JSON Schema,
+        draft 2020-12, with x-unit, and x-safety where a value guards somebody or something. Least role: observer.
+        """
+        return self._call("device.describe", {"device": device})
+
+    def list(self) -> JsonObject:
+        """The rig's devices, as its file has them.
+
+        Result: rig, bench, devices: device, role, driver, link. Least role: observer.
+        """
+        return self._call("device.list", {})
 
 
 class HandoverMethods:
@@ -600,6 +649,7 @@ class Api:
     def __init__(self, call: Call) -> None:
         self.classify = ClassifyMethods(call)
         self.data = DataMethods(call)
+        self.device = DeviceMethods(call)
         self.handover = HandoverMethods(call)
         self.lease = LeaseMethods(call)
         self.log = LogMethods(call)

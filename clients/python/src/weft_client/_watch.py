@@ -8,10 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any, Callable, Deque, Dict, List, Optional, Sequence
 
 from ._connection import Connection
+from ._errors import ConnectionLost, StateError
 from ._mailbox import Mailbox
 from ._merge import merge_patch
 
 JsonObject = Dict[str, Any]
+
+_MOST_LOST_AT_ONCE = 3  # connections that are made and lost before the subscription is open
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,7 @@ class Event:
     state     all that is known of the topic, after it
     seq       its number, without gaps since the daemon began; of a snapshot the newest that is in it
     t_us      when [us UTC]; None for a snapshot
-    snapshot  the first event of a topic, and the first after a gap
+    snapshot  the first event of a topic, and the first after a gap or after a connection that was lost
     dropped   how many events before this one are lost; a snapshot follows at once
     """
 
@@ -39,11 +42,13 @@ class Watch:
     """A subscription, open until close() or the end of a `with`. One reader at a time.
 
     Where the daemon or this client lost events (they were read too slowly), the subscription is opened anew, so that `state` is whole
-    again: its snapshots come as events.
+    again: its snapshots come as events. Where the connection is lost, `again` makes another one: the events of mode "every" go on after
+    the last one that was read, those of "latest" with snapshots.
     """
 
-    def __init__(self, connection: Connection, topics: Sequence[str], mode: str, max_hz: float, timeout_s: float) -> None:
-        self._connection, self._timeout_s = connection, timeout_s
+    def __init__(self, connection: Connection, topics: Sequence[str], mode: str, max_hz: float, timeout_s: float,
+                 again: Optional[Callable[[Connection], Connection]] = None) -> None:
+        self._connection, self._timeout_s, self._again = connection, timeout_s, again
         self._wish: JsonObject = {"topics": list(topics), "mode": mode}
         if mode == "latest":
             self._wish["max_hz"] = max_hz
@@ -52,6 +57,8 @@ class Watch:
         self._closed = False
         self._ends: Callable[[Event], bool] = lambda event: False
         self._states: Dict[str, JsonObject] = {}
+        self._seq = 0  # of the newest event that was read, or is in the snapshot
+        self._whole = True  # no event before that one is missing
         self._mailbox = Mailbox()
         self._open()
 
@@ -63,11 +70,40 @@ class Watch:
         return self
 
     def _open(self) -> None:
-        opened = self._connection.request("sub.open", self._wish).result(self._timeout_s)
+        opened = self._ask_to_open({})
+        self._states, self._seq, self._whole = dict(opened["snapshot"]), int(opened["seq"]), True
+        self._ready.extend(Event(topic, state, state, int(opened["seq"]), snapshot=True) for topic, state in self._states.items())
+
+    def _ask_to_open(self, more: JsonObject) -> JsonObject:
+        opened: JsonObject = self._connection.request("sub.open", {**self._wish, **more}).result(self._timeout_s)
         self._sub = str(opened["sub"])
         self._mailbox = self._connection.mailbox(self._sub)
-        self._states = dict(opened["snapshot"])
-        self._ready.extend(Event(topic, state, state, int(opened["seq"]), snapshot=True) for topic, state in self._states.items())
+        return opened
+
+    def _reconnect(self, lost: ConnectionLost) -> None:
+        """Another connection, and on it the same subscription. Errors: ConnectionLost, where there is none."""
+        if self._again is None or self._closed:
+            raise lost
+        epoch = self._connection.greeting.get("epoch")
+        for _ in range(_MOST_LOST_AT_ONCE):
+            self._sub = None
+            self._connection = self._again(self._connection)
+            try:
+                return self._go_on(epoch)
+            except ConnectionLost as once_more:
+                lost = once_more
+        raise lost
+
+    def _go_on(self, epoch: Optional[str]) -> None:
+        """After the last event that was read, where this is the same start of the daemon and it still has them; else anew."""
+        if self._whole and self._wish["mode"] == "every" and epoch is not None:
+            try:
+                self._ask_to_open({"from_seq": self._seq, "epoch": epoch})
+                return
+            except StateError as gone:
+                if gone.kind != "replay.gone":
+                    raise
+        self._open()
 
     def _leave(self) -> None:
         sub, self._sub = self._sub, None
@@ -94,7 +130,7 @@ class Watch:
         self.close()
 
     def _take(self) -> Optional[Event]:
-        """An event that is there. Raises ConnectionLost where none can come any more."""
+        """An event that is there. Raises ConnectionLost where none can come any more on this connection."""
         if not self._ready:
             message = self._mailbox.take()
             if message is None:
@@ -108,21 +144,31 @@ class Watch:
     def _merged(self, message: JsonObject) -> Event:
         topic, delta = str(message["topic"]), message["delta"]
         state = self._states[topic] = merge_patch(self._states.get(topic, {}), delta)
+        self._seq = int(message["seq"])
         return Event(topic, delta, state, int(message["seq"]), int(message["t_us"]), dropped=int(message.get("dropped", 0)))
 
     def _after(self, event: Event) -> Event:
         """Where something was lost: the same subscription anew."""
         if event.dropped and not self._closed:
+            self._whole = False
             self._leave()
-            self._open()
+            try:
+                self._open()
+            except ConnectionLost as lost:  # the next turn makes another one
+                self._mailbox = Mailbox()
+                self._mailbox.close(lost)
         return event
 
     def next(self, timeout_s: Optional[float] = None) -> Optional[Event]:
         """The next event; None where the time was over first, or the watch is closed."""
         while not self._closed:
-            event = self._take()
-            if event is not None:
-                return self._after(event)
+            try:
+                event = self._take()
+                if event is not None:
+                    return self._after(event)
+            except ConnectionLost as lost:
+                self._reconnect(lost)
+                continue
             if not self._mailbox.wait(timeout_s):
                 return None
         return None
@@ -141,9 +187,13 @@ class Watch:
 
     async def __anext__(self) -> Event:
         while not self._closed:
-            event = self._take()
-            if event is not None:
-                return await asyncio.to_thread(self._after, event) if event.dropped else event
+            try:
+                event = self._take()
+                if event is not None:
+                    return await asyncio.to_thread(self._after, event) if event.dropped else event
+            except ConnectionLost as lost:
+                await asyncio.to_thread(self._reconnect, lost)
+                continue
             await _until_ready(self._mailbox)
         raise StopAsyncIteration
 
