@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 
+#include "classifier/design/clustered.hpp"
 #include "classifier/design/resample.hpp"
 #include "classifier/evaluate/splits.hpp"
 
@@ -13,121 +13,179 @@ namespace weft::classifier::design {
 namespace {
 
 constexpr std::size_t least_replicates = 3;
+constexpr std::size_t error_resamples = 200;  // of the median seconds
 
-std::size_t count_right(const CellAnswers& answers) {
-  std::size_t sum = 0;
-  for (const auto& fabric : answers.right)
-    sum += static_cast<std::size_t>(std::ranges::count(fabric, true));
-  return sum;
-}
-
-/// Of an accuracy of 0 or 1 as if half an answer more were the other way.
-double standard_error(double accuracy, double asked) {
-  const double p = (accuracy * asked + 0.5) / (asked + 1);
-  return std::sqrt(p * (1 - p) / asked);
-}
-
-/// What the rule takes when the cells have these accuracies.
-std::size_t take(const std::vector<WeighedCell>& cells, const std::vector<double>& accuracy) {
-  const auto best = static_cast<std::size_t>(std::ranges::max_element(accuracy) - accuracy.begin());
-  const auto asked = static_cast<double>(cells[best].answers.asked());
-  const double enough = accuracy[best] - standard_error(accuracy[best], asked);
-  std::size_t taken = best;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (accuracy[i] < enough) continue;
-    const bool quicker = cells[i].seconds < cells[taken].seconds;
-    const bool same = cells[i].seconds == cells[taken].seconds;
-    if (quicker || (same && cells[i].snr_db > cells[taken].snr_db)) taken = i;
+/// Of these trials together.
+CellFigures figures_of(const std::vector<CellTrial>& trials) {
+  CellFigures out;
+  std::vector<double> seconds;
+  for (const CellTrial& trial : trials) {
+    const auto count = static_cast<double>(trials.size());
+    out.accuracy += trial.right ? 1 : 0;
+    out.snr_db += trial.snr_db / count;
+    seconds.push_back(trial.seconds);
   }
-  return taken;
+  out.accuracy /= static_cast<double>(trials.size());
+  out.seconds = quantile(std::move(seconds), 0.5);
+  return out;
 }
 
-/// Of a resample of a resample: the first stands for what the truth may be, the second for what a
+std::vector<CellTrial> all_trials(const WeighedCell& cell) {
+  std::vector<CellTrial> out;
+  for (const auto& fabric : cell.fabrics) out.insert(out.end(), fabric.begin(), fabric.end());
+  return out;
+}
+
+std::vector<CellTrial> redrawn(const WeighedCell& cell, RandomEngine& engine) {
+  std::vector<CellTrial> out;
+  for (const auto& fabric : cell.fabrics)
+    for (const std::size_t i : resampled(fabric.size(), engine)) out.push_back(fabric[i]);
+  return out;
+}
+
+/// A resample of a resample: the first stands for what the truth may be, the second for what a
 /// pilot of the same size then finds.
-double another_accuracy(const CellAnswers& answers, RandomEngine& engine) {
-  std::size_t right = 0;
-  for (const auto& fabric : answers.right) {
+std::vector<CellTrial> another_pilot(const WeighedCell& cell, RandomEngine& engine) {
+  std::vector<CellTrial> out;
+  for (const auto& fabric : cell.fabrics) {
     const std::vector<std::size_t> truth = resampled(fabric.size(), engine);
-    for (const std::size_t i : resampled(fabric.size(), engine)) right += fabric[truth[i]] ? 1 : 0;
+    for (const std::size_t i : resampled(fabric.size(), engine)) out.push_back(fabric[truth[i]]);
   }
-  return static_cast<double>(right) / static_cast<double>(answers.asked());
+  return out;
 }
 
-bool overlap(const Interval& a, const Interval& b) {
-  return a.low <= b.high && b.low <= a.high;
+double median_error(const WeighedCell& cell, std::uint64_t seed) {
+  RandomEngine engine(seed);
+  std::vector<double> medians;
+  for (std::size_t b = 0; b < error_resamples; ++b)
+    medians.push_back(figures_of(redrawn(cell, engine)).seconds);
+  return deviation_of(medians);
+}
+
+ClusteredShare by_replicate(const WeighedCell& cell) {
+  std::map<std::size_t, std::vector<double>> right;
+  for (const CellTrial& trial : all_trials(cell))
+    right[trial.replicate].push_back(trial.right ? 1 : 0);
+  ClusteredShare out;
+  for (const auto& [replicate, answers] : right) out.of_cluster.push_back(mean_of(answers));
+  out.each = static_cast<double>(cell.asked()) / static_cast<double>(right.size());
+  return out;
+}
+
+/// How often the rule takes each cell when the pilot is done again.
+void draw_other_pilots(const std::vector<WeighedCell>& cells, double asked, std::uint64_t seed,
+                       CellChoice& out) {
+  RandomEngine engine(seed);
+  const double widening = std::sqrt(out.design_effect);
+  for (std::size_t b = 0; b < out.resamples; ++b) {
+    std::vector<CellFigures> drawn;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const CellFigures& measured = out.cells[i].figures;
+      CellFigures& other = drawn.emplace_back(figures_of(another_pilot(cells[i], engine)));
+      const double off = widening * (other.accuracy - measured.accuracy);
+      other.accuracy = std::clamp(measured.accuracy + off, 0.0, 1.0);
+      other.seconds_error = measured.seconds_error;
+    }
+    out.cells[take(drawn, asked)].chosen_share += 1 / static_cast<double>(out.resamples);
+  }
+}
+
+/// Cells that the chosen one has on the side of time: which is the quickest of those within one
+/// standard error, and how many take no longer than that one.
+void count_equal_times(CellChoice& out) {
+  const double enough = out.cells[out.most_separable].figures.accuracy - out.within;
+  std::vector<std::size_t> within;
+  for (std::size_t i = 0; i < out.cells.size(); ++i)
+    if (out.cells[i].figures.accuracy >= enough) within.push_back(i);
+  const auto seconds = [&](std::size_t i) { return out.cells[i].figures.seconds; };
+  out.quickest = std::ranges::min(within, {}, seconds);
+  const CellFigures& quickest = out.cells[out.quickest].figures;
+  out.equal_time = static_cast<std::size_t>(std::ranges::count_if(
+      within, [&](std::size_t i) { return !takes_less(quickest, out.cells[i].figures); }));
+}
+
+void count_overlapping(CellChoice& out) {
+  const CellSummary& chosen = out.cells[out.chosen];
+  for (std::size_t i = 0; i < out.cells.size(); ++i) {
+    const CellSummary& other = out.cells[i];
+    if (i == out.chosen || other.ci95.low > chosen.ci95.high || chosen.ci95.low > other.ci95.high)
+      continue;
+    ++out.overlapping;
+    out.quicker_overlapping += takes_less(other.figures, chosen.figures) ? 1 : 0;
+  }
 }
 
 }  // namespace
 
-std::size_t CellAnswers::asked() const {
-  return std::accumulate(right.begin(), right.end(), std::size_t{0},
-                         [](std::size_t sum, const auto& fabric) { return sum + fabric.size(); });
+std::size_t WeighedCell::asked() const {
+  std::size_t sum = 0;
+  for (const auto& fabric : fabrics) sum += fabric.size();
+  return sum;
 }
 
-double CellAnswers::accuracy() const {
-  return static_cast<double>(count_right(*this)) / static_cast<double>(asked());
+double WeighedCell::accuracy() const {
+  return figures_of(all_trials(*this)).accuracy;
 }
 
-Result<CellAnswers> separability(const FeatureMatrix& matrix, Learner learner, std::uint64_t seed,
-                                 const std::function<bool()>& stop) {
+Result<std::vector<bool>> separability(const FeatureMatrix& matrix, Learner learner,
+                                       std::uint64_t seed, const std::function<bool()>& stop) {
   const std::set<std::string> groups(matrix.groups.begin(), matrix.groups.end());
+  const std::set<std::string> labels(matrix.labels.begin(), matrix.labels.end());
   if (groups.size() < least_replicates)
     return fail(Errc::invalid_argument, "too few replicates to leave one out", "cell", "at least 3",
                 std::to_string(groups.size()));
+  if (labels.size() < 2)
+    return fail(Errc::invalid_argument, "there is nothing to tell apart", "cell", "2 fabrics",
+                std::to_string(labels.size()));
   const auto splits = leave_one_group_out(matrix.groups, matrix.labels);
   if (!splits) return pass(splits.error());
   TrainOptions options;
   options.seed = seed;
   options.threads = 1;
   options.stop = stop;
-  std::map<std::string, std::vector<bool>> right;
+  std::vector<bool> right(matrix.size(), false);
+  std::size_t asked = 0;
   for (const Split& split : *splits) {
     const auto chosen = train_learner(take_rows(matrix, split.train), learner, options);
     if (!chosen) return pass(chosen.error());
     for (const std::size_t r : split.test) {
       const auto answer = chosen->trained.classify(matrix.values.row(r));
       if (!answer) return pass(answer.error(), matrix.files[r]);
-      right[matrix.labels[r]].push_back(chosen->trained.labels()[*answer] == matrix.labels[r]);
+      right[r] = chosen->trained.labels()[*answer] == matrix.labels[r];
+      ++asked;
     }
   }
-  if (right.size() < 2)
-    return fail(Errc::invalid_argument, "there is nothing to tell apart", "cell", "2 fabrics",
-                std::to_string(right.size()));
-  CellAnswers out;
-  for (auto& [label, answers] : right) out.right.push_back(std::move(answers));
-  return out;
+  if (asked < matrix.size())
+    return fail(Errc::invalid_argument, "a fabric is in one replicate alone", "cell",
+                "each in two replicates or more");
+  return right;
 }
 
 CellChoice choose_cell(const std::vector<WeighedCell>& cells, std::size_t resamples,
                        std::uint64_t seed) {
   CellChoice out;
   out.resamples = resamples;
-  std::vector<double> accuracy;
+  std::vector<CellFigures> figures;
+  std::vector<ClusteredShare> shares;
   for (const WeighedCell& cell : cells) {
-    accuracy.push_back(cell.answers.accuracy());
-    const std::size_t right = count_right(cell.answers);
-    CellSummary& summary = out.cells.emplace_back();
-    summary.accuracy = accuracy.back();
-    summary.ci95 = wilson_interval(right, cell.answers.asked());
+    shares.push_back(by_replicate(cell));
+    figures.push_back(figures_of(all_trials(cell)));
+    figures.back().seconds_error = median_error(cell, seed);
   }
-  out.chosen = take(cells, accuracy);
-  out.most_separable =
-      static_cast<std::size_t>(std::ranges::max_element(accuracy) - accuracy.begin());
-  out.within = standard_error(accuracy[out.most_separable],
-                              static_cast<double>(cells[out.most_separable].answers.asked()));
-  RandomEngine engine(seed);
-  for (std::size_t b = 0; b < resamples; ++b) {
-    std::vector<double> drawn;
-    for (const WeighedCell& cell : cells) drawn.push_back(another_accuracy(cell.answers, engine));
-    out.cells[take(cells, drawn)].chosen_share += 1 / static_cast<double>(resamples);
-  }
+  out.design_effect = design_effect(shares);
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    out.cells.push_back({figures[i], clustered_interval(shares[i], out.design_effect), 0});
+  const double asked = static_cast<double>(cells.front().asked()) / out.design_effect;
+  out.front = front_of(figures);
+  out.chosen = take(figures, asked);
+  const auto best = std::ranges::max_element(figures, {}, &CellFigures::accuracy);
+  out.most_separable = static_cast<std::size_t>(best - figures.begin());
+  out.within = standard_error(best->accuracy, asked);
+  draw_other_pilots(cells, asked, seed, out);
   out.share = out.cells[out.chosen].chosen_share;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (i == out.chosen || !overlap(out.cells[i].ci95, out.cells[out.chosen].ci95)) continue;
-    ++out.overlapping;
-    out.quicker_overlapping += cells[i].seconds < cells[out.chosen].seconds ? 1 : 0;
-  }
-  const auto fabrics = static_cast<double>(cells[out.chosen].answers.right.size());
+  count_equal_times(out);
+  count_overlapping(out);
+  const auto fabrics = static_cast<double>(cells[out.chosen].fabrics.size());
   const bool separates = out.cells[out.chosen].ci95.low > 1 / fabrics;
   out.supported =
       cells.size() > 1 && separates && out.share >= stable_share && out.quicker_overlapping == 0;

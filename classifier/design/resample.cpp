@@ -12,6 +12,20 @@ double uniform(RandomEngine& engine) {
   return (static_cast<double>(engine() >> 11) + 1) * 0x1p-53;
 }
 
+template <class Statistic>
+Interval percentiles(std::span<const double> values, std::size_t draws, std::uint64_t seed,
+                     Statistic statistic) {
+  RandomEngine engine(seed);
+  std::vector<double> found, drawn(values.size());
+  for (std::size_t d = 0; d < draws; ++d) {
+    const std::vector<std::size_t> of = resampled(values.size(), engine);
+    for (std::size_t i = 0; i < of.size(); ++i) drawn[i] = values[of[i]];
+    found.push_back(statistic(drawn));
+  }
+  return {quantile(found, 0.025), quantile(found, 0.975),
+          "percentiles of " + std::to_string(draws) + " resamples of the trials"};
+}
+
 }  // namespace
 
 std::vector<std::size_t> resampled(std::size_t count, RandomEngine& engine) {
@@ -34,15 +48,13 @@ double quantile(std::vector<double> values, double share) {
 }
 
 Interval mean_interval(std::span<const double> values, std::size_t draws, std::uint64_t seed) {
-  RandomEngine engine(seed);
-  std::vector<double> means;
-  for (std::size_t d = 0; d < draws; ++d) {
-    double sum = 0;
-    for (const std::size_t i : resampled(values.size(), engine)) sum += values[i];
-    means.push_back(sum / static_cast<double>(values.size()));
-  }
-  return {quantile(means, 0.025), quantile(means, 0.975),
-          "percentiles of " + std::to_string(draws) + " resamples of the trials"};
+  return percentiles(values, draws, seed, mean_of);
+}
+
+Interval median_interval(std::span<const double> values, std::size_t draws, std::uint64_t seed) {
+  return percentiles(values, draws, seed, [](std::span<const double> drawn) {
+    return quantile({drawn.begin(), drawn.end()}, 0.5);
+  });
 }
 
 }  // namespace weft::classifier::design

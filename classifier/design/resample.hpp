@@ -24,4 +24,7 @@ double quantile(std::vector<double> values, double share);
 /// The middle 95 % of the means of `draws` resamples; a single value has no interval but itself.
 Interval mean_interval(std::span<const double> values, std::size_t draws, std::uint64_t seed);
 
+/// The same of their median.
+Interval median_interval(std::span<const double> values, std::size_t draws, std::uint64_t seed);
+
 }  // namespace weft::classifier::design

@@ -13,16 +13,20 @@ constexpr double z95 = 1.959963984540054;  // normal quantile of 0.975
 }  // namespace
 
 Interval wilson_interval(std::size_t correct, std::size_t total) {
-  Interval out{0.0, 1.0, "Wilson score, one split"};
-  if (total == 0) return out;
   const auto n = static_cast<double>(total);
-  const double p = static_cast<double>(correct) / n;
-  const double z2 = z95 * z95 / n;
+  return wilson_of_share(total == 0 ? 0 : static_cast<double>(correct) / n, n);
+}
+
+Interval wilson_of_share(double share, double total) {
+  Interval out{0.0, 1.0, "Wilson score, one split"};
+  if (!(total > 0)) return out;
+  const double p = share;
+  const double z2 = z95 * z95 / total;
   const double centre = (p + z2 / 2.0) / (1.0 + z2);
-  const double half = z95 * std::sqrt(p * (1.0 - p) / n + z2 / (4.0 * n)) / (1.0 + z2);
+  const double half = z95 * std::sqrt(p * (1.0 - p) / total + z2 / (4.0 * total)) / (1.0 + z2);
   // the ends are exact where the formula is so up to rounding
-  out.low = correct == 0 ? 0.0 : std::max(0.0, centre - half);
-  out.high = correct == total ? 1.0 : std::min(1.0, centre + half);
+  out.low = p <= 0.0 ? 0.0 : std::max(0.0, centre - half);
+  out.high = p >= 1.0 ? 1.0 : std::min(1.0, centre + half);
   return out;
 }
 

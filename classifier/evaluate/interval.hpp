@@ -17,6 +17,8 @@ struct Interval {
 /// Wilson's score interval of `correct` out of `total` independent trials (Wilson 1927); [0, 1]
 /// without trials.
 Interval wilson_interval(std::size_t correct, std::size_t total);
+/// The same of a share (0 to 1) among so many trials, which need not be a whole number.
+Interval wilson_of_share(double share, double total);
 
 /// Of the mean accuracy of R >= 2 random splits of one data set into `train` and `test` trials, cut
 /// to [0, 1]: mean +- t sd sqrt(1/R + test/train) with Student's t of R - 1 degrees of freedom. The

@@ -23,21 +23,22 @@ std::string cells_text(const SweepAnalysis& a) {
       {"cell", "told right", "95 % interval", "signal/noise", "saturated", "seconds", "chosen in"});
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const auto& cell = a.choice.cells[i];
-    table.row({(i == a.choice.chosen ? "> " : "") + cell_words(a, i), percent(cell.accuracy) + " %",
+    table.row({(i == a.choice.chosen ? "> " : "") + cell_words(a, i),
+               percent(cell.figures.accuracy) + " %",
                percent(cell.ci95.low) + " to " + percent(cell.ci95.high),
-               fixed(a.cells[i].snr_db.mean, 1) + " dB",
-               percent(a.cells[i].saturated_share.mean, 2) + " %",
-               fixed(a.cells[i].seconds.mean, 1), percent(cell.chosen_share) + " %"});
+               fixed(a.cells[i].snr_db.value, 1) + " dB",
+               percent(a.cells[i].saturated_share.value, 2) + " %",
+               fixed(a.cells[i].seconds.value, 1), percent(cell.chosen_share) + " %"});
   }
   return table.text();
 }
 
 std::string analysis_text(const SweepAnalysis& a) {
   std::vector<std::string> on;
-  for (const std::size_t i : a.front) on.push_back(cell_words(a, i));
+  for (const std::size_t i : a.choice.front) on.push_back(cell_words(a, i));
   return bench_banner(a.bench) + a.exploration + ", " + std::to_string(a.fabrics.size()) +
          " fabrics, " + std::to_string(a.replicates) + " replicates\n" + cells_text(a) +
-         "Front of separability against seconds: " + joined(on, "; ") + "\n" +
+         left_out_words(a) + "Front of separability against seconds: " + joined(on, "; ") + "\n" +
          wrapped(recommendation(a), "");
 }
 

@@ -12,14 +12,18 @@ ordered_json interval_json(const classifier::Interval& interval) {
   return {interval.low, interval.high};
 }
 
-ordered_json mean_json(const CellMean& mean) {
-  return {{"mean", mean.mean}, {"ci95", interval_json(mean.ci95)}};
+ordered_json value_json(const char* name, const CellValue& value) {
+  return {{name, value.value}, {"ci95", interval_json(value.ci95)}};
+}
+
+ordered_json factors_json(const SweepAnalysis& a, const std::vector<double>& factors) {
+  ordered_json out;
+  for (std::size_t f = 0; f < a.factors.size(); ++f) out[a.factors[f]] = factors[f];
+  return out;
 }
 
 ordered_json factors_json(const SweepAnalysis& a, std::size_t cell) {
-  ordered_json out;
-  for (std::size_t f = 0; f < a.factors.size(); ++f) out[a.factors[f]] = a.cells[cell].factors[f];
-  return out;
+  return factors_json(a, a.cells[cell].factors);
 }
 
 ordered_json cell_json(const SweepAnalysis& a, std::size_t i) {
@@ -27,11 +31,12 @@ ordered_json cell_json(const SweepAnalysis& a, std::size_t i) {
   const auto& summary = a.choice.cells[i];
   return {{"factors", factors_json(a, i)},
           {"trials", cell.trials},
-          {"separability", {{"accuracy", summary.accuracy}, {"ci95", interval_json(summary.ci95)}}},
-          {"snr_db", mean_json(cell.snr_db)},
-          {"saturated_share", mean_json(cell.saturated_share)},
-          {"seconds", mean_json(cell.seconds)},
-          {"on_front", std::ranges::find(a.front, i) != a.front.end()},
+          {"separability",
+           {{"accuracy", summary.figures.accuracy}, {"ci95", interval_json(summary.ci95)}}},
+          {"snr_db", value_json("mean", cell.snr_db)},
+          {"saturated_share", value_json("mean", cell.saturated_share)},
+          {"seconds", value_json("median", cell.seconds)},
+          {"on_front", std::ranges::find(a.choice.front, i) != a.choice.front.end()},
           {"chosen_share", summary.chosen_share}};
 }
 
@@ -44,9 +49,11 @@ ordered_json or_null(const std::optional<Value>& value) {
 
 ordered_json design_json(const SweepAnalysis& a) {
   ordered_json cells = ordered_json::array(), front = ordered_json::array(),
-               surest = ordered_json::array();
+               surest = ordered_json::array(), left_out = ordered_json::array();
+  for (const LeftOutCell& one : a.left_out)
+    left_out.push_back({{"factors", factors_json(a, one.factors)}, {"why", one.why}});
   for (std::size_t i = 0; i < a.cells.size(); ++i) cells.push_back(cell_json(a, i));
-  for (const std::size_t i : a.front) front.push_back(factors_json(a, i));
+  for (const std::size_t i : a.choice.front) front.push_back(factors_json(a, i));
   for (const FactorShare& one : a.surest)
     surest.push_back(
         {{"factor", a.factors[one.factor]}, {"value", one.value}, {"share", one.share}});
@@ -60,6 +67,9 @@ ordered_json design_json(const SweepAnalysis& a) {
           {"band_m", {a.band.shortest_m, a.band.longest_m}},
           {"cells", std::move(cells)},
           {"front", std::move(front)},
+          {"left_out", std::move(left_out)},
+          {"explorations_left_out", a.without},
+          {"design_effect", a.choice.design_effect},
           {"recommendation",
            {{"supported", a.choice.supported},
             {"factors", factors_json(a, a.choice.chosen)},

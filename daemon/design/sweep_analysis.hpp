@@ -15,16 +15,23 @@
 
 namespace weft::daemon {
 
-/// A mean over the trials of a cell with its 95 % interval.
-struct CellMean {
-  double mean = 0;
+/// A mean or median over the trials of a cell with its 95 % interval.
+struct CellValue {
+  double value = 0;
   classifier::Interval ci95;
 };
 
 struct SweepCell {
   std::vector<double> factors;  ///< SI, in the order of SweepAnalysis::factors
   std::size_t trials = 0;
-  CellMean snr_db, saturated_share, seconds;
+  CellValue snr_db, saturated_share;  ///< means
+  CellValue seconds;                  ///< median
+};
+
+/// A cell that could not be measured or compared.
+struct LeftOutCell {
+  std::vector<double> factors;
+  std::string why;
 };
 
 /// How often the rule took a cell with this value of a factor.
@@ -40,12 +47,13 @@ struct SweepAnalysis {
   std::vector<std::string> datasets;  ///< digests
   std::vector<std::string> factors;   ///< "force_n"
   std::vector<std::string> fabrics;
-  std::size_t replicates = 0;  ///< of the cell that has fewest
+  std::size_t replicates = 0;  ///< of each cell
   std::string learner;
   classifier::design::TextureBand band;
-  std::vector<SweepCell> cells;           ///< by rising factors
+  std::vector<SweepCell> cells;           ///< by rising factors; at least one
   classifier::design::CellChoice choice;  ///< cells in the same order
-  std::vector<std::size_t> front;         ///< accuracy against seconds
+  std::vector<LeftOutCell> left_out;      ///< by rising factors
+  std::vector<std::string> without;       ///< other explorations, none of whose cells is left
   /// For every factor its surest value: what more of the resamples agree on than on a cell.
   std::vector<FactorShare> surest;
 };
@@ -59,20 +67,23 @@ struct SweepOptions {
   std::function<void(const std::string&)> progress = {};
 };
 
-/// One analysis for each exploration of the recipe. Several data sets are taken together when they
-/// are of one kind of bench and of the same factors, else refused: simulated and real are never
-/// mixed. Refuses a data set that is no sweep, cells with fewer than three replicates, and what the
-/// learner refuses.
+/// One analysis for each exploration of the recipe. Several data sets are taken together when
+/// swept_cells() lets them. A cell that cannot be measured (fewer than three replicates, a slide of
+/// too few samples, what the learner refuses) or holds other trials than most is left out by name;
+/// refused is only what leaves no cell at all.
 Result<std::vector<SweepAnalysis>> analyse_sweep(std::span<const Dataset> datasets,
                                                  const SweepOptions& options);
 
 /// "5 N, 2 mm/s".
 std::string cell_words(const SweepAnalysis& analysis, std::size_t cell);
+std::string cell_words(const SweepAnalysis& analysis, const std::vector<double>& factors);
 /// A factor for people: "force [N]", and a value of it in that unit.
 std::string factor_title(std::string_view factor);
 double factor_shown(std::string_view factor, double si);
 
 /// The recommendation and its reason, or why there is none, in sentences.
 std::string recommendation(const SweepAnalysis& analysis);
+/// A line for each cell and exploration that is left out, and why; nothing where none is.
+std::string left_out_words(const SweepAnalysis& analysis);
 
 }  // namespace weft::daemon
