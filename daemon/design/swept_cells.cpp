@@ -21,7 +21,7 @@ std::string rig_words(const recipes::RigLimits& rig) {
   return rig.name + ", " + rig.bench + ", " + std::to_string(rig.taxels) + " taxels";
 }
 
-Result<recipes::RigLimits> rig_of(const DatasetInfo& info) {
+Result<recipes::RigLimits> swept_rig(const DatasetInfo& info) {
   auto limits = recipes::parse_rig_limits(info.rig_json);
   if (!limits) return pass(limits.error(), info.name + ": rig on record");
   return limits;
@@ -46,7 +46,7 @@ Status check_alike(const DatasetInfo& first, const DatasetInfo& info) {
   if (info.taxel_rate_hz != first.taxel_rate_hz)
     return apart("sweeps of different sample rates", info, general(first.taxel_rate_hz) + " Hz",
                  general(info.taxel_rate_hz) + " Hz");
-  const auto one = rig_of(first), other = rig_of(info);
+  const auto one = swept_rig(first), other = swept_rig(info);
   if (!one) return pass(one.error());
   if (!other) return pass(other.error());
   if (rig_words(*one) != rig_words(*other))
@@ -57,8 +57,8 @@ Status check_alike(const DatasetInfo& first, const DatasetInfo& info) {
   return {};
 }
 
-Result<recipes::Plan> plan_of(const DatasetInfo& info) {
-  const auto limits = rig_of(info);
+Result<recipes::Plan> swept_plan(const DatasetInfo& info) {
+  const auto limits = swept_rig(info);
   if (!limits) return pass(limits.error());
   recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits);
   if (!report.plan)
@@ -69,7 +69,7 @@ Result<recipes::Plan> plan_of(const DatasetInfo& info) {
   return *std::move(report.plan);
 }
 
-double recorded_s(const TrialRecord& record) {
+double swept_seconds(const TrialRecord& record) {
   if (record.t_ns.size() < 2) return 0;
   return static_cast<double>(record.t_ns.back() - record.t_ns.front()) / ns_per_s;
 }
@@ -78,8 +78,8 @@ double recorded_s(const TrialRecord& record) {
 using ByName = std::map<std::string, CellTrials>;
 
 /// Adds the cells that a data set plans, and its complete trials to them.
-Status add(const Dataset& dataset, std::size_t number, std::map<std::string, ByName>& all) {
-  const auto plan = plan_of(dataset.info);
+Status add_cells(const Dataset& dataset, std::size_t number, std::map<std::string, ByName>& all) {
+  const auto plan = swept_plan(dataset.info);
   if (!plan) return pass(plan.error());
   std::map<std::string, CellTrials*> cells;
   for (std::size_t e = 0; e < plan->explorations.size(); ++e) {
@@ -103,7 +103,7 @@ Status add(const Dataset& dataset, std::size_t number, std::map<std::string, ByN
     classifier::Trial& trial = cell.trials.emplace_back(dataset.trials[i]);
     trial.group.insert(0, prefix);
     trial.file.insert(0, prefix);
-    cell.seconds.push_back(recorded_s(record));
+    cell.seconds.push_back(swept_seconds(record));
   }
   return {};
 }
@@ -131,7 +131,7 @@ Shape shape_of(const CellTrials& cell) {
 }
 
 /// "wool in 2 trials instead of 3".
-std::string difference(const Shape& usual, const Shape& shape) {
+std::string shape_words(const Shape& usual, const Shape& shape) {
   std::set<std::string> fabrics;
   for (const Shape* one : {&usual, &shape})
     for (const auto& [fabric, count] : one->trials) fabrics.insert(fabric);
@@ -160,7 +160,7 @@ Result<SweptCells> swept_cells(std::span<const Dataset> datasets) {
     if (Status ok = check_alike(datasets.front().info, dataset.info); !ok) return pass(ok.error());
   std::map<std::string, ByName> all;
   for (std::size_t i = 0; i < datasets.size(); ++i)
-    if (Status ok = add(datasets[i], i, all); !ok) return pass(ok.error());
+    if (Status ok = add_cells(datasets[i], i, all); !ok) return pass(ok.error());
   SweptCells out;
   for (auto& [exploration, by_name] : all) {
     std::vector<CellTrials>& cells = out[exploration];
@@ -180,7 +180,7 @@ std::map<std::size_t, std::string> not_alike(std::span<const CellTrials* const> 
   std::map<std::size_t, std::string> out;
   for (std::size_t i = 0; i < cells.size(); ++i)
     if (const Shape shape = shape_of(*cells[i]); shape != usual)
-      out[i] = "it holds other trials than most cells: " + difference(usual, shape);
+      out[i] = "it holds other trials than most cells: " + shape_words(usual, shape);
   return out;
 }
 
