@@ -115,7 +115,7 @@ Status read_switches(const json& object, MaterialSwitches& switches) {
 
 Status read_dynamics(const json& object, DynamicsParams& dynamics) {
   FieldReader reader(object, "/simulation/dynamics");
-  std::string integrator = "midpoint";
+  std::string integrator(to_string(dynamics.integrator));
   reader.text("integrator", integrator);
   reader.number("normal_damping", dynamics.normal_damping, 0, 100);
   reader.number("lateral_stiffness_n_m", dynamics.lateral_stiffness_n_m, 1, 1e9);

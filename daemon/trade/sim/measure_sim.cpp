@@ -246,7 +246,8 @@ std::vector<SimSetting> sim_settings(bool quick) {
   const std::vector<int> modal = quick ? std::vector{72} : std::vector{72, 288, 576};
   std::vector<SimSetting> out{{Level::algebraic, {}, sim_sample_s}};
   for (const int share : quasistatic) out.push_back({Level::quasistatic, {}, sim_sample_s / share});
-  for (const Integrator integrator : {Integrator::midpoint, Integrator::tr_bdf2})
+  for (const Integrator integrator :
+       {Integrator::midpoint, Integrator::adaptive, Integrator::tr_bdf2})
     for (const int share : dynamic)
       out.push_back({Level::dynamic, integrator, sim_sample_s / share});
   for (const int share : modal)

@@ -7,6 +7,7 @@
 #include "daemon/trade/sim/sim_watch.hpp"
 #include "sim/plant/algebraic/algebraic_probe.hpp"
 #include "sim/plant/dynamic/dynamic_contact.hpp"
+#include "sim/plant/fidelity/setting.hpp"
 #include "sim/plant/modal/sounding_contact.hpp"
 
 namespace weft::daemon {
@@ -33,13 +34,13 @@ Look gap(const ContactState& state, double lambda_m, double t_s, double rate_mps
 
 std::string integrator_word(const SimSetting& setting) {
   if (setting.level < Level::dynamic) return "none";
-  return setting.integrator == Integrator::midpoint ? "midpoint" : "tr_bdf2";
+  return std::string(sim::to_string(setting.integrator));
 }
 
 std::string SimSetting::family() const {
   std::string out(to_string(level));
-  if (level >= Level::dynamic) out += integrator == Integrator::midpoint ? " midpoint" : " TR-BDF2";
-  return out;
+  if (level < Level::dynamic) return out;
+  return out + (integrator == Integrator::tr_bdf2 ? " TR-BDF2" : " " + integrator_word(*this));
 }
 
 double SimSetting::step_us() const {

@@ -29,7 +29,7 @@ struct SimSetting {
   [[nodiscard]] std::string family() const;  ///< "L2 midpoint"
 };
 
-/// "midpoint", "tr_bdf2"; "none" below L2.
+/// "midpoint", "adaptive", "tr_bdf2"; "none" below L2.
 std::string integrator_word(const SimSetting& setting);
 
 /// A limit cycle of friction, of the spring of the guide.

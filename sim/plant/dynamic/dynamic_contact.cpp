@@ -57,25 +57,54 @@ ContactState DynamicContact::step(const ContactState& from, const Pose& to, doub
   return finish(from, to, motion, path, dt_s);
 }
 
-/// The whole step, leg by leg from one instant to the next.
+/// The whole step, from one instant to the next.
 void DynamicContact::travel(Motion& motion, const Approach& path, double dt_s,
                             const Instants& instants, std::span<SlidingContact> at) const {
   double t_s = 0;
-  const auto go = [&](const Leg& leg, double end_s) {
-    for (double i = 0; i < leg.substeps; ++i)
-      advance(motion, path, t_s + i * leg.span.h_s, leg.span);
-    t_s = end_s;
-  };
-  const auto leg = [&](double length_s) { return Leg(material_.relaxation, params_, length_s); };
   if (instants.count > 0) {
-    if (instants.first_s >= shortest_s) go(leg(instants.first_s), instants.first_s);
-    const Leg each = leg(instants.every_s);
+    if (instants.first_s >= shortest_s) {
+      cover(motion, path, 0, instants.first_s);
+      t_s = instants.first_s;
+    }
+    const bool paced =
+        params_.integrator == Integrator::adaptive && instants.every_s > params_.step_s;
+    const Leg each = leg(instants.every_s, params_.step_s);
     for (std::size_t i = 0; i < instants.count; ++i) {
-      if (i > 0) go(each, instants.first_s + static_cast<double>(i) * instants.every_s);
+      if (i > 0) {
+        if (paced)
+          cover(motion, path, t_s, instants.every_s);
+        else
+          go(motion, path, t_s, each);
+        t_s = instants.first_s + static_cast<double>(i) * instants.every_s;
+      }
       if (!at.empty()) at[i] = seen(motion, path, t_s);
     }
   }
-  if (dt_s - t_s >= shortest_s) go(leg(dt_s - t_s), dt_s);
+  if (dt_s - t_s >= shortest_s) cover(motion, path, t_s, dt_s - t_s);
+}
+
+DynamicContact::Leg DynamicContact::leg(double length_s, double step_s) const {
+  return {material_.relaxation, params_.integrator, length_s, step_s};
+}
+
+void DynamicContact::go(Motion& motion, const Approach& path, double t_s, const Leg& leg) const {
+  for (double i = 0; i < leg.substeps; ++i) advance(motion, path, t_s + i * leg.span.h_s, leg.span);
+}
+
+/// `length_s` on from `t_s`, in substeps as the integrator has them.
+void DynamicContact::cover(Motion& motion, const Approach& path, double t_s,
+                           double length_s) const {
+  const double step_s = std::max(params_.step_s, length_s / most_substeps);
+  if (params_.integrator != Integrator::adaptive || length_s <= step_s) {
+    go(motion, path, t_s, leg(length_s, step_s));
+    return;
+  }
+  const double looks = Leg::whole(length_s / (longest_ease * step_s));
+  const double look_s = length_s / looks;
+  for (double i = 0; i < looks; ++i) {
+    const double from_s = t_s + i * look_s;
+    go(motion, path, from_s, leg(look_s, substep_s(motion, path, from_s, look_s, step_s)));
+  }
 }
 
 SlidingContact DynamicContact::seen(const Motion& motion, const Approach& path, double t_s) const {
@@ -250,7 +279,7 @@ LuGre DynamicContact::friction(double normal_n, NearPower& power) const {
 void DynamicContact::glide(Motion& motion, const Approach& approach, double h_s,
                            const Pressed& pressed) const {
   if (!(h_s > 0)) return;
-  if (params_.integrator == Integrator::midpoint) {
+  if (params_.integrator != Integrator::tr_bdf2) {
     const LuGre inner = friction(pressed.inner_normal_n, motion.power);
     motion.glide = glide_midpoint(glide_law_, inner, motion.glide, approach.stage_mps, h_s);
   } else {

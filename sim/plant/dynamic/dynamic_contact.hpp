@@ -33,7 +33,8 @@ class DynamicContact {
                  const ContactMaterial& material, const DynamicsParams& params);
 
   /// The state `dt_s` later with the stages at `to`, moved there in a straight line, in equal
-  /// substeps of at most `step_s` (no more than 1e8 of them); a substep in which the face touches
+  /// substeps of at most `step_s` (no more than 1e8 of them), of the adaptive integrator as long
+  /// as the motion allows (dynamic_pace.cpp); a substep in which the face touches
   /// or leaves the cloth is cut there. Less than 1 ps lets the stages jump and the probe stay. A
   /// pose that is not finite or further than 1 km away, a negative dt_s and one above an hour
   /// change nothing.
@@ -59,6 +60,15 @@ class DynamicContact {
                                     const Approach& approach, double dt_s) const;
   void travel(Motion& motion, const Approach& path, double dt_s, const Instants& instants,
               std::span<SlidingContact> at) const;
+  [[nodiscard]] Leg leg(double length_s, double step_s) const;
+  void go(Motion& motion, const Approach& path, double t_s, const Leg& leg) const;
+  void cover(Motion& motion, const Approach& path, double t_s, double length_s) const;
+  [[nodiscard]] double substep_s(const Motion& motion, const Approach& path, double t_s,
+                                 double length_s, double step_s) const;
+  [[nodiscard]] double substep_of_press_s(const Motion& motion, const Approach& path, double t_s,
+                                          double length_s, double step_s) const;
+  [[nodiscard]] double substep_of_glide_s(const Motion& motion, const Approach& path,
+                                          double step_s) const;
   [[nodiscard]] SlidingContact seen(const Motion& motion, const Approach& path, double t_s) const;
   [[nodiscard]] SlidingContact standing(const ContactState& state) const;
   [[nodiscard]] double stiffness_n_m(double normal_n) const;

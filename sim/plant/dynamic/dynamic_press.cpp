@@ -33,8 +33,8 @@ double DynamicContact::force_n(const PressMemory& memory) const {
 
 DynamicContact::Pressed DynamicContact::press(const Motion& motion, const Approach& approach,
                                               double t_s, const Span& span) const {
-  return params_.integrator == Integrator::midpoint ? press_midpoint(motion, approach, t_s, span)
-                                                    : press_tr_bdf2(motion, approach, t_s, span);
+  return params_.integrator == Integrator::tr_bdf2 ? press_tr_bdf2(motion, approach, t_s, span)
+                                                   : press_midpoint(motion, approach, t_s, span);
 }
 
 /// s of a face at the height `z_m`, `after_s` into a substep that began at `t_s`.

@@ -10,15 +10,16 @@ namespace weft::sim {
 
 enum class Integrator : std::uint8_t {
   midpoint,  ///< implicit midpoint with exact memory: keeps undamped motion; for steps that resolve
-  tr_bdf2    ///< L-stable: damps what the step does not resolve; for coarse steps
+  tr_bdf2,   ///< L-stable: damps what the step does not resolve; for coarse steps
+  adaptive   ///< implicit midpoint whose substeps are longer where the contact is calm
 };
 
 struct DynamicsParams {
-  /// Substeps are equal and at most this long; nothing else depends on it. An eighth of a pad's
-  /// conversion: the contact runs at a thousand times real time, 1 mN rms from a run at 5 us
-  /// (tests/bench/plant_levels.cc).
-  double step_s = 384e-6;
-  Integrator integrator = Integrator::midpoint;
+  /// Substeps are equal and at most this long; nothing else depends on it. Of the adaptive
+  /// integrator: their length while the probe swings. A 32nd of a pad's conversion
+  /// (tests/bench/plant_levels.cc has its error and its price).
+  double step_s = 96e-6;
+  Integrator integrator = Integrator::adaptive;
   double normal_damping = 0.05;        ///< ratio of the mount's spring with the probe's mass [E]
   double lateral_stiffness_n_m = 1e5;  ///< k_l of guide and mount along x and y [E]
   double lateral_damping = 0.05;       ///< ratio, as above [E]

@@ -10,6 +10,7 @@
 namespace weft::sim {
 
 inline constexpr double most_substeps = 1e8;  // in one step of the stages
+inline constexpr double longest_ease = 16;    // times step_s, of the adaptive integrator
 
 /// A substep's length and the cloth's memory over its two parts.
 struct DynamicContact::Span {
@@ -21,18 +22,22 @@ struct DynamicContact::Span {
         first(relaxation, first_share * length_s),
         second(relaxation, (1 - first_share) * length_s) {}
   [[nodiscard]] static double first_share(Integrator integrator) {
-    return integrator == Integrator::midpoint ? 0.5 : tr_bdf2::share;
+    return integrator == Integrator::tr_bdf2 ? tr_bdf2::share : 0.5;
   }
 };
 
-/// Equal substeps over a part of the stages' step.
+/// Equal substeps of at most `step_s` over a part of the stages' step.
 struct DynamicContact::Leg {
   double substeps;
   Span span;
 
-  Leg(const Relaxation& relaxation, const DynamicsParams& params, double length_s)
-      : substeps(std::clamp(std::ceil(length_s / params.step_s * (1 - 1e-12)), 1.0, most_substeps)),
-        span(relaxation, length_s / substeps, Span::first_share(params.integrator)) {}
+  Leg(const Relaxation& relaxation, Integrator integrator, double length_s, double step_s)
+      : substeps(whole(length_s / step_s)),
+        span(relaxation, length_s / substeps, Span::first_share(integrator)) {}
+  /// How many parts of one unit cover `units` of them.
+  [[nodiscard]] static double whole(double units) {
+    return std::clamp(std::ceil(units * (1 - 1e-12)), 1.0, most_substeps);
+  }
 };
 
 /// State within a step of the stages.

@@ -20,13 +20,21 @@ std::string milliseconds(double seconds) {
 }  // namespace
 
 std::string_view to_string(Integrator integrator) {
-  return integrator == Integrator::midpoint ? "midpoint" : "tr_bdf2";
+  switch (integrator) {
+    case Integrator::midpoint:
+      return "midpoint";
+    case Integrator::tr_bdf2:
+      return "tr_bdf2";
+    default:
+      return "adaptive";
+  }
 }
 
 Result<Integrator> integrator_from(std::string_view name) {
-  for (const Integrator integrator : {Integrator::midpoint, Integrator::tr_bdf2})
+  for (const Integrator integrator :
+       {Integrator::midpoint, Integrator::tr_bdf2, Integrator::adaptive})
     if (name == to_string(integrator)) return integrator;
-  return fail(Errc::invalid_argument, "no such integrator", {}, "midpoint or tr_bdf2",
+  return fail(Errc::invalid_argument, "no such integrator", {}, "midpoint, tr_bdf2 or adaptive",
               std::string(name));
 }
 

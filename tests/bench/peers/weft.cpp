@@ -2,6 +2,7 @@
 // contact for the slide.
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
+#include "sim/plant/fidelity/setting.hpp"
 #include "sim/plant/modal/oscillator.hpp"
 #include "tests/bench/peers/scenes.hpp"
 
@@ -79,16 +80,16 @@ Engine engine(const Press& press, const Slide& slide) {
         slide_run(slide, "L1, no spring: the face is where the stage is", h, z_m, quasistatic));
     out.slide.back().compared = false;
   }
-  for (const Integrator integrator : {Integrator::midpoint, Integrator::tr_bdf2}) {
+  for (const Integrator integrator :
+       {Integrator::midpoint, Integrator::adaptive, Integrator::tr_bdf2}) {
     for (const double h : {2e-4, 1e-3, 5e-3}) {
       DynamicsParams params;
       params.step_s = h;
       params.integrator = integrator;
       params.lateral_stiffness_n_m = slide.spring_n_m;
       params.static_ratio = 1;
-      const char* name = integrator == Integrator::midpoint
-                             ? "L2, implicit midpoint, spring of the scene"
-                             : "L2, TR-BDF2 along z, spring of the scene";
+      const std::string name =
+          "L2, " + std::string(to_string(integrator)) + ", spring of the scene";
       out.slide.push_back(
           slide_run(slide, name, h, z_m, DynamicContact(geometry, mount, material, params)));
     }

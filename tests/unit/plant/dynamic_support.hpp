@@ -10,7 +10,9 @@
 
 namespace weft::sim::test {
 
-inline constexpr Integrator both[] = {Integrator::midpoint, Integrator::tr_bdf2};
+inline constexpr Integrator equal_substeps[] = {Integrator::midpoint, Integrator::tr_bdf2};
+inline constexpr Integrator every[] = {Integrator::midpoint, Integrator::tr_bdf2,
+                                       Integrator::adaptive};
 
 inline ContactMaterial whole(const std::string& name) {
   return patch_of(library(), name, 1).material;

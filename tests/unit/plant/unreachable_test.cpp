@@ -30,7 +30,7 @@ std::vector<Law> laws(const ContactMaterial& material) {
   all.push_back({"L1", [=](const ContactState& from, const Pose& to, double dt_s) {
                    return statics.step(from, to, dt_s);
                  }});
-  for (const Integrator integrator : both) {
+  for (const Integrator integrator : every) {
     const DynamicContact dynamic(level_plate(), {}, material, with_step(2e-4, integrator));
     all.push_back({integrator == Integrator::midpoint ? "L2 midpoint" : "L2 TR-BDF2",
                    [=](const ContactState& from, const Pose& to, double dt_s) {
