@@ -65,7 +65,7 @@ def scene(folder, python):
     try:
         http, https = (re.search(r"https?://[^:]+:(\d+)", d.ready).group(1) for d in (daemon, secure))
         told.update(socket=str(daemon.socket), tcp=f"tcp://127.0.0.1:{daemon.port}", http=f"http://127.0.0.1:{http}",
-                    tls=f"tls://localhost:{secure.port}", https=f"https://localhost:{https}", ca=str(cert), other_ca=str(other_cert), folder=str(folder))
+                    tls=f"tls://127.0.0.1:{secure.port}", https=f"https://127.0.0.1:{https}", ca=str(cert), other_ca=str(other_cert), folder=str(folder))
         (folder / "scene.json").write_text(json.dumps(told))
         print(run(python, "-I", ROOT / "tests/scenario/python_client_scene.py", folder / "scene.json").strip())
         assert daemon.end() == 0 and secure.end() == 0
