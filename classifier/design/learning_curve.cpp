@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "classifier/design/clustered.hpp"
 #include "classifier/design/resample.hpp"
 #include "classifier/learn/parallel.hpp"
 
@@ -12,7 +13,6 @@ namespace weft::classifier::design {
 namespace {
 
 constexpr std::size_t least_trained = 2, least_groups = 4;
-constexpr std::size_t curve_resamples = 1000;
 
 /// Rows of each group, groups by name.
 std::vector<std::vector<std::size_t>> rows_by_group(const FeatureMatrix& matrix) {
@@ -228,6 +228,7 @@ Result<LearningCurve> learning_curve(const FeatureMatrix& matrix, const CurveOpt
   LearningCurve out;
   out.repetitions = groups.size();
   out.trials = matrix.size();
+  out.draws = options.draws;
   out.fabrics = std::set<std::string>(matrix.labels.begin(), matrix.labels.end()).size();
   out.points.resize(trained.size());
   for (std::size_t s = 0; s < trained.size(); ++s) {
@@ -240,6 +241,7 @@ Result<LearningCurve> learning_curve(const FeatureMatrix& matrix, const CurveOpt
     out.points[job.size].error_by_tested[job.tested] += job.error;
     ++counted[job.size][job.tested];
   }
+  std::vector<ClusteredShare> shares;
   for (std::size_t s = 0; s < trained.size(); ++s) {
     CurvePoint& point = out.points[s];
     std::vector<double> right;
@@ -248,8 +250,12 @@ Result<LearningCurve> learning_curve(const FeatureMatrix& matrix, const CurveOpt
       right.push_back(1 - point.error_by_tested[g]);
     }
     point.accuracy = mean_of(right);
-    point.ci95 = mean_interval(right, curve_resamples, options.seed);
+    shares.push_back(
+        {std::move(right), static_cast<double>(out.trials) / static_cast<double>(groups.size())});
   }
+  const double effect = design_effect(shares);
+  for (std::size_t s = 0; s < trained.size(); ++s)
+    out.points[s].ci95 = clustered_interval(shares[s], effect);
   return out;
 }
 

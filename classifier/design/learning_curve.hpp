@@ -29,7 +29,7 @@ struct CurveOptions {
 struct CurvePoint {
   std::size_t repetitions = 0;          ///< one of them tests, the others train
   double accuracy = 0;                  ///< mean over all trials and draws
-  Interval ci95;                        ///< percentiles of resampled repetitions
+  Interval ci95;                        ///< see clustered_interval(): a repetition is a cluster
   std::vector<double> error_by_tested;  ///< [repetitions of the data] mean over the draws
 };
 
@@ -38,6 +38,7 @@ struct LearningCurve {
   std::size_t repetitions = 0;     ///< of the data
   std::size_t fabrics = 0;
   std::size_t trials = 0;
+  std::size_t draws = 0;  ///< CurveOptions::draws
 };
 
 /// Groups are repetitions. Each is left out in turn and asked about by learners that were trained

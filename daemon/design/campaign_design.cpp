@@ -13,7 +13,8 @@ namespace {
 using nlohmann::ordered_json;
 namespace design = classifier::design;
 
-constexpr std::size_t reported_points = 5;  // each a training for every repetition left out
+// of each point and draw a training for every repetition left out; docs/design.md says so
+constexpr std::size_t reported_points = 5, reported_draws = 1;
 
 Result<DesignParts> sweep_parts(const Dataset& dataset) {
   const auto analyses = analyse_sweep(std::span(&dataset, 1), {});
@@ -39,7 +40,7 @@ Result<RepetitionStudy> study_of(const Dataset& dataset, const std::string& expl
   const auto features = classifier::build_feature_matrix(trials);
   if (!features) return pass(features.error());
   design::CurveOptions options;
-  options.draws = 1;
+  options.draws = reported_draws;
   options.most_points = reported_points;
   auto curve = design::learning_curve(by_repetition(*features, dataset, {}), options);
   if (!curve) return pass(curve.error());

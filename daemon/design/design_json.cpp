@@ -95,6 +95,7 @@ ordered_json design_json(const RepetitionStudy& study) {
           {"fabrics", study.curve.fabrics},
           {"repetitions", study.curve.repetitions},
           {"trials", study.curve.trials},
+          {"draws", study.curve.draws},
           {"curve", std::move(points)},
           {"law", {{"floor", f.law.floor}, {"scale", f.law.scale}, {"exponent", f.law.exponent}}},
           {"predicted",

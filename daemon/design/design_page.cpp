@@ -231,8 +231,11 @@ std::string design_section(const RepetitionStudy& study) {
          "</p>\n" +
          figure("<div class=\"scroll\">" + scatter_figure(scatter) + "</div>\n",
                 "Learning curve, learner " + escape(study.learner) +
-                    ": each repetition left out in turn, bars are 95 % intervals over the "
-                    "repetitions. Expected: an inverse power law; its bar is the interval of what "
+                    ": each repetition left out in turn, each size drawn " +
+                    std::to_string(study.curve.draws) +
+                    (study.curve.draws == 1 ? " time" : " times") +
+                    "; bars are 95 % intervals over the repetitions. Expected: an inverse power "
+                    "law; its bar is the interval of what "
                     "such a campaign would measure, not of its true accuracy.",
                 bench_badge(study.bench)) +
          "</section>\n";

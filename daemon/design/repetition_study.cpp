@@ -16,16 +16,17 @@ std::string padded(std::size_t number) {
   return std::string(10 - std::min<std::size_t>(10, digits.size()), '0') + digits;
 }
 
+/// Numbers and names say nothing of each other, so one kind serves all rows.
 std::vector<std::string> recorded_repetitions(const classifier::FeatureMatrix& matrix,
                                               const Dataset& dataset) {
   std::map<std::string_view, std::uint32_t> of_file;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
     of_file[dataset.trials[i].file] = dataset.records[i].spec.repetition;
   std::vector<std::string> out;
-  for (std::size_t i = 0; i < matrix.size(); ++i) {
-    const auto found = of_file.find(matrix.files[i]);
-    const bool known = found != of_file.end() && found->second > 0;
-    out.push_back(known ? padded(found->second) : matrix.groups[i]);
+  for (const std::string& file : matrix.files) {
+    const auto found = of_file.find(file);
+    if (found == of_file.end() || found->second == 0) return matrix.groups;
+    out.push_back(padded(found->second));
   }
   return out;
 }

@@ -27,9 +27,10 @@ struct RepetitionChoice {
   std::uint64_t seed = 1;
 };
 
-/// The rows of these repetitions, with their number as the group. A repetition that lacks a fabric
-/// is left out as a whole: in each trial of a curve all fabrics are in question. `matrix` has been
-/// made of trials of `dataset`, or of others: then their groups are the repetitions, by name.
+/// The rows of these repetitions, with their number as the group; where a row's number is not on
+/// record, or `matrix` was made of trials of another set, the groups are the repetitions, by name:
+/// of all rows, for numbers and names of one set may mean the same repetition. A repetition that
+/// lacks a fabric is left out as a whole: in each trial of a curve all fabrics are in question.
 classifier::FeatureMatrix by_repetition(const classifier::FeatureMatrix& matrix,
                                         const Dataset& dataset, const RepetitionChoice& choice);
 

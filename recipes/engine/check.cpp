@@ -7,6 +7,7 @@
 #include "recipes/engine/plan.hpp"
 #include "recipes/engine/recipe_reader.hpp"
 #include "recipes/engine/sweep_cells.hpp"
+#include "recipes/engine/sweep_warnings.hpp"
 #include "recipes/engine/trial_order.hpp"
 #include "recipes/schema/json_text.hpp"
 
@@ -64,6 +65,7 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
                         std::to_string(once) + " times",
                         std::to_string(plan.forecast.asks) + " times",
                         "a blocked order asks once for each fabric"});
+  for (Diagnostic& one : warnings_about_sweep(plan)) warnings.push_back(std::move(one));
   return warnings;
 }
 

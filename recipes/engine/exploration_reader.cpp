@@ -16,7 +16,6 @@ using nlohmann::json;
 constexpr std::array phase_order{Phase::rest, Phase::press, Phase::motion, Phase::end};
 constexpr Bounds recorded_s{0.1, 3600, {}};
 constexpr Bounds displacement_m{-10, 10, {}};
-constexpr double least_leg_m = 1e-6;  // the stages' precision, paper section IV-A
 constexpr std::size_t most_legs = 1000;
 /// Where a recipe gives no band: 5 % of the paper's 5 N.
 constexpr double default_band_n = 0.25;

@@ -16,6 +16,7 @@ namespace weft::recipes {
 inline constexpr std::int64_t largest_seed = (std::int64_t{1} << 53) - 1;  ///< exact in JSON
 inline constexpr std::int64_t most_repetitions = 100'000;
 inline constexpr double least_speed_mps = 1e-6;
+inline constexpr double least_leg_m = 1e-6;  ///< the stages' precision, paper section IV-A
 
 /// As written: the start of a path may be left to the planner.
 struct StatedExploration {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 
 #include "recipes/engine/layout.hpp"
 
@@ -47,6 +49,38 @@ StatedExploration in_cell(const StatedExploration& base, const Sweep& sweep,
   return out;
 }
 
+/// Of a path that a stroke has scaled.
+double shortest_leg_m(const Exploration& exploration) {
+  double shortest = HUGE_VAL;
+  Vec2 from;
+  for (const Vec2& to : exploration.path_m()) {
+    shortest = std::min(shortest, std::hypot(to.x_m - from.x_m, to.y_m - from.y_m));
+    from = to;
+  }
+  return shortest;
+}
+
+/// A stroke keeps the path's shape, so that its shortest leg may come to nothing.
+void check_legs(const StatedExploration& stated, Problems& problems) {
+  const double shortest = shortest_leg_m(stated.exploration);
+  if (shortest >= least_leg_m) return;
+  problems.add({stated.path_pointer, "the stroke makes a leg of the path that leads nowhere",
+                "legs of at least 0.001 mm",
+                nlohmann::json(shortest * 1e3).dump() + " mm in " + stated.exploration.name,
+                "take a longer stroke, or leave the short leg out"});
+}
+
+/// The longest name among the cells of one exploration is told, once.
+void check_names(const std::string& pointer, std::span<const StatedExploration> cells,
+                 Problems& problems) {
+  const auto longest = std::ranges::max_element(
+      cells, {}, [](const StatedExploration& cell) { return cell.exploration.name.size(); });
+  const std::string& name = longest->exploration.name;
+  if (name.size() > longest_name)
+    problems.add({pointer, "the exploration's name is too long for the names of its cells",
+                  "at most 64 bytes with its values", name, "shorten the name"});
+}
+
 }  // namespace
 
 void spread_sweep(StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
@@ -60,12 +94,11 @@ void spread_sweep(StatedRecipe& stated, const RigLimits& limits, Problems& probl
       spread.push_back(in_cell(base, sweep, cell));
       Problems found;
       place_on_plate(spread.back(), limits, found);
+      if (varies(sweep, FactorKind::stroke)) check_legs(spread.back(), found);
       if (!found.empty() && told.insert(spread.back().path_pointer).second)
         for (Diagnostic& one : found.take()) problems.add(std::move(one));
     }
-    if (const std::string& longest = spread.back().exploration.name; longest.size() > longest_name)
-      problems.add({base.pointer, "the exploration's name is too long for the names of its cells",
-                    "at most 64 bytes with its values", longest, "shorten the name"});
+    check_names(base.pointer, std::span(spread).last(sweep.cells.size()), problems);
   }
   stated.explorations = std::move(spread);
 }

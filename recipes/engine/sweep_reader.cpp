@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "recipes/engine/d_optimal.hpp"
 #include "recipes/schema/quantities.hpp"
@@ -12,7 +13,8 @@ namespace {
 
 using nlohmann::json;
 
-/// More combinations than that are no pilot study; the search for a fraction takes the square.
+/// More combinations than that are no pilot study, and each is an exploration in memory; the search
+/// for a fraction takes the square.
 constexpr std::uint64_t most_cells = 10'000, most_cells_to_choose_from = 2'000;
 constexpr double least_stroke_m = 1e-6, longest_stroke_m = 10;
 constexpr double least_press_s = 0.1, longest_press_s = 3600;
@@ -100,6 +102,11 @@ class SweepReader {
     if (list.empty())
       return problems_.add({place, "there is no factor", "at least one", "0",
                             "known factors are " + one_of(spelled_names())});
+    if (list.size() > kind_readers().size())
+      return problems_.add({place, "the sweep has more factors than there are",
+                            "at most " + std::to_string(kind_readers().size()) + ", each once",
+                            std::to_string(list.size()),
+                            "known factors are " + one_of(spelled_names())});
     for (std::size_t i = 0; i < list.size(); ++i) read_factor(list[i], child(place, i));
   }
 
@@ -141,14 +148,16 @@ class SweepReader {
     if (list.empty())
       return problems_.add({place, "the factor has no value", "at least one", "0",
                             "leave the factor out, or give it values"});
+    if (list.size() > most_cells)
+      return problems_.add({place, "the factor has too many values",
+                            "at most " + std::to_string(most_cells), std::to_string(list.size()),
+                            "give fewer values"});
+    std::set<std::string> seen;  // as cells are named: two values of one name would be one cell
     for (std::size_t i = 0; i < list.size(); ++i) {
       const std::string at = child(place, i);
       const auto si = read_value(list[i], at, known);
       if (!si) continue;
-      const auto same = [&](double other) {
-        return factor_words(known.kind, other) == factor_words(known.kind, *si);
-      };
-      if (std::ranges::any_of(factor.values, same)) {
+      if (!seen.insert(factor_words(known.kind, *si)).second) {
         problems_.add({at, "the value is listed twice", "every value once", brief(list[i]),
                        "use \"replicates\" to do every cell more often"});
         continue;
@@ -249,10 +258,20 @@ class SweepReader {
       return false;
     }
     const std::uint64_t most = sweep_.fraction ? most_cells_to_choose_from : most_cells;
-    if (sweep_.full_cells() <= most) return true;
-    problems_.add({place, "the factors have too many combinations",
-                   "at most " + std::to_string(most), std::to_string(sweep_.full_cells()),
-                   "give fewer values"});
+    if (sweep_.full_cells() > most) {
+      problems_.add({place, "the factors have too many combinations",
+                     "at most " + std::to_string(most), std::to_string(sweep_.full_cells()),
+                     "give fewer values"});
+      return false;
+    }
+    const std::uint64_t cells = sweep_.fraction ? kept_cells() : sweep_.full_cells();
+    const std::uint64_t explorations = stated_.explorations.size() * cells;
+    if (explorations <= most_cells) return true;
+    problems_.add({place, "the explorations and cells are too many together",
+                   "at most " + std::to_string(most_cells),
+                   std::to_string(stated_.explorations.size()) + " explorations in " +
+                       std::to_string(cells) + " cells: " + std::to_string(explorations),
+                   "give fewer values, or sweep one exploration at a time"});
     return false;
   }
 

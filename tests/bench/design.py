@@ -4,7 +4,8 @@
     design.py WEFT SOURCE_ROOT [SHARED] [pilot|campaigns|fabricslide ...]    prints tables, writes out/bench/design.json
 
 pilot        recipes/library/pilot-force-speed.json under 20 seeds: how often which cell is recommended, and what the page says
-campaigns    100 seeded campaigns of 20 repetitions: the accuracy that the whole campaign measures, foretold from its first 8
+campaigns    100 seeded campaigns of 20 repetitions, foretold from their first 8, against what is measured (a) by all 20 repetitions of
+             the same campaign, which share those 8, and (b) by 20 repetitions of the campaign of the next seed, which share none
 fabricslide  real strokes of each grip, in 20 drawn orders: the accuracy of all of a fabric, foretold from half of them
 
 The seeds are those of the test; the methods were settled on others (1 to 20). WEFT_DESIGN_CAMPAIGNS, _PILOTS and _ORDERS set
@@ -12,6 +13,7 @@ how many there are, WEFT_DESIGN_FIRST_SEED the first.
 """
 import collections
 import concurrent.futures
+import itertools
 import json
 import os
 import pathlib
@@ -46,17 +48,31 @@ def repetitions(weft, data, *arguments):
     return run(weft, "design", "repetitions", data, *arguments)
 
 
-def forecast(weft, data, seen, whole, *arguments):
-    """Foretold from `seen` repetitions, and what all `whole` of them measure."""
-    told = repetitions(weft, data, "--first", seen, "--predict", whole, *arguments)["predicted"]
-    measured = repetitions(weft, data, "--draws", 1, "--first", whole, *arguments)["curve"][-1]
-    assert measured["repetitions"] == whole
-    low, high = told["interval95"]
-    got = measured["accuracy"]
-    return {"told": told["accuracy"], "low": low, "high": high, "measured": got, "within": low <= got <= high}
+def foretold(weft, data, seen, whole, *arguments):
+    """What `seen` repetitions foretell of `whole`."""
+    told = repetitions(weft, data, "--first", seen, "--predict", whole, *arguments)
+    assert told["repetitions"] == seen
+    low, high = told["predicted"]["interval95"]
+    return {"told": told["predicted"]["accuracy"], "low": low, "high": high}
+
+
+def measured(weft, data, whole, *arguments):
+    """What `whole` repetitions measure."""
+    last = repetitions(weft, data, "--draws", 1, "--first", whole, *arguments)["curve"][-1]
+    assert last["repetitions"] == whole
+    return last["accuracy"]
+
+
+def compared(forecast, got):
+    return {**forecast, "measured": got, "within": forecast["low"] <= got <= forecast["high"]}
+
+
+def stroke_forecast(weft, data, whole, *arguments):
+    return compared(foretold(weft, data, whole // 2, whole, *arguments), measured(weft, data, whole, *arguments))
 
 
 def campaign(weft, root, seed):
+    """The forecast of a campaign's first repetitions, and what all of them measure."""
     with tempfile.TemporaryDirectory() as d:
         recipe = json.loads((root / "recipes/library/m1.json").read_text())
         del recipe["$schema"]
@@ -66,7 +82,8 @@ def campaign(weft, root, seed):
         pathlib.Path(d, "recipe.json").write_text(json.dumps(recipe))
         run(weft, "run", f"{d}/recipe.json", "--rig", root / "sim/rigs/bench17.json", "--out", f"{d}/out", "--seed", seed,
             "--no-evaluate", "--no-error-check")
-        return forecast(weft, f"{d}/out/dataset.h5", SEEN, REPETITIONS)
+        data = f"{d}/out/dataset.h5"
+        return foretold(weft, data, SEEN, REPETITIONS), measured(weft, data, REPETITIONS)
 
 
 def table(rows, title):
@@ -89,8 +106,11 @@ def main(weft, root, *rest):
     out = {"commit": os.environ.get("WEFT_COMMIT", "")}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         if "campaigns" in parts:
-            rows = list(pool.map(lambda s: campaign(weft, root, s), range(FIRST, FIRST + CAMPAIGNS)))
-            out["campaigns"] = table(rows, f"SIMULATED, {len(FABRICS)} fabrics, {REPETITIONS} repetitions foretold from {SEEN}")
+            found = list(pool.map(lambda s: campaign(weft, root, s), range(FIRST, FIRST + CAMPAIGNS + 1)))
+            title = f"SIMULATED, {len(FABRICS)} fabrics, {REPETITIONS} repetitions foretold from {SEEN}"
+            out["campaigns"] = table([compared(*one) for one in found[:-1]], title + ", of the same campaign")
+            out["independent"] = table([compared(one[0], other[1]) for one, other in itertools.pairwise(found)],
+                                       title + ", of an independent campaign")
         if "fabricslide" in parts and not (shared / "data/fabricslide").is_dir():
             print("fabricslide: skipped, no", shared / "data/fabricslide")
         elif "fabricslide" in parts:
@@ -101,7 +121,7 @@ def main(weft, root, *rest):
                         f"*_F{grip}_*", "-o", f"{d}/f.h5")
                     real = ("--strokes", "--norm", "rms")
                     whole = repetitions(weft, f"{d}/f.h5", "--draws", 1, *real)["repetitions"]
-                    rows += pool.map(lambda s: forecast(weft, f"{d}/f.h5", whole // 2, whole, *real, "--seed", s),
+                    rows += pool.map(lambda s: stroke_forecast(weft, f"{d}/f.h5", whole, *real, "--seed", s),
                                      range(FIRST, FIRST + ORDERS))
                     print(f"fabricslide, grip {grip}: {whole} strokes of each fabric", flush=True)
             out["fabricslide"] = table(rows, "real strokes of fabricslide, all foretold from half of them")

@@ -315,6 +315,26 @@ TEST_CASE("A learning curve rises, its last point is plain leave-one-repetition-
   CHECK(learning_curve(clouds(2, 21, 3, 5), options)->points.size() == 4);
 }
 
+TEST_CASE("A point of a learning curve without an error has an interval all the same") {
+  CurveOptions options;
+  options.learner = Learner::lda;
+  const auto sure = learning_curve(clouds(3, 8, 12, 5), options);
+  REQUIRE(sure);
+  const CurvePoint& last = sure->points.back();
+  REQUIRE(last.accuracy == 1);
+  CHECK(last.ci95.low == Approx(wilson_interval(24, 24).low));  // 0.862
+  CHECK(last.ci95.high == 1);
+  // repetitions that fail as a whole: wider by up to sqrt(3), for the other points have a say
+  FeatureMatrix moved = clouds(3, 8, 12, 5);
+  for (std::size_t r = 0; r < 6; ++r) moved.labels[r] = "l" + std::to_string((r + 1) % 3);
+  const auto partly = learning_curve(moved, options);
+  REQUIRE(partly);
+  const CurvePoint& end = partly->points.back();
+  REQUIRE(end.accuracy == Approx(0.75));
+  CHECK(end.ci95.high - end.ci95.low >
+        1.3 * (wilson_interval(18, 24).high - wilson_interval(18, 24).low));
+}
+
 TEST_CASE("A forecast of a noiseless curve lies on its law, and says how many are enough") {
   LearningCurve curve;
   curve.repetitions = 10;

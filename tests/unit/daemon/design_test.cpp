@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "classifier/design/resample.hpp"
@@ -12,6 +13,7 @@
 #include "daemon/design/design_page.hpp"
 #include "daemon/design/repetition_study.hpp"
 #include "daemon/design/sweep_analysis.hpp"
+#include "recipes/engine/sweep_warnings.hpp"
 
 using namespace weft;
 using namespace weft::daemon;
@@ -270,6 +272,28 @@ TEST_CASE("A cell that cannot be measured does not lose the others") {
              Catch::Contains("no cell can be analysed") && Catch::Contains("too few replicates"));
 }
 
+TEST_CASE("The checker warns of what the analysis cannot do, and of no more") {
+  const auto answers = [](std::size_t press, std::size_t motion) {
+    classifier::Trial trial;
+    trial.taxels = 1;
+    trial.phase.assign(press, Phase::press);
+    trial.phase.insert(trial.phase.end(), motion, Phase::motion);
+    for (std::size_t i = 0; i < press + motion; ++i) trial.counts.push_back(double(i % 3));
+    return classifier::design::response_of(trial, frames_hz, 0.004, 0, 65535).has_value();
+  };
+  CHECK(answers(recipes::least_press_samples, recipes::least_motion_samples));
+  CHECK_FALSE(answers(recipes::least_press_samples - 1, recipes::least_motion_samples));
+  CHECK_FALSE(answers(recipes::least_press_samples, recipes::least_motion_samples - 1));
+  Dataset set = swept(BenchKind::simulated);
+  const auto keep = [&](std::size_t replicates) {
+    for (TrialRecord& record : set.records)
+      if (record.spec.repetition > replicates) record.outcome = TrialOutcome::failed;
+    return analyse_sweep(std::span(&set, 1), {}).has_value();
+  };
+  CHECK(keep(recipes::least_swept_replicates));
+  CHECK_FALSE(keep(recipes::least_swept_replicates - 1));
+}
+
 TEST_CASE("An exploration none of whose cells is left is named, the others are analysed") {
   Dataset set = swept(BenchKind::simulated);
   std::string& recipe = set.info.recipe_json;
@@ -310,6 +334,8 @@ TEST_CASE("A campaign's report has the learning curve where there are repetition
   const auto document = nlohmann::json::parse(parts.json);
   CHECK(document["repetitions"][0]["predicted"]["repetitions"] == 14);
   CHECK(document["repetitions"][0]["curve"].size() == 5);
+  CHECK(document["repetitions"][0]["draws"] == 1);
+  CHECK_THAT(parts.html, Catch::Contains("each size drawn 1 time;"));
   CHECK_THAT(design_of(swept(BenchKind::simulated), tell).html,
              Catch::Contains("Which setting: rub"));
 }
@@ -334,4 +360,19 @@ TEST_CASE("Repetitions are the recorded ones by number, the first so many, or st
   lacking = classifier::take_rows(lacking, rows);
   CHECK(by_repetition(lacking, set, {}).size() == 30);
   CHECK(by_repetition(lacking, set, {.strokes = true, .first = 0, .seed = 1}).size() == 30);
+}
+
+TEST_CASE("One trial whose number is not on record makes the groups the repetitions of all") {
+  Dataset set = repeated(6, 30);
+  for (std::size_t i = 0; i < set.trials.size(); ++i)
+    set.trials[i].group = "day " + std::to_string(i / 6);
+  const auto features = classifier::build_feature_matrix(set.trials);
+  REQUIRE(features);
+  const auto numbered = by_repetition(*features, set, {});
+  CHECK(std::set(numbered.groups.begin(), numbered.groups.end()).size() == 6);
+  set.records[4].spec.repetition = 0;
+  const auto named = by_repetition(*features, set, {});
+  CHECK(std::set(named.groups.begin(), named.groups.end()) ==
+        std::set<std::string>{"day 0", "day 1", "day 2"});
+  CHECK(named.size() == 18);
 }

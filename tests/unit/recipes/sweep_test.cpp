@@ -126,6 +126,77 @@ TEST_CASE("Whatever else is wrong with a sweep is told, all at once") {
   CHECK(both.problems.size() == 4);
 }
 
+TEST_CASE("A sweep is bounded in values, factors and explorations, each with a sentence") {
+  const std::string long_list = R"({"name": "press_s", "values": [)" + numbers(10'001) + "]}";
+  CHECK(problem_at(with_sweep(long_list), "/sweep/factors/0/values") ==
+        "/sweep/factors/0/values: the factor has too many values (expected at most 10000, got "
+        "10001). Give fewer values.");
+  std::string factors = force;
+  for (int i = 0; i < 4; ++i) factors += ", " + force;
+  CHECK_THAT(problem_at(with_sweep(factors), "/sweep/factors"),
+             Catch::Contains("more factors than there are (expected at most 4, each once, got 5)"));
+  // 16 x 700 explorations of 2 trials are no million trials, and each exploration no 10 000 cells
+  std::string many = with_sweep(R"({"name": "press_s", "values": [)" + numbers(700) + "]}");
+  many = test::with(many, "\"replicates\": 3", "\"replicates\": 1");
+  const std::size_t at = many.find("\"M2\"");
+  const std::string phases = many.substr(at + 5, many.rfind("}}") - at - 5);
+  for (int i = 0; i < 15; ++i) many.insert(at, "\"N" + std::to_string(i) + "\": " + phases + ",");
+  CHECK_THAT(problem_at(many, "/sweep"),
+             Catch::Contains("too many together (expected at most 10000, got 16 explorations in "
+                             "700 cells: 11200)"));
+}
+
+TEST_CASE("The longest name of a cell counts, not the last one") {
+  const std::string longest(57, 'x');  // and "-2.125N" are 64, "-2.0625N" are 65
+  const auto named = [&](const std::string& values) {
+    return test::with(with_sweep(R"({"name": "force_N", "values": [)" + values + "]}"), "\"M2\"",
+                      "\"" + longest + "\"");
+  };
+  CHECK(check_recipe(named("2.125, 2"), test::limits()).plan);
+  CHECK_THAT(problem_at(named("2.0625, 2"), "/explorations/" + longest),
+             Catch::Contains("too long for the names of its cells") && Catch::Contains("-2.0625N"));
+}
+
+TEST_CASE("A stroke that makes a leg of its path vanish is refused with a sentence") {
+  const std::string uneven =
+      test::with(with_sweep(R"({"name": "stroke_mm", "values": [50, 2]})"),
+                 R"({"dx_mm": 50, "dy_mm": 0})", R"({"dx_mm": 0.01, "dy_mm": 0})");
+  CHECK_THAT(problem_at(uneven, "/sweep/factors/0/values/1"),
+             Catch::Contains("a leg of the path that leads nowhere") &&
+                 Catch::Contains("expected legs of at least 0.001 mm"));
+}
+
+TEST_CASE("What weft design analyse would have to leave out is warned of before anything moves") {
+  const auto warnings = [](const std::string& recipe, double rate_hz = 37) {
+    RigLimits limits = test::limits();
+    limits.taxel_rate_hz = rate_hz;
+    const CheckReport report = check_recipe(recipe, limits);
+    REQUIRE(report.plan);
+    std::string out;
+    for (const Diagnostic& one : report.warnings) out += to_string(one) + "\n";
+    return out;
+  };
+  const std::string good = with_sweep(force + ", " + speed);
+  CHECK_THAT(warnings(good), !Catch::Contains("design analyse"));
+  CHECK_THAT(warnings(test::with(good, "\"replicates\": 3", "\"replicates\": 2")),
+             Catch::Contains("/sweep/replicates: too few replicates to leave one out") &&
+                 Catch::Contains("(expected at least 3, got 2)"));
+  CHECK_THAT(warnings(test::with(good, R"(["denim", "silk"])", R"(["denim"])")),
+             Catch::Contains("/fabrics: there is nothing to tell apart"));
+  // two legs of 0.05 mm at 20 mm/s2: 0.1 s each, of 20 Hz
+  CHECK_THAT(warnings(with_sweep(R"({"name": "stroke_mm", "values": [100, 0.1]})"), 20),
+             Catch::Contains("/explorations/M2: too few samples in phase M") &&
+                 Catch::Contains("in M2-0.1mm") && !Catch::Contains("phase P"));
+  CHECK_THAT(warnings(with_sweep(R"({"name": "press_s", "values": [6, 0.1]})"), 20),
+             Catch::Contains("too few samples in phase P: weft design analyse will have to leave "
+                             "it out (expected at least 3 in every cell"));
+  std::string press = with_sweep(force);
+  press = test::with(press, R"({"phases": [)", R"({"kind": "press", "phases": [)");
+  const std::size_t motion = press.find(R"({"phase": "M")");
+  press.erase(motion, press.find(R"({"phase": "E")") - motion);
+  CHECK_THAT(warnings(press), Catch::Contains("/explorations/M2: a press has no phase M"));
+}
+
 TEST_CASE("Every exploration is done in every cell, with the cell's values in its phases") {
   const Plan plan = test::plan_of(with_sweep(force + ", " + speed));
   REQUIRE(plan.sweep);
