@@ -10,20 +10,53 @@ std::string name_of(std::string_view user, std::string_view key) {
 
 }  // namespace
 
+void IdempotencyCache::remember_in(AnswerMemory memory, std::vector<KeptAnswer> kept) {
+  memory_ = std::move(memory);
+  for (KeptAnswer& one : kept)
+    put(std::move(one.name),
+        {std::move(one.fingerprint), std::move(one.outcome), {}, one.asked_us, true, true});
+  forget_old();
+}
+
+void IdempotencyCache::put(std::string name, Entry entry) {
+  by_age_.push_back(name);
+  entry.age = std::prev(by_age_.end());
+  entries_.insert_or_assign(std::move(name), std::move(entry));
+}
+
+void IdempotencyCache::forget(Entries::iterator entry) {
+  if (entry->second.is_kept && memory_.forgotten) memory_.forgotten(entry->first);
+  by_age_.erase(entry->second.age);
+  entries_.erase(entry);
+}
+
+void IdempotencyCache::forget_old() {
+  while (entries_.size() > most_kept) forget(entries_.find(by_age_.front()));
+  if (!memory_.utc_us) return;
+  const std::int64_t since =
+      memory_.utc_us() -
+      std::chrono::duration_cast<std::chrono::microseconds>(longest_kept).count();
+  while (!by_age_.empty()) {
+    const auto oldest = entries_.find(by_age_.front());
+    if (oldest->second.asked_us >= since) return;
+    forget(oldest);
+  }
+}
+
 IdempotencyCache::Look IdempotencyCache::look(std::string_view user, std::string_view key,
-                                              std::string_view fingerprint) {
+                                              std::string_view fingerprint, bool to_keep) {
+  forget_old();
   const std::string name = name_of(user, key);
   if (const auto found = entries_.find(name); found != entries_.end()) {
-    if (found->second.fingerprint != fingerprint) return {Found::other_request, {}};
-    if (!found->second.outcome) return {Found::under_way, {}};
-    return {Found::answered, found->second.outcome};
+    const Entry& entry = found->second;
+    if (entry.fingerprint != fingerprint) return {Found::other_request, {}};
+    if (entry.outcome) return {Found::answered, entry.outcome};
+    return {entry.is_of_before ? Found::cut_short : Found::under_way, {}};
   }
-  by_age_.push_back(name);
-  entries_.emplace(name, Entry{std::string(fingerprint), {}, std::prev(by_age_.end())});
-  if (entries_.size() > most_kept) {
-    entries_.erase(by_age_.front());
-    by_age_.pop_front();
-  }
+  Entry entry{std::string(fingerprint), {}, {}, memory_.utc_us ? memory_.utc_us() : 0, to_keep};
+  if (to_keep && memory_.asked) memory_.asked({name, entry.fingerprint, entry.asked_us, {}});
+  put(name, std::move(entry));
+  forget_old();
   return {};
 }
 
@@ -32,12 +65,9 @@ void IdempotencyCache::answered(std::string_view user, std::string_view key,
   const auto found = entries_.find(name_of(user, key));
   if (found == entries_.end()) return;
   // what may be tried again is not kept: the next try is a new one
-  if (!outcome && outcome.error().retryable) {
-    by_age_.erase(found->second.age);
-    entries_.erase(found);
-    return;
-  }
+  if (!outcome && outcome.error().retryable) return forget(found);
   found->second.outcome = outcome;
+  if (found->second.is_kept && memory_.answered) memory_.answered(found->first, outcome);
 }
 
 }  // namespace weft::daemon::access

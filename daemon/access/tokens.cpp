@@ -1,11 +1,17 @@
 #include "daemon/access/tokens.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
 
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/sha256.hpp"
@@ -42,6 +48,40 @@ Result<TokenEntry> entry_of(const json& one) {
   return TokenEntry{one.at("name").get<std::string>(), *role, one.at("sha256").get<std::string>(),
                     one.at("expires_us").get<std::int64_t>()};
 }
+
+}  // namespace
+
+namespace {
+
+/// Held by at most one program; one that dies lets go of it.
+class TokenLock {
+ public:
+  static Result<TokenLock> take(const std::filesystem::path& file, TokenFile::Wait wait) {
+    TokenLock lock(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+    if (lock.descriptor_ < 0)
+      return fail(Errc::io, "cannot make the lock of the tokens", file.string(), {},
+                  std::generic_category().message(errno));
+    const int how = wait == TokenFile::Wait::not_at_all ? LOCK_EX | LOCK_NB : LOCK_EX;
+    while (flock(lock.descriptor_, how) != 0) {
+      if (errno == EINTR) continue;
+      if (errno == EWOULDBLOCK)
+        return fail(Errc::timeout, "another program changes the tokens just now", file.string(), {},
+                    {}, "Ask again");
+      return fail(Errc::io, "cannot lock the tokens", file.string(), {},
+                  std::generic_category().message(errno));
+    }
+    return lock;
+  }
+  TokenLock(TokenLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  TokenLock& operator=(TokenLock&&) = delete;
+  ~TokenLock() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+
+ private:
+  explicit TokenLock(int descriptor) : descriptor_(descriptor) {}
+  int descriptor_;
+};
 
 }  // namespace
 
@@ -106,10 +146,17 @@ Status TokenFile::save() const {
                     {"role", to_string(entry.role)},
                     {"sha256", entry.sha256},
                     {"expires_us", entry.expires_us}});
-  const mode_t before = umask(077);
-  Status written = write_text_file(file_, json{{"tokens", std::move(list)}}.dump(2) + "\n");
-  umask(before);
-  return written;
+  return write_text_file(file_, json{{"tokens", std::move(list)}}.dump(2) + "\n", Readers::owner);
+}
+
+Status TokenFile::change(const std::filesystem::path& file, Wait wait,
+                         const std::function<Status(TokenFile&)>& work) {
+  const auto lock = TokenLock::take(file.string() + ".lock", wait);
+  if (!lock) return pass(lock.error());
+  auto tokens = load(file);
+  if (!tokens) return pass(tokens.error());
+  if (Status done = work(*tokens); !done) return done;
+  return tokens->save();
 }
 
 std::optional<TokenEntry> TokenFile::find(std::string_view token, std::int64_t now_us) const {

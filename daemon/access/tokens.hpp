@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -33,7 +34,18 @@ class TokenFile {
   void forget_expired(std::int64_t now_us);
   /// Errors: not_found.
   Status remove(std::string_view name);
+  /// Mode 0600; whole or not at all.
   Status save() const;
+
+  enum class Wait {
+    until_free,  ///< another program is done with it in no time
+    not_at_all
+  };
+  /// Loads the file, lets `work` change it and saves it, while no other program does the same: a
+  /// lock on `file`.lock, which stays. Errors: those of load(), `work` and save(); timeout, where
+  /// it is held and nobody waits.
+  static Status change(const std::filesystem::path& file, Wait wait,
+                       const std::function<Status(TokenFile&)>& work);
 
   /// Looks at all entries whatever it finds, so that the time says nothing. Nothing for a token
   /// that is unknown or over.

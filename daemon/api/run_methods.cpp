@@ -288,12 +288,15 @@ json run_json(const RunView& run) {
            {"by", stored.by},
            {"created_us", stored.created_us},
            {"folder", stored.folder.string()},
-           {"trials_done", run.trials_done},
-           {"trials_planned", run.trials_planned},
            {"takes_rejected", run.takes_rejected},
            {"wall_left_s", run.wall_left_s},
            {"next_attention_us", nullptr},
            {"attention", nullptr}};
+  if (run.trials_planned > 0) {  // else nobody knows: it is from before that was kept
+    out["trials_done"] = run.trials_done;
+    out["trials_planned"] = run.trials_planned;
+  }
+  if (!stored.bench.empty()) out["bench"] = stored.bench;
   if (run.attention) {
     if (run.attention->at_us) out["next_attention_us"] = *run.attention->at_us;
     out["attention"] = attention_json(*run.attention);

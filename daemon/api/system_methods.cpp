@@ -16,21 +16,13 @@ using rpc::Outcome;
 
 constexpr std::int64_t most_lines = 10'000;
 
-/// What kind of data the rig makes; the rig file may be another one each time.
-std::string_view bench_of(const Services& services) {
-  const auto text = read_text_file(services.rig);
-  if (!text) return to_string(BenchKind::unknown);
-  const auto rig = parse_rig_file(*text);
-  return to_string(rig ? rig->bench : BenchKind::unknown);
-}
-
 json system_info(const Services& services) {
   return {{"product", "weftd"},
           {"version", WEFT_VERSION},
           {"protocol", server::protocol_version},
           {"epoch", services.epoch},
           {"rig", services.rig_name},
-          {"bench", bench_of(services)},
+          {"bench", to_string(bench_kind_of(services.rig))},  // it may be another one each time
           {"pace", services.pace->load(std::memory_order_relaxed)},
           {"http", services.http_url.empty() ? json() : json(services.http_url)},
           {"listeners", services.hub->listeners()},

@@ -58,7 +58,8 @@ void add_token_methods(rpc::Methods& methods, const Services& services) {
                {{"name", ParamType::text, true, "whom it is for, a new name"},
                 {"role", ParamType::text, false, "observer, operator (default), engineer or admin"},
                 {"days", ParamType::integer, false, "how long it is good for [days], 30"}},
-               "name, role, expires_us, token"},
+               "name, role, expires_us, token",
+               rpc::Memory::while_running},
               [s](const Call& call) { return add(*s, call); });
 }
 

@@ -42,9 +42,11 @@ std::string hand_over_words(const json& told) {
 }  // namespace
 
 std::string run_line(const json& run) {
-  std::string line = run.value("run", "") + "  " + run.value("state", "") + "  " +
-                     run.value("recipe", "") + "  " + std::to_string(run.value("trials_done", 0)) +
-                     " of " + std::to_string(run.value("trials_planned", 0)) + " trials";
+  std::string line =
+      run.value("run", "") + "  " + run.value("state", "") + "  " + run.value("recipe", "");
+  if (run.contains("trials_planned"))
+    line += "  " + std::to_string(run.value("trials_done", 0)) + " of " +
+            std::to_string(run.value("trials_planned", 0)) + " trials";
   if (const auto at = run.find("at"); at != run.end() && !run.contains("outcome"))
     line += "  " + at->value("fabric", "") + " " + at->value("exploration", "") + " " +
             at->value("step", "");

@@ -247,15 +247,19 @@ Result<int> run_call(const CallArgs& args, Console& console) {
 }
 
 Result<int> run_token_add(const TokenAddArgs& args, Console& console) {
-  auto tokens = access::TokenFile::load(args.file);
-  if (!tokens) return pass(tokens.error());
   constexpr std::int64_t day_us = 86'400'000'000;
   const std::int64_t expires_us = utc_now().count() / 1000 + args.days * day_us;
-  const auto token = tokens->add(args.name, *access::role_from(args.role), expires_us);
-  if (!token) return pass(token.error());
-  if (Status saved = tokens->save(); !saved) return pass(saved.error());
-  print(console, *token + "\n",
-        {{"token", *token}, {"name", args.name}, {"role", args.role}, {"expires_us", expires_us}});
+  std::string made;
+  const Status changed = access::TokenFile::change(
+      args.file, access::TokenFile::Wait::until_free, [&](access::TokenFile& tokens) -> Status {
+        auto token = tokens.add(args.name, *access::role_from(args.role), expires_us);
+        if (!token) return pass(token.error());
+        made = std::move(*token);
+        return {};
+      });
+  if (!changed) return pass(changed.error());
+  print(console, made + "\n",
+        {{"token", made}, {"name", args.name}, {"role", args.role}, {"expires_us", expires_us}});
   return exit_ok;
 }
 

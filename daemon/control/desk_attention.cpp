@@ -16,23 +16,35 @@ void RunDesk::moved(Run& run, const RunMoment& moment) {
   if (waits && moment.asked) ask(run, *moment.asked);
   if (!waits && goes_on) run.view.attention.reset();
   if (!waits && goes_on && moment.next_ask) {
-    run.view.attention = Attention{*moment.next_ask, {}, std::nullopt};
+    run.view.attention = Attention{*moment.next_ask, {}};
     if (moment.next_ask_in_s)
-      run.view.attention->at_us = around_.utc_us() + std::llround(*moment.next_ask_in_s * 1e6);
+      run.view.attention->at =
+          around_.now() + std::chrono::nanoseconds(std::llround(*moment.next_ask_in_s * 1e9));
   }
   apply(run, step, "auto:run");
 }
 
 void RunDesk::ask(Run& run, const recipes::AskOperator& asked) {
   run.asked = asked.ticket;
-  run.view.attention =
-      Attention{asked.ask, "Q-" + std::to_string(++asks_), std::optional(around_.utc_us())};
+  run.view.attention = Attention{asked.ask, "Q-" + std::to_string(++asks_), around_.now()};
   const nlohmann::json payload{{"step", run.view.attention->step},
                                {"text", asked.ask.text},
                                {"trial", asked.ask.trial},
                                {"people_s", asked.ask.people_s}};
   static_cast<void>(store_.journal(around_.utc_us(), run.view.stored.id(), "asked", "auto:recipe",
                                    payload.dump()));
+}
+
+std::chrono::nanoseconds RunDesk::wall_ahead() const {
+  const std::int64_t wall_us = around_.wall_us ? around_.wall_us() : around_.utc_us();
+  return std::chrono::microseconds(wall_us) - around_.now();
+}
+
+// Whoever reads it looks at the machine's clock, which may have been set since the time was known.
+void RunDesk::name_time(RunView& view) const {
+  if (!view.attention || !view.attention->at) return;
+  const auto utc = *view.attention->at + wall_ahead();
+  view.attention->at_us = std::chrono::duration_cast<std::chrono::milliseconds>(utc).count() * 1000;
 }
 
 Result<RunView> RunDesk::confirm(std::string_view id, std::string_view step, std::string_view by) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/control/caught.hpp"
+#include "daemon/control/free_memory.hpp"
 #include "daemon/loop/low_priority.hpp"
 #include "daemon/loop/wall_clock.hpp"
 
@@ -157,6 +158,7 @@ void HandOverDesk::begin_next() {
       around_.post([this, id, progress] { progressed(id, progress); });
     };
     const auto result = caught([&] { return hand_over(folder, hooks); }, "hand-over");
+    give_back_free_memory();
     around_.post([this, id, result] { ended(id, result); });
   });
 }

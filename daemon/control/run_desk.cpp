@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/control/desk_run.hpp"
+#include "daemon/control/free_memory.hpp"
 
 namespace weft::daemon::control {
 namespace {
@@ -46,8 +47,12 @@ RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(aroun
     auto run = std::make_unique<Run>();
     run->view.stored = stored;
     run->view.machine.state = stored.state;
+    run->view.trials_done = static_cast<std::size_t>(stored.trials_done.value_or(0));
+    run->view.trials_planned = static_cast<std::size_t>(stored.trials_planned.value_or(0));
+    if (stored.state == RunState::interrupted && !stored.trials_done) count_trials(*run);
     runs_.push_back(std::move(run));
   }
+  wall_ahead_ = wall_ahead();
   take_up_line();
 }
 
@@ -89,6 +94,9 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   stored.name = wish.name;
   stored.by = wish.by;
   stored.created_us = around_.utc_us();
+  stored.bench = to_string(bench_kind_of(around_.rig));
+  stored.trials_done = 0;
+  stored.trials_planned = static_cast<std::int64_t>(checked->plan.trials.size());
   RunLine line = line_;
   ++line.revision;
   const Status kept = store_.together([&] {
@@ -122,7 +130,7 @@ void RunDesk::plan_known(Run& run, const PlanKnown& plan) {
   run.limits = plan.limits;
   run.view.attention.reset();
   if (plan.first_ask && !run.view.stored.resume)
-    run.view.attention = Attention{*plan.first_ask, {}, std::nullopt};
+    run.view.attention = Attention{*plan.first_ask, {}};
 }
 
 CampaignRequest RunDesk::request_of(const StoredRun& run) {
@@ -158,6 +166,8 @@ void RunDesk::begin_next() {
   Run& run = *numbered(*next);
   const bool plan_is_known = run.limits.arming.count() != 0;  // else it is from before a restart
   if (!plan_is_known) run.limits = Deadlines::of(0, 600);     // until its thread has looked
+  run.view.stored.bench =
+      to_string(bench_kind_of(run.view.stored.rig));  // by now it may be another
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
   if (run.thread.joinable()) run.thread.join();  // it has told its end
   run.orders.emplace();
@@ -198,6 +208,7 @@ void RunDesk::begin_next() {
     auto summary = caught([&] { return run_campaign(request, hooks); });
     const bool left =
         request.resume ? is_anything_left(request) : !summary && is_only_end_left(request);
+    give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });
 }
@@ -211,7 +222,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     const bool waited = run.view.stored.state == RunState::queued;
     run.view.stored.state = step.next.state;
     const json payload{{"state", to_string(step.next.state)}};
-    static_cast<void>(store_.update(run.view.stored));
+    keep(run);
     static_cast<void>(
         store_.journal(around_.utc_us(), run.view.stored.id(), "state", by, payload.dump()));
     RunLine line = line_;
@@ -226,7 +237,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     run.view.stored.error = "the run does not answer";
     if (standing_.fact != RigStanding::Fact::latched)
       stand({RigStanding::Fact::unknown, run.view.stored.id()}, by);
-    static_cast<void>(store_.update(run.view.stored));
+    keep(run);
     tell_end(run);
   }
   tell(run);
@@ -263,7 +274,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
                                     : RigStanding{RigStanding::Fact::unknown, stored.id()},
           "auto:run");
   run.view.wall_left_s = 0;
-  static_cast<void>(store_.update(stored));  // also of one that had been given up
+  keep(run);  // also of one that had been given up
   apply(run, on_ended(may_go_on), "auto:run");
   tell_end(run);
   begin_next();
@@ -276,7 +287,25 @@ void RunDesk::note_rejected(Run& run, const TrialProgress& line) {
                                    "auto:repeat_bad", payload.dump()));
 }
 
+void RunDesk::keep(Run& run) {
+  StoredRun& stored = run.view.stored;
+  if (run.view.trials_planned > 0) {
+    stored.trials_done = static_cast<std::int64_t>(run.view.trials_done);
+    stored.trials_planned = static_cast<std::int64_t>(run.view.trials_planned);
+  }
+  static_cast<void>(store_.update(stored));
+}
+
+/// Of a run that the daemon's death cut: its file knows.
+void RunDesk::count_trials(Run& run) {
+  const auto found = load_progress(run.view.stored.folder / "campaign.sqlite");
+  run.view.trials_done = found ? found->done : 0;
+  if (found) run.view.trials_planned = found->planned;
+  keep(run);
+}
+
 void RunDesk::tell(Run& run) {
+  name_time(run.view);
   if (around_.changed) around_.changed(run.view);
 }
 
@@ -341,12 +370,17 @@ Result<RunView> RunDesk::get(std::string_view id) const {
   const Run* run = find(id);
   if (run == nullptr)
     return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
-  return run->view;
+  RunView view = run->view;
+  name_time(view);
+  return view;
 }
 
 std::vector<RunView> RunDesk::all() const {
   std::vector<RunView> out;
-  for (const auto& run : runs_) out.push_back(run->view);
+  for (const auto& run : runs_) {
+    out.push_back(run->view);
+    name_time(out.back());
+  }
   return out;
 }
 
@@ -367,7 +401,12 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
 
 void RunDesk::tick() {
   if (!standing_kept_) keep_standing();
+  constexpr std::chrono::seconds set_otherwise{1};
+  const auto ahead = wall_ahead();
+  const bool clock_was_set = std::chrono::abs(ahead - wall_ahead_) > set_otherwise;
+  if (clock_was_set) wall_ahead_ = ahead;
   for (const auto& run : runs_) {
+    if (clock_was_set && run->view.attention && run->view.attention->at) tell(*run);
     std::erase_if(run->waiting, [](const auto& each) { return each.listener.expired(); });
     const RunStep step = on_time(run->view.machine, run->limits, around_.now());
     if (step.next.state != run->state()) apply(*run, step, "auto:deadline");

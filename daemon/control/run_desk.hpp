@@ -2,6 +2,7 @@
 // The runs of one rig: at most one at a time moves it, on a thread of its own; the others wait in a
 // queue. What happens is kept in the daemon's journal before it is told.
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
@@ -33,7 +34,10 @@ struct RunWish {
 struct Attention {
   recipes::OperatorAsk ask;
   std::string step;  ///< names what is asked now, "Q-12"; empty where it is not asked yet
-  std::optional<std::int64_t> at_us;  ///< UTC: since when, or when it will be as far as is known
+  /// Since when, or when it will be as far as is known, by the desk's monotonic clock.
+  std::optional<std::chrono::nanoseconds> at = {};
+  /// The same as the machine's wall clock has it when the run is told: UTC.
+  std::optional<std::int64_t> at_us = {};
 };
 
 /// A run and where it is.
@@ -79,6 +83,8 @@ class RunDesk {
     std::function<void(const RunLine&, std::string_view by)> lined = {};
     Onlooker* onlooker = nullptr;     ///< shown what the run under way senses
     const BenchPace* pace = nullptr;  ///< of a simulated bench
+    /// The machine's wall clock, which people compare times ahead with; it may be set back.
+    std::function<std::int64_t()> wall_us = {};
   };
   /// `store` outlives the desk.
   RunDesk(Surroundings around, RunStore& store);
@@ -179,6 +185,10 @@ class RunDesk {
                const Result<CampaignSummary>& summary, const SettledTold& told);
   void note_rejected(Run& run, const TrialProgress& line);
   void tell(Run& run);
+  void keep(Run& run);
+  void count_trials(Run& run);
+  void name_time(RunView& view) const;
+  [[nodiscard]] std::chrono::nanoseconds wall_ahead() const;
   Run* find(std::string_view id) const;
   [[nodiscard]] Result<Run*> interrupted(std::string_view id) const;
 
@@ -188,7 +198,8 @@ class RunDesk {
   RunLine line_;
   RigStanding standing_;
   bool standing_kept_ = true;
-  std::int64_t asks_ = 0;  ///< so many names of asks are taken, in other lives too
+  std::int64_t asks_ = 0;                  ///< so many names of asks are taken, in other lives too
+  std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were told last
   std::string
       trusted_;  ///< the run that somebody goes on with, knowing that it left the rig unknown
 };

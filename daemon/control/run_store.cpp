@@ -13,7 +13,8 @@ CREATE TABLE IF NOT EXISTS run (
   name TEXT NOT NULL, by TEXT NOT NULL, created_us INTEGER NOT NULL,
   state TEXT NOT NULL, outcome TEXT NOT NULL, cleanup TEXT NOT NULL, rig_fact TEXT NOT NULL,
   error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0,
-  recovered TEXT NOT NULL DEFAULT ''
+  recovered TEXT NOT NULL DEFAULT '', bench TEXT NOT NULL DEFAULT '',
+  trials_done INTEGER, trials_planned INTEGER
 ) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
   sequence INTEGER PRIMARY KEY AUTOINCREMENT, utc_us INTEGER NOT NULL,
@@ -25,6 +26,10 @@ CREATE TABLE IF NOT EXISTS line (
 CREATE TABLE IF NOT EXISTS waiting (place INTEGER PRIMARY KEY, run INTEGER NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS rig (
   id INTEGER PRIMARY KEY CHECK (id = 1), fact TEXT NOT NULL, why TEXT NOT NULL
+) STRICT;
+CREATE TABLE IF NOT EXISTS answer (
+  number INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL UNIQUE, fingerprint TEXT NOT NULL,
+  asked_us INTEGER NOT NULL, result TEXT, error TEXT
 ) STRICT;
 CREATE TABLE IF NOT EXISTS hand_over (
   run INTEGER PRIMARY KEY, state TEXT NOT NULL, by TEXT NOT NULL, error TEXT NOT NULL,
@@ -72,6 +77,9 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   run.dataset_sha256 = row.text(13);
   run.resume = row.integer(14) != 0;
   run.recovered = row.text(15);
+  run.bench = row.text(16);
+  if (!row.is_null(17)) run.trials_done = row.integer(17);
+  if (!row.is_null(18)) run.trials_planned = row.integer(18);
   return run;
 }
 
@@ -92,6 +100,15 @@ Status add_columns(sqlite::Database& database) {
   if (done)
     done = add_column(database, "run", "recovered",
                       "ALTER TABLE run ADD COLUMN recovered TEXT NOT NULL DEFAULT ''");
+  if (done)
+    done = add_column(database, "run", "bench",
+                      "ALTER TABLE run ADD COLUMN bench TEXT NOT NULL DEFAULT ''");
+  if (done)
+    done = add_column(database, "run", "trials_done",
+                      "ALTER TABLE run ADD COLUMN trials_done INTEGER");
+  if (done)
+    done = add_column(database, "run", "trials_planned",
+                      "ALTER TABLE run ADD COLUMN trials_planned INTEGER");
   if (done)
     done = add_column(database, "hand_over", "attempts",
                       "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0");
@@ -140,6 +157,7 @@ Status RunStore::take_stock() {
     run.outcome = "interrupted";
     run.cleanup = "skipped";
     run.rig_fact = "unknown";
+    run.trials_done.reset();  // more may have been recorded since
     if (before->fact != RigStanding::Fact::latched)
       if (Status ok = keep({RigStanding::Fact::unknown, run.id()}); !ok) return ok;
     if (Status ok = update(run); !ok) return ok;
@@ -209,7 +227,8 @@ Status RunStore::write(const RunLine& line) {
 Result<std::vector<StoredRun>> RunStore::load() {
   auto query = database_.prepare(
       "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
-      "rig_fact, error, dataset_sha256, resume, recovered FROM run ORDER BY number");
+      "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned "
+      "FROM run ORDER BY number");
   if (!query) return pass(query.error());
   std::vector<StoredRun> out;
   for (;;) {
@@ -252,12 +271,13 @@ Status RunStore::add(StoredRun& run) {
 Status RunStore::update(const StoredRun& run) {
   auto change = database_.prepare(
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
-      "folder=?, resume=?, recovered=? WHERE number=?");
+      "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=? WHERE number=?");
   if (!change) return pass(change.error());
   const std::string folder = run.folder.string();
   change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
   change->bind(4, run.rig_fact).bind(5, run.error).bind(6, run.dataset_sha256).bind(7, folder);
-  change->bind(8, std::int64_t{run.resume}).bind(9, run.recovered).bind(10, run.number);
+  change->bind(8, std::int64_t{run.resume}).bind(9, run.recovered).bind(10, run.bench);
+  change->bind(11, run.trials_done).bind(12, run.trials_planned).bind(13, run.number);
   return change->run();
 }
 

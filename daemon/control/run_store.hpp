@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/access/idempotency.hpp"
 #include "daemon/control/hand_over_fact.hpp"
 #include "daemon/control/run_line.hpp"
 #include "daemon/control/run_machine.hpp"
@@ -30,6 +31,9 @@ struct StoredRun {
   std::string outcome, cleanup, rig_fact;  ///< the three facts, once it has ended
   std::string error;                       ///< the first thing that went wrong
   std::string dataset_sha256;
+  std::string bench;  ///< "simulated", "real"; empty where that is not known
+  /// As they were when its state changed last; none where that is not known.
+  std::optional<std::int64_t> trials_done, trials_planned;
   bool resume = false;  ///< somebody asked to go on with what its folder holds
   /// What somebody decided about it after it was interrupted: "", "discard" or "keep-partial".
   std::string recovered;
@@ -77,6 +81,12 @@ class RunStore {
   /// By the number of their runs.
   [[nodiscard]] Result<std::map<std::int64_t, HandOverFact>> hand_overs();
   Status keep(std::int64_t run, const HandOverFact& fact);
+
+  /// Answers to requests with a key, the oldest first.
+  [[nodiscard]] Result<std::vector<access::KeptAnswer>> answers();
+  Status keep(const access::KeptAnswer& asked);
+  Status keep_outcome(std::string_view name, const rpc::Outcome& outcome);
+  Status forget_answer(std::string_view name);
 
   struct Line {
     std::int64_t sequence = 0, utc_us = 0;

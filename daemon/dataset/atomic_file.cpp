@@ -1,6 +1,7 @@
 #include "daemon/dataset/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -25,6 +26,7 @@ class Descriptor {
     if (fd_ >= 0) ::close(fd_);
   }
   [[nodiscard]] bool ok() const { return fd_ >= 0; }
+  [[nodiscard]] bool set_mode(mode_t mode) const { return ::fchmod(fd_, mode) == 0; }
   [[nodiscard]] bool sync() const { return ::fsync(fd_) == 0; }
 
   [[nodiscard]] bool write_all(std::string_view text) const {
@@ -79,11 +81,13 @@ Status publish_folder(const std::filesystem::path& temporary, const std::filesys
   return sync_folder_of(target);
 }
 
-Status write_text_file(const std::filesystem::path& path, std::string_view text) {
+Status write_text_file(const std::filesystem::path& path, std::string_view text, Readers readers) {
   AtomicFile atomic(path);
   {
     const Descriptor file(atomic.temporary(), O_WRONLY | O_CREAT | O_TRUNC);
     if (!file.ok()) return system_error("cannot create the file", path);
+    if (readers == Readers::owner && !file.set_mode(0600))  // before there is anything in it
+      return system_error("cannot set the file's mode", path);
     if (!file.write_all(text)) return system_error("cannot write the file", path);
   }
   return atomic.publish();

@@ -27,8 +27,14 @@ class AtomicFile {
   bool published_ = false;
 };
 
+/// Who may read what is written.
+enum class Readers {
+  as_umask,  ///< everybody, less what the process masks
+  owner      ///< mode 0600, whatever it masks
+};
 /// Writes `text` to `path` through an AtomicFile.
-Status write_text_file(const std::filesystem::path& path, std::string_view text);
+Status write_text_file(const std::filesystem::path& path, std::string_view text,
+                       Readers readers = Readers::as_umask);
 
 /// Renames a finished folder, whose files are on the disk, beside itself; `target` must not be
 /// there. It is on the disk when this returns.

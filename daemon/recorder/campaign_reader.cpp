@@ -368,7 +368,12 @@ Result<CampaignProgress> load_progress(const std::filesystem::path& path) {
   if (!finished) return pass(finished.error(), path.string());
   const auto discarded = is_discarded(*database);
   if (!discarded) return pass(discarded.error(), path.string());
-  return CampaignProgress{static_cast<std::uint32_t>(*planned), *finished != 0, *discarded};
+  const auto done = read_integer(*database,
+                                 "SELECT count(DISTINCT plan_index) FROM trial "
+                                 "WHERE outcome IN ('complete', 'ended_early')");
+  if (!done) return pass(done.error(), path.string());
+  return CampaignProgress{static_cast<std::uint32_t>(*planned), *finished != 0, *discarded,
+                          static_cast<std::uint32_t>(*done)};
 }
 
 Result<std::vector<JournalEntry>> load_journal(const std::filesystem::path& path) {

@@ -154,6 +154,7 @@ struct CampaignProgress {
   std::uint32_t planned = 0;  ///< trials
   bool finished = false;      ///< the run came to its end, complete or not
   bool discarded = false;     ///< somebody decided that no data set is made of it
+  std::uint32_t done = 0;     ///< trials that are as the recipe wants them, see is_done()
 };
 /// The journal's line that says so.
 inline constexpr const char* discarded_kind = "discarded";

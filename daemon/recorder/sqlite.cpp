@@ -92,6 +92,12 @@ Statement& Statement::bind(int index, std::optional<double> value) {
   return *this;
 }
 
+Statement& Statement::bind(int index, std::optional<std::int64_t> value) {
+  if (value) return bind(index, *value);
+  bind_result_ |= sqlite3_bind_null(raw_.get(), index);
+  return *this;
+}
+
 Statement& Statement::bind(int index, std::string_view text) {
   bind_result_ |= sqlite3_bind_text64(raw_.get(), index, text.empty() ? "" : text.data(),
                                       text.size(), SQLITE_STATIC, SQLITE_UTF8);

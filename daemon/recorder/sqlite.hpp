@@ -27,6 +27,7 @@ class Statement {
   Statement& bind(int index, std::int64_t value);
   Statement& bind(int index, double value);
   Statement& bind(int index, std::optional<double> value);  ///< nothing is NULL
+  Statement& bind(int index, std::optional<std::int64_t> value);
   Statement& bind(int index, std::string_view text);
   Statement& bind(int index, ByteView blob);
 

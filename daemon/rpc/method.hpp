@@ -33,6 +33,12 @@ enum class Effect {
   change,  ///< takes an `idem` key, so that a retry after a lost reply does nothing twice
 };
 
+/// For how long the answer to a change with a key is remembered.
+enum class Memory {
+  over_restarts,
+  while_running  ///< it holds a secret, which is not written down
+};
+
 struct MethodSpec {
   std::string_view name;  ///< noun.verb
   std::string_view summary;
@@ -40,6 +46,7 @@ struct MethodSpec {
   Effect effect = Effect::read;
   std::vector<ParamSpec> params;
   std::string_view result;  ///< what comes back, in words
+  Memory memory = Memory::over_restarts;
 };
 
 /// The result as JSON, or why not.

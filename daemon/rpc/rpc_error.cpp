@@ -44,6 +44,24 @@ RpcError rpc_error(int code, std::string_view kind, Error error, bool retryable)
   return {code, std::string(kind), std::move(error), retryable, {}};
 }
 
+RpcError error_from_json(std::string_view text) {
+  const json told = json::parse(text, nullptr, false);
+  try {
+    const json& data = told.at("data");
+    const auto part = [&data](const char* key) { return data.value(key, ""); };
+    RpcError out = rpc_error(told.at("code").get<int>(), part("kind"),
+                             {Errc::wrong_state, told.at("message").get<std::string>(),
+                              part("where"), part("expected"), part("got"), part("hint")},
+                             data.value("retryable", false));
+    if (const auto blockers = data.find("blockers"); blockers != data.end())
+      out.blockers_json = blockers->dump();
+    return out;
+  } catch (const json::exception&) {
+    return rpc_error(code::internal, "internal",
+                     {Errc::corrupt, "this answer was not kept well", {}, {}, {}, {}});
+  }
+}
+
 std::string to_json(const RpcError& e) {
   json data{{"kind", e.kind}, {"retryable", e.retryable}};
   const auto say = [&data](const char* key, const std::string& text) {

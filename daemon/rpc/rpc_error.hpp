@@ -41,5 +41,7 @@ RpcError rpc_error(int code, std::string_view kind, Error error, bool retryable 
 
 /// The value of "error" in a response, on one line.
 std::string to_json(const RpcError& error);
+/// What to_json() made, back again; an internal error where it is something else.
+RpcError error_from_json(std::string_view text);
 
 }  // namespace weft::daemon::rpc

@@ -231,6 +231,13 @@ Result<RigFile> parse_rig_file(std::string_view text) {
   }
 }
 
+BenchKind bench_kind_of(const std::filesystem::path& rig) {
+  const auto text = read_text_file(rig);
+  if (!text) return BenchKind::unknown;
+  const auto file = parse_rig_file(*text);
+  return file ? file->bench : BenchKind::unknown;
+}
+
 void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings) {
   for (const std::filesystem::path& folder : rig.plugins)
     settings.folders.push_back(rig_path.parent_path() / folder);

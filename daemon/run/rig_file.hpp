@@ -52,6 +52,9 @@ struct RigFile {
 /// cannot have) with a JSON pointer.
 Result<RigFile> parse_rig_file(std::string_view text);
 
+/// What kind of data the bench of this rig file makes; unknown where the file cannot be read.
+BenchKind bench_kind_of(const std::filesystem::path& rig);
+
 /// Lets the rig's drivers also come from `settings.folders` and from the folders that the file at
 /// `rig_path` names. parse_rig_file alone knows the built-in ones only.
 void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings);

@@ -26,6 +26,29 @@ rpc::RpcError too_low(access::Role has, access::Role needs, std::string_view met
                     "Ask an admin for a token of that role"});
 }
 
+rpc::RpcError key_in_use(access::IdempotencyCache::Found found, const std::string& key) {
+  using Found = access::IdempotencyCache::Found;
+  if (found == Found::cut_short)
+    return rpc_error(code::request + 10, "idem.cut_short",
+                     {Errc::wrong_state,
+                      "the daemon ended while the first request with this key was under way: "
+                      "whether it was done is not known",
+                      "/params/idem",
+                      {},
+                      key,
+                      "See run.list or log.tail; use a new key to ask again"});
+  const bool waits = found == Found::under_way;
+  return rpc_error(code::request + 9, "idem.reused",
+                   {Errc::wrong_state,
+                    waits ? "the first request with this key is under way"
+                          : "this key belongs to another request",
+                    "/params/idem",
+                    {},
+                    key,
+                    "Use a new key for a new change"},
+                   waits);
+}
+
 /// As long for any request, as it is kept.
 std::string fingerprint_of(const rpc::MethodSpec& spec, const json& params) {
   return sha256_hex(std::string(spec.name) +
@@ -157,6 +180,7 @@ Outcome Conversation::introduce(const json& params) {
     if (!owner) return tl::unexpected(rpc_error(code::access + 1, "access.token", owner.error()));
     caller_.user = owner->user;
     caller_.role = owner->role;
+    owner_ = *owner;
   } else if (peer_.role) {
     caller_.role = *peer_.role;
   } else {
@@ -187,20 +211,11 @@ void Conversation::dispatch(const rpc::Methods::Entry& entry, const rpc::Request
   if (!key.empty()) {
     using Found = access::IdempotencyCache::Found;
     const auto look =
-        shared_->answered->look(caller_.user, key, fingerprint_of(entry.spec, *request.params));
+        shared_->answered->look(caller_.user, key, fingerprint_of(entry.spec, *request.params),
+                                entry.spec.memory == rpc::Memory::over_restarts);
     if (look.found == Found::answered) return answer(request.id_json, *look.outcome);
     if (look.found != Found::fresh)
-      return answer(request.id_json,
-                    tl::unexpected(rpc_error(code::request + 9, "idem.reused",
-                                             {Errc::wrong_state,
-                                              look.found == Found::under_way
-                                                  ? "the first request with this key is under way"
-                                                  : "this key belongs to another request",
-                                              "/params/idem",
-                                              {},
-                                              key,
-                                              "Use a new key for a new change"},
-                                             look.found == Found::under_way)));
+      return answer(request.id_json, tl::unexpected(key_in_use(look.found, key)));
   }
   ++pending_;
   const auto respond = [this, alive = std::weak_ptr(alive_), shared = shared_, key,
@@ -217,6 +232,17 @@ void Conversation::answer(const std::optional<std::string>& id_json, const Outco
   if (!id_json) return;  // a notification wants none
   send_(outcome ? rpc::result_line(*id_json, *outcome)
                 : rpc::error_line(*id_json, outcome.error()));
+}
+
+std::optional<rpc::RpcError> Conversation::over() const {
+  if (!owner_ || !shared_->token_stands || shared_->token_stands(*owner_)) return std::nullopt;
+  return rpc_error(code::access + 1, "access.token",
+                   {Errc::wrong_state,
+                    "the time of this token is over, or it was removed",
+                    "/params/token",
+                    {},
+                    {},
+                    "weft token add makes one; what runs goes on"});
 }
 
 void Conversation::subscribe(std::shared_ptr<Subscription> subscription) {

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "daemon/access/idempotency.hpp"
+#include "daemon/access/tokens.hpp"
 #include "daemon/rpc/message.hpp"
 #include "daemon/rpc/method.hpp"
 #include "daemon/server/http_file.hpp"
@@ -27,10 +28,11 @@ struct Peer {
   bool stays = true;                 ///< can be sent events; a single HTTP request cannot
 };
 
-/// Whose token this is.
+/// Whose token this is, and until when.
 struct TokenOwner {
   std::string user;
   access::Role role = access::Role::observer;
+  access::TokenEntry token = {};
 };
 
 /// What all conversations of a server share; outlives them.
@@ -50,6 +52,8 @@ struct Shared {
   /// be.
   using FileTold = std::function<void(const Result<ServedFile>&)>;
   std::function<void(std::string_view path, const FileTold& told)> file = {};
+  /// Whether what token_owner() told is so still. Left out: for ever.
+  std::function<bool(const TokenOwner&)> token_stands = {};
 };
 
 /// The first request of every client.
@@ -76,6 +80,10 @@ class Conversation {
   /// Sends what subscriptions hold, as long as `room()` says so.
   void pump(const std::function<bool()>& room);
 
+  /// Why nothing more is said or heard here: the token that the client came with is not good any
+  /// more. What it asked for until then is done; nothing that it would be told is.
+  [[nodiscard]] std::optional<rpc::RpcError> over() const;
+
   [[nodiscard]] const rpc::Caller& caller() const { return caller_; }
   [[nodiscard]] bool introduced() const { return introduced_; }
   /// For the methods of sub.*: this conversation's own.
@@ -96,6 +104,7 @@ class Conversation {
   rpc::Caller caller_;
   Send send_;
   bool introduced_ = false;
+  std::optional<TokenOwner> owner_;  ///< of the token that it came with
   std::size_t pending_ = 0;
   std::map<std::string, std::shared_ptr<Subscription>, std::less<>> subscriptions_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

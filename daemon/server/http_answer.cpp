@@ -193,10 +193,11 @@ std::string too_many_text(std::string_view what, std::size_t at_most, std::strin
                  come_back);
 }
 
-std::string no_file_text(const Error& error) {
+std::string no_file_text(const Error& error, bool wants_known_content) {
   if (error.code == Errc::timeout) return refused(503, "data.busy", error, come_back);
   const bool absent = error.code == Errc::not_found;
-  return refused(absent ? 404 : 409, absent ? "data.not_found" : "data.altered", error);
+  if (absent) return refused(404, "data.not_found", error);
+  return refused(wants_known_content ? 412 : 409, "data.altered", error);
 }
 
 std::string other_content_text(const std::string& sha256) {
@@ -261,6 +262,10 @@ std::string event_text(std::string_view line, std::string_view epoch,
   const std::string seq = from_seq ? std::to_string(*from_seq) : body.at("seq").dump();
   return "id: " + std::string(epoch) + "-" + seq + "\nevent: " + (snapshot ? "snapshot" : "event") +
          "\ndata: " + body.dump() + "\n\n";
+}
+
+std::string error_event_text(const rpc::RpcError& why) {
+  return "event: error\ndata: " + rpc::to_json(why) + "\n\n";
 }
 
 bool is_error(std::string_view line) {

@@ -26,8 +26,9 @@ std::string too_many_text(std::string_view what, std::size_t at_most, std::strin
 /// 503: the daemon ends before it can answer.
 std::string daemon_stops_text();
 /// 404, 409 or 503: a file that is not there, is not as its list says, or could not be looked at in
-/// time (Errc::timeout).
-std::string no_file_text(const Error& error);
+/// time (Errc::timeout). Where the client named the content that it wants, one that was altered is
+/// not it: 412 in the place of 409.
+std::string no_file_text(const Error& error, bool wants_known_content = false);
 /// 412: the file has another digest than the one asked for.
 std::string other_content_text(const std::string& sha256);
 /// 504.
@@ -46,6 +47,8 @@ std::string stream_head();
 /// replay carries the newest seq: `from_seq` is the id then, for nothing after it was sent yet.
 std::string event_text(std::string_view line, std::string_view epoch,
                        std::optional<std::int64_t> from_seq = {});
+/// The last event of a stream that ends before its client does: "error", with the error's object.
+std::string error_event_text(const rpc::RpcError& why);
 /// The line is no answer, or one that refuses.
 bool is_error(std::string_view line);
 

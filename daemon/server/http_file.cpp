@@ -65,6 +65,10 @@ std::optional<ByteRange> range_of(std::string_view header, std::uint64_t bytes) 
   return ByteRange{*first, last ? std::min(*last, bytes - 1) + 1 : bytes};
 }
 
+bool wants_known_content(const HttpRequest& request) {
+  return request.parameter("sha256").has_value() || !request.header("If-Match").empty();
+}
+
 FileAnswer file_answer(const HttpRequest& request, const ServedFile& file) {
   const std::string tag = "\"" + file.sha256 + "\"";
   const auto asked = request.parameter("sha256");

@@ -44,6 +44,9 @@ bool names_tag(std::string_view header, std::string_view tag);
 /// or none that can be read (a client takes 200 then). Nothing: it lies behind the end.
 std::optional<ByteRange> range_of(std::string_view header, std::uint64_t bytes);
 
+/// Whether the client wants one content and no other: by the query's sha256 or If-Match.
+bool wants_known_content(const HttpRequest& request);
+
 /// 200, 206 or 416 by Range and If-Range, 304 by If-None-Match, 412 where the query's sha256 or
 /// If-Match is of another content.
 FileAnswer file_answer(const HttpRequest& request, const ServedFile& file);

@@ -84,6 +84,10 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   [[nodiscard]] bool is_brief() const { return is(Stage::asking) || is(Stage::leaving); }
 
   void pump() {
+    if (closed_) return;
+    if (is(Stage::streaming) || is(Stage::waiting)) {
+      if (const auto why = conversation_->over()) return end_with(*why);
+    }
     if (!is(Stage::streaming)) return;
     conversation_->pump([this] { return unsent_.size() < stream_room_bytes; });
     write();
@@ -104,6 +108,11 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   }
 
  private:
+  void end_with(const rpc::RpcError& why) {
+    leave(is(Stage::streaming) ? error_event_text(why)
+                               : answer_text(401, rpc::error_line("null", why)));
+  }
+
   /// In place of what was to happen before.
   template <class Then>
   void within(std::chrono::nanoseconds patience, Then then) {
@@ -235,7 +244,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   }
 
   void have_file(const Result<ServedFile>& file) {
-    if (!file) return leave(no_file_text(file.error()));
+    if (!file) return leave(no_file_text(file.error(), wants_known_content(request_)));
     FileAnswer answer = file_answer(request_, *file);
     left_ = answer.body;
     if (left_.first == left_.end) return leave(answer.head);

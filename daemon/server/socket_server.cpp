@@ -87,6 +87,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   }
 
   void pump() {
+    if (closed_ || last_words_ || ends_with_its_token()) return;
     conversation_.pump([this] { return !closed_ && unsent_bytes_ < room_bytes; });
   }
 
@@ -131,25 +132,37 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
 
   // One line a turn: others, and what they have to halt, come in between.
   void work_off() {
-    if (closed_) return;
+    if (closed_ || last_words_ || ends_with_its_token()) return;
     if (const auto line = lines_.next()) {
       conversation_.hear(*line);
       return asio::post(server_->context, [self = shared_from_this()] { self->work_off(); });
     }
     if (lines_.overflows()) {
-      send(rpc::error_line("null",
-                           rpc::rpc_error(rpc::code::request + 30, "request.too_long",
-                                          {Errc::range,
-                                           "line too long",
-                                           "line",
-                                           std::to_string(server_->limits.line_bytes) + " bytes",
-                                           {},
-                                           {}})));
-      last_words_ = true;
-      return write();
+      return end_with(rpc::rpc_error(rpc::code::request + 30, "request.too_long",
+                                     {Errc::range,
+                                      "line too long",
+                                      "line",
+                                      std::to_string(server_->limits.line_bytes) + " bytes",
+                                      {},
+                                      {}}));
     }
     pump();
     read();
+  }
+
+  /// True where that is so: the client has been told, and is closed.
+  bool ends_with_its_token() {
+    const auto why = conversation_.over();
+    if (why) end_with(*why);
+    return why.has_value();
+  }
+
+  /// Closed when the client has read why, or does not want to.
+  void end_with(const rpc::RpcError& why) {
+    send(rpc::error_line("null", why));
+    last_words_ = true;
+    within(server_->limits.introduction, [] { return false; });
+    write();
   }
 
   void send(std::string line) {

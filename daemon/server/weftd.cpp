@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/access/tokens.hpp"
+#include "daemon/access/token_keeper.hpp"
 #include "daemon/api/services.hpp"
 #include "daemon/loop/rising_utc.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -42,9 +42,10 @@ std::string http_url(const asio::ip::address& address, std::uint16_t port, bool 
 }
 
 /// One wording for all that can be wrong with a token.
-Result<TokenOwner> owner_of(const access::TokenFile& tokens, std::string_view token,
+Result<TokenOwner> owner_of(access::TokenKeeper& tokens, std::string_view token,
                             std::int64_t utc_us) {
-  if (const auto entry = tokens.find(token, utc_us)) return TokenOwner{entry->name, entry->role};
+  if (const auto entry = tokens.find(token, utc_us))
+    return TokenOwner{entry->name, entry->role, *entry};
   return fail(Errc::wrong_state, "this token is not, or no more, good for anything",
               "/params/token", {}, {}, "weft token add makes one");
 }
@@ -59,24 +60,25 @@ class Daemon {
   void run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready);
 
  private:
-  Daemon(access::TokenFile tokens, control::RunStore log)
+  Daemon(access::TokenKeeper tokens, control::RunStore log)
       : tokens_(std::move(tokens)), log_(std::move(log)) {}
   void wire(const DaemonOptions& options);
   Status load_tls(const DaemonOptions& options);
   Status begin(const DaemonOptions& options);
   /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
   std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
-  Result<std::string> add_token(const std::filesystem::path& file, std::string name,
-                                access::Role role, std::int64_t expires_us);
   void changed(const control::RunView& run);
   void lined(const control::RunLine& line, std::string_view by);
+  void remember_answers();
+  void look_at_tokens();
   void tick();
   void show_samples();
 
   BenchPace pace_ = 0;
   Onlooker onlooker_;
   RisingUtc utc_;
-  access::TokenFile tokens_;
+  access::TokenKeeper tokens_;
+  Clock tokens_seen_{};  ///< when the file was looked at
   access::IdempotencyCache answered_;
   access::Leases leases_;
   Hub hub_;
@@ -107,26 +109,13 @@ nlohmann::json rig_delta(const control::RigStanding& standing, std::string_view 
 
 Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options) {
   if (Status made = make_folder(options.data); !made) return pass(made.error());
-  auto tokens = access::TokenFile::load(or_in(options.tokens, options.data, "tokens.json"));
+  auto tokens = access::TokenKeeper::open(or_in(options.tokens, options.data, "tokens.json"));
   if (!tokens) return pass(tokens.error());
   auto log = control::RunStore::open(options.data / "weftd.sqlite");
   if (!log) return pass(log.error());
   std::unique_ptr<Daemon> daemon(new Daemon(std::move(*tokens), std::move(*log)));
   if (Status begun = daemon->begin(options); !begun) return pass(begun.error());
   return daemon;
-}
-
-/// To what the file holds now: weft token add may have written to it since.
-Result<std::string> Daemon::add_token(const std::filesystem::path& file, std::string name,
-                                      access::Role role, std::int64_t expires_us) {
-  auto tokens = access::TokenFile::load(file);
-  if (!tokens) return pass(tokens.error());
-  tokens->forget_expired(utc_us());
-  auto token = tokens->add(std::move(name), role, expires_us);
-  if (!token) return pass(token.error());
-  if (Status saved = tokens->save(); !saved) return pass(saved.error());
-  tokens_ = std::move(*tokens);
-  return token;
 }
 
 void Daemon::wire(const DaemonOptions& options) {
@@ -156,9 +145,8 @@ void Daemon::wire(const DaemonOptions& options) {
                .files = &files_,
                .pace = &pace_,
                .add_token =
-                   [this, file = or_in(options.tokens, options.data, "tokens.json")](
-                       std::string name, access::Role role, std::int64_t expires_us) {
-                     return add_token(file, std::move(name), role, expires_us);
+                   [this](std::string name, access::Role role, std::int64_t expires_us) {
+                     return tokens_.add(std::move(name), role, expires_us, utc_us());
                    }};
   pace_ = options.pace;
   shared_.methods = &methods_;
@@ -167,6 +155,9 @@ void Daemon::wire(const DaemonOptions& options) {
   shared_.epoch = services_.epoch;
   shared_.token_owner = [this](std::string_view token) {
     return owner_of(tokens_, token, utc_us());
+  };
+  shared_.token_stands = [this](const TokenOwner& owner) {
+    return tokens_.stands(owner.token, utc_us());
   };
   shared_.readiness_json = [this] { return api::readiness_json(services_); };
   shared_.halt = [this](const rpc::Caller& caller) {
@@ -225,8 +216,10 @@ Status Daemon::begin(const DaemonOptions& options) {
               },
           .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); },
           .onlooker = &onlooker_,
-          .pace = &pace_},
+          .pace = &pace_,
+          .wall_us = [] { return utc_now().count() / 1000; }},
       log_);
+  remember_answers();
   services_.desk = desk_.get();
   hand_overs_ = std::make_unique<control::HandOverDesk>(
       control::HandOverDesk::Surroundings{
@@ -249,6 +242,22 @@ Status Daemon::begin(const DaemonOptions& options) {
   });
   for (const control::RunView& run : desk_->all()) changed(run);
   return log_.journal(utc_us(), "", "daemon.started", "auto:daemon");
+}
+
+// What cannot be kept, for want of disk, is remembered while the daemon runs, and no request waits
+// for more.
+void Daemon::remember_answers() {
+  auto kept = log_.answers();
+  answered_.remember_in(
+      {.utc_us = [this] { return utc_us(); },
+       .asked = [this](const access::KeptAnswer& one) { static_cast<void>(log_.keep(one)); },
+       .answered =
+           [this](const std::string& name, const rpc::Outcome& outcome) {
+             static_cast<void>(log_.keep_outcome(name, outcome));
+           },
+       .forgotten =
+           [this](const std::string& name) { static_cast<void>(log_.forget_answer(name)); }},
+      kept ? std::move(*kept) : std::vector<access::KeptAnswer>{});
 }
 
 void Daemon::changed(const control::RunView& run) {
@@ -276,7 +285,17 @@ void Daemon::show_samples() {
   if (run && frame) api::pass_on(hub_, *frame, *run, utc_us());
 }
 
+/// A token that was removed ends what it was good for, within a second.
+void Daemon::look_at_tokens() {
+  using namespace std::chrono_literals;
+  const Clock now = steady_wall_now();
+  if (now - tokens_seen_ < 1s) return;
+  tokens_seen_ = now;
+  tokens_.refresh();
+}
+
 void Daemon::tick() {
+  look_at_tokens();
   show_samples();
   if (http_) http_->pump();
   desk_->tick();

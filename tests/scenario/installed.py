@@ -38,6 +38,8 @@ def manual(page, *mentioned):
 def unit(file, bin_folder):
     text = file.read_text()
     assert f"ExecStart={bin_folder}/weftd --rig" in text, text
+    (starts,) = (line for line in text.splitlines() if line.startswith("ExecStart="))
+    assert starts.endswith(" $WEFTD_OPTIONS") and "EnvironmentFile=-/etc/weft/weftd.conf" in text, "what turns the page on"
     if shutil.which("systemd-analyze") is None:
         return print("systemd-analyze is not installed: the unit was not verified")
     said = subprocess.run(["systemd-analyze", "verify", "--man=no", file], capture_output=True, text=True, timeout=120)

@@ -186,6 +186,10 @@ add_test(NAME scenario_weftd_clock
                  $<TARGET_FILE:weft_shifted_clock>)
 set_tests_properties(scenario_weftd_clock PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # TLS, with a certificate made for it.
+add_test(NAME scenario_weftd_access
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_access.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_access PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 add_test(NAME scenario_weftd_tls
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_tls.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_tls PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

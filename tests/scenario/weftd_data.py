@@ -245,7 +245,9 @@ def beside_others(web, client, folder, data):
     file.write_bytes(altered)
     for query, headers in ("", {}), ("?sha256=" + data["sha256"], {}), ("", {"If_None_Match": f'"{data["sha256"]}"'}), ("", {"Range": "bytes=0-0"}):
         status, _, body = web.get(data["path"] + query, **headers)
-        assert status == 409 and b"data.altered" in body, (query, headers, status, body[:200])
+        wanted = 412 if query else 409  # who names the content that he wants is told that this is another
+        assert status == wanted and b"data.altered" in body, (query, headers, status, body[:200])
+    assert web.get(data["path"], If_Match=f'"{data["sha256"]}"')[0] == 412
     run = data["path"].split("/")[2]
     seen = client.call("data.verify", run=run)
     assert not seen["holds"] and seen["findings"][0]["where"].startswith("dataset.h5: bytes"), seen

@@ -1,9 +1,25 @@
 // More pages than the daemon has streams for: the one that gets none says so, still shows how things stand, and goes live as soon as
 // there is room. SIMULATED.
 import assert from 'node:assert/strict';
-import { connected, says, with_daemon } from './support.mjs';
+import { Relay, connected, says, with_daemon } from './support.mjs';
 
 const seats = 32;
+const heartbeat_ms = 12000; // of the page: silence for longer is no connection
+
+/** One without a stream whose connection goes quiet says so as soon as one with a stream would. Its clock is Playwright's. */
+async function quiet_is_not_current(daemon, open) {
+  const relay = await new Relay().begin(daemon.http);
+  const page = await open(daemon.link(relay.port), { before: (fresh) => fresh.clock.install() });
+  await says(page, '#connection-text', /every 2 s: all live places are taken/);
+  await page.clock.runFor(6000); // it asks, and is answered
+  await says(page, '#connection-text', /every 2 s/);
+  relay.go_quiet();
+  await page.clock.runFor(heartbeat_ms + 2000);
+  assert.match(await page.textContent('#connection-text'), /not connected/);
+  assert.equal(await page.isVisible('#stale'), true);
+  relay.close();
+  await page.close();
+}
 
 await with_daemon(async (daemon, open) => {
   const page_link = daemon.link();
@@ -17,6 +33,7 @@ await with_daemon(async (daemon, open) => {
   }
   const page = await open(page_link);
   await says(page, '#connection-text', /every 2 s: all live places are taken/);
+  await quiet_is_not_current(daemon, open);
   daemon.weft('start', 'small', '--wait');
   await says(page, '#run-facts', /outcome\s*complete/);
   for (const stop of held.slice(0, 10)) stop.abort();

@@ -2,11 +2,13 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 
 #include "daemon/access/idempotency.hpp"
 #include "daemon/access/leases.hpp"
+#include "daemon/access/token_keeper.hpp"
 #include "daemon/access/tokens.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
@@ -85,6 +87,107 @@ TEST_CASE("A refusal that may pass is not kept: the next try is a new one") {
   CHECK(cache.look("ada", "k", "x").found == Found::fresh);
   cache.answered("ada", "k", tl::unexpected(rpc::rpc_error(1012, "param.range", {}, false)));
   CHECK(cache.look("ada", "k", "x").found == Found::answered);
+}
+
+TEST_CASE("Answers outlive the daemon for a while; one that it never gave is told as such") {
+  using Found = IdempotencyCache::Found;
+  std::vector<KeptAnswer> disk;
+  std::int64_t now_us = 0;
+  const auto of = [&](const std::string& name) {
+    return std::ranges::find(disk, name, &KeptAnswer::name);
+  };
+  const AnswerMemory memory{
+      .utc_us = [&] { return now_us; },
+      .asked = [&](const KeptAnswer& one) { disk.push_back(one); },
+      .answered = [&](const std::string& name,
+                      const rpc::Outcome& outcome) { of(name)->outcome = outcome; },
+      .forgotten = [&](const std::string& name) { disk.erase(of(name)); }};
+  IdempotencyCache first;
+  first.remember_in(memory, {});
+  CHECK(first.look("ada", "done", "A").found == Found::fresh);
+  first.answered("ada", "done", rpc::Outcome("1"));
+  CHECK(first.look("ada", "refused", "A").found == Found::fresh);
+  first.answered("ada", "refused", tl::unexpected(rpc::rpc_error(1012, "param.range", {})));
+  CHECK(first.look("ada", "later", "A").found == Found::fresh);
+  first.answered("ada", "later", tl::unexpected(rpc::rpc_error(3000, "busy", {}, true)));
+  CHECK(first.look("ada", "cut", "A").found == Found::fresh);
+  CHECK(first.look("ada", "secret", "A", false).found == Found::fresh);
+  first.answered("ada", "secret", rpc::Outcome("wft_0"));
+  CHECK(disk.size() == 3);
+
+  IdempotencyCache second;
+  second.remember_in(memory, disk);
+  CHECK(**second.look("ada", "done", "A").outcome == "1");
+  CHECK(second.look("ada", "done", "B").found == Found::other_request);
+  CHECK(second.look("ada", "refused", "A").outcome->error().kind == "param.range");
+  CHECK(second.look("ada", "cut", "A").found == Found::cut_short);
+  CHECK(second.look("ada", "later", "A").found == Found::fresh);
+  now_us = std::chrono::microseconds(IdempotencyCache::longest_kept).count() + 1;
+  CHECK(second.look("ada", "done", "A").found == Found::fresh);
+  CHECK(disk.size() == 1);
+}
+
+TEST_CASE("The oldest answers make room, on the disk too") {
+  std::size_t kept = 0;
+  IdempotencyCache cache;
+  cache.remember_in({.utc_us = {},
+                     .asked = [&](const KeptAnswer&) { ++kept; },
+                     .answered = {},
+                     .forgotten = [&](const std::string&) { --kept; }},
+                    {});
+  for (std::size_t i = 0; i < IdempotencyCache::most_kept + 10; ++i)
+    static_cast<void>(cache.look("ada", std::to_string(i), "A"));
+  CHECK(kept == IdempotencyCache::most_kept);
+  CHECK(cache.look("ada", "0", "A").found == IdempotencyCache::Found::fresh);
+}
+
+TEST_CASE("A refusal that was kept as text is the same again") {
+  rpc::RpcError error = rpc::rpc_error(rpc::code::state, "state.conflict",
+                                       {Errc::wrong_state, "not now", "/here", "a", "b", "c"});
+  error.blockers_json = R"([{"kind":"rig.busy"}])";
+  CHECK(to_json(rpc::error_from_json(to_json(error))) == to_json(error));
+  CHECK(rpc::error_from_json("{").kind == "internal");
+}
+
+TEST_CASE("What changes the tokens has them alone, and whoever must not wait is told") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "tokens.json";
+  const auto add_one = [](TokenFile& tokens) -> Status {
+    const auto made = tokens.add("inner", Role::observer, 1000);
+    return made ? Status{} : pass(made.error());
+  };
+  const Status outer = TokenFile::change(file, TokenFile::Wait::until_free, [&](TokenFile& tokens) {
+    CHECK(TokenFile::change(file, TokenFile::Wait::not_at_all, add_one).error().code ==
+          Errc::timeout);
+    return add_one(tokens);
+  });
+  REQUIRE(outer);
+  CHECK(TokenFile::load(file)->entries().size() == 1);
+  CHECK(TokenFile::change(file, TokenFile::Wait::not_at_all, add_one).error().code ==
+        Errc::invalid_argument);
+}
+
+TEST_CASE(
+    "Tokens are known as their file has them now, and one that cannot be used changes nothing") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "tokens.json";
+  auto keeper = TokenKeeper::open(file);
+  REQUIRE(keeper);
+  std::string token;
+  REQUIRE(TokenFile::change(file, TokenFile::Wait::until_free, [&](TokenFile& tokens) -> Status {
+    token = tokens.add("notebook", Role::operator_, 1000).value();
+    return {};
+  }));
+  const auto found = keeper->find(token, 1);
+  REQUIRE(found);
+  CHECK(keeper->stands(*found, 999));
+  CHECK_FALSE(keeper->stands(*found, 1000));
+  REQUIRE(chmod(file.c_str(), 0644) == 0);
+  CHECK(keeper->find(token, 1));
+  std::filesystem::remove(file);
+  keeper->refresh();
+  CHECK_FALSE(keeper->stands(*found, 1));
+  CHECK(keeper->add("another", Role::admin, 1000, 1));
 }
 
 TEST_CASE("A token is good until it expires, and its file holds only its digest") {

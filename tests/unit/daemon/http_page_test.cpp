@@ -47,6 +47,15 @@ TEST_CASE("Each file of the page has its type, its length and the digest of its 
   CHECK(page_header(page_for("GET /style.css"), "Content-Type") == "text/css; charset=utf-8");
 }
 
+TEST_CASE("The page names all its scripts, so that a browser fetches them at once") {
+  const std::string page = page_bytes(page_for("GET /"));
+  for (const web::WebFile& file : web::web_files()) {
+    if (!file.path.starts_with("/js/")) continue;
+    CAPTURE(file.path);
+    CHECK(page.find("\"" + std::string(file.path) + "\"") != std::string::npos);
+  }
+}
+
 TEST_CASE("Nothing that is written into the page runs, and no other page frames it") {
   const std::string answer = page_for("GET /");
   const std::string policy = page_header(answer, "Content-Security-Policy");

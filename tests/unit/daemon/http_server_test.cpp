@@ -200,6 +200,23 @@ TEST_CASE("A stream that nobody reads is closed and its seat free") {
   CHECK(status == 200);
 }
 
+TEST_CASE("A stream, and a call that waits, end with the token that they came with") {
+  WebBench bench;
+  bool stands = true;
+  bench.shared.token_stands = [&](const TokenOwner&) { return stands; };
+  WebClient& stream = bench.stream();
+  WebClient& waiting = bench.call("later.say");
+  bench.until([&] { return stream.status() == 200 && !bench.waiting.empty(); });
+  bench.hub.publish("run:R-000001", {{"state", "running"}}, 1);
+  bench.until([&] { return stream.got.find("event: event") != std::string::npos; });
+  stands = false;
+  CHECK(bench.status_of(waiting) == 401);
+  bench.until([&] { return stream.ended; });
+  CHECK(stream.got.find("event: error\ndata: {") != std::string::npos);
+  CHECK(stream.got.find("access.token") != std::string::npos);
+  bench.waiting.front()("\"nobody hears it\"");
+}
+
 TEST_CASE("Who is refused and sends on and on is read for a while, not for ever") {
   WebBench bench;
   WebClient& client = bench.connect();

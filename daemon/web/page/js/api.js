@@ -24,6 +24,8 @@ const unreachable = (why) => new ApiError('The daemon was not reached', { kind: 
 /** Calls with the token of this browser tab. */
 export class Api {
   #next = 1;
+  /** Called where the daemon does not take the token (any more). */
+  refused = () => {};
 
   constructor(token) {
     this.token = token;
@@ -36,8 +38,10 @@ export class Api {
   async call(method, params = {}, options = {}) {
     const body = JSON.stringify({ jsonrpc: '2.0', id: this.#next++, method, params });
     const answer = await this.#post(body, options);
-    if (answer.error) throw new ApiError(answer.error.message, answer.error.data);
-    return answer.result;
+    if (!answer.error) return answer.result;
+    const error = new ApiError(answer.error.message, answer.error.data);
+    if (error.kind === 'access.token') this.refused();
+    throw error;
   }
 
   /** A change: with a key, so that it is made once however often the request arrives. */

@@ -8,6 +8,12 @@ import { hand_over_text, three_facts } from './run_panel.js';
 const past = new Set(['ended', 'interrupted']);
 const most_listed = 200;
 
+/** What kind of data a run recorded: its own, whatever the bench is today. */
+function badge_of({ bench }) {
+  if (bench === 'simulated') return el('span', { class: 'badge' }, 'SIMULATED');
+  return el('span', { class: 'badge-none' }, bench === 'real' ? 'real bench' : 'simulated or real: not known');
+}
+
 /** Of one exploration: from taxels `confusion` is {labels, count}; from vibration it is in `best`. */
 function learnt_of(name, learnt) {
   const { best } = learnt;
@@ -65,9 +71,9 @@ export class ArchiveView {
 
   #head(run) {
     const rows = [['recipe', run.recipe], ['name', run.name || '–'], ['started by', `${run.by}, ${clock(run.created_us)}`],
-      ['trials', `${run.trials_done} of ${run.trials_planned}`], ['hand-over', hand_over_text(run.handover)],
+      ['trials', run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : 'not known'], ['hand-over', hand_over_text(run.handover)],
       ['data set', el('code', { class: 'digest' }, run.dataset_sha256 ?? 'none')]];
-    return [el('h2', {}, `${run.run} · ${run.recipe} `, this.store.simulated ? el('span', { class: 'badge' }, 'SIMULATED') : ''), three_facts(run), facts(rows),
+    return [el('h2', {}, `${run.run} · ${run.recipe} `, badge_of(run)), three_facts(run), facts(rows),
       run.error ? el('p', { class: 'problem' }, run.error) : null,
       el('p', { class: 'row' }, button('Verify every byte', () => this.#verify(run.run), { 'data-key': 'verify' }))].filter(Boolean);
   }

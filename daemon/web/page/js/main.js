@@ -30,9 +30,11 @@ const views = ['live', 'start', 'queue', 'archive', 'log'];
 class Page {
   #plan_of = '';
   #rig_state = '';
+  #polling = false;
 
   constructor(token) {
     this.api = new Api(token);
+    this.api.refused = () => this.stream?.refuse();
     this.store = new Store();
     this.samples = new Samples();
     this.lease = new Lease(this.api, this.store);
@@ -106,9 +108,20 @@ class Page {
     this.#quietly(this.api.call('rig.state').then((rig) => this.store.put({ rig })));
   }
 
-  /** With no place for a stream the page asks every two seconds; samples are not to be had so. */
-  #poll() {
-    if (this.store.connection.state === 'full' && !document.hidden) this.#ask_all(false);
+  /** With no place for a stream the page asks every two seconds, one question after the other; samples are not to be had so. */
+  async #poll() {
+    if (this.store.connection.state !== 'full' || document.hidden || this.#polling) return;
+    this.#polling = true;
+    try {
+      await this.api.call('rig.state');
+      this.stream.heard();
+      this.#ask_all(false);
+    } catch (error) {
+      if (error.kind === 'unreachable') this.stream.lost();
+      else if (error.kind === undefined) throw error;
+    } finally {
+      this.#polling = false;
+    }
   }
 
   /** What the rig's fact and the drawn path follow: the state of the run that has it. */

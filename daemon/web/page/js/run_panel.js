@@ -59,11 +59,11 @@ export class RunPanel {
 
   #progress(run) {
     const bar = byId('run-progress');
-    bar.max = Math.max(run.trials_planned, 1);
-    bar.value = run.trials_done;
+    bar.max = run.trials_planned || 1;
+    bar.value = run.trials_done ?? 0;
     const rejected = run.takes_rejected ? `, ${plural(run.takes_rejected, 'take')} rejected` : '';
-    bar.hidden = run.trials_planned === 0;
-    say(byId('run-count'), run.trials_planned === 0 ? '' : `${run.trials_done} of ${plural(run.trials_planned, 'repetition')}${rejected}`);
+    bar.hidden = !run.trials_planned;
+    say(byId('run-count'), !run.trials_planned ? '' : `${run.trials_done} of ${plural(run.trials_planned, 'repetition')}${rejected}`);
   }
 
   #place(run) {

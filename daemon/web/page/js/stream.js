@@ -55,6 +55,26 @@ export class Stream {
     if (!document.hidden) this.#connect();
   }
 
+  /** An answer came, of whatever was asked beside the stream. */
+  heard() {
+    this.#heard_ms = Date.now();
+  }
+
+  /** Nothing was to be had of the daemon. */
+  lost() {
+    if (this.state !== 'full') return; // else the stream itself knows best
+    this.#be('stale');
+    this.#again(0);
+  }
+
+  /** The token is not good any more. */
+  refuse() {
+    ++this.#turn;
+    clearTimeout(this.#timer);
+    this.#abort?.abort();
+    this.#be('refused');
+  }
+
   #be(state) {
     if (this.#over || this.state === state) return;
     this.state = state;
@@ -68,7 +88,7 @@ export class Stream {
     const slept = Math.abs(now - this.#looked_ms - watch_ms) > slept_ms;
     this.#looked_ms = now;
     const silent = this.#heard_ms > 0 && now - this.#heard_ms > silent_ms;
-    if (this.state !== 'live' || !(slept || silent)) return;
+    if ((this.state !== 'live' && this.state !== 'full') || !(slept || silent)) return;
     this.#be('stale');
     this.#again(0);
   }
@@ -108,6 +128,7 @@ export class Stream {
     }
     clearTimeout(impatient);
     if (turn !== this.#turn) return;
+    if (full) this.heard();
     this.#be(full ? 'full' : 'stale');
     this.#again(full ? full_ms : waits_ms[Math.min(this.#tries++, waits_ms.length - 1)]);
   }
@@ -129,6 +150,8 @@ export class Stream {
       this.#tries = 0;
       this.told.snapshot(data.snapshot, event.id.slice(0, event.id.lastIndexOf('-')));
       this.#be('live');
+    } else if (event.event === 'error') {
+      if (data.data?.kind === 'access.token') this.refuse();
     } else {
       this.told.event(data);
     }

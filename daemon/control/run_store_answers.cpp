@@ -1,0 +1,47 @@
+// Answers to requests with a key in what the daemon remembers.
+
+#include "daemon/control/run_store.hpp"
+
+namespace weft::daemon::control {
+
+Result<std::vector<access::KeptAnswer>> RunStore::answers() {
+  auto query = database_.prepare(
+      "SELECT name, fingerprint, asked_us, result, error FROM answer ORDER BY number");
+  if (!query) return pass(query.error());
+  std::vector<access::KeptAnswer> out;
+  for (;;) {
+    const auto row = query->step();
+    if (!row) return pass(row.error());
+    if (!*row) return out;
+    access::KeptAnswer one{query->text(0), query->text(1), query->integer(2), {}};
+    if (!query->is_null(3)) one.outcome = query->text(3);
+    if (!query->is_null(4)) one.outcome = tl::unexpected(rpc::error_from_json(query->text(4)));
+    out.push_back(std::move(one));
+  }
+}
+
+Status RunStore::keep(const access::KeptAnswer& asked) {
+  auto insert = database_.prepare(
+      "INSERT OR REPLACE INTO answer (name, fingerprint, asked_us) VALUES (?, ?, ?)");
+  if (!insert) return pass(insert.error());
+  insert->bind(1, asked.name).bind(2, asked.fingerprint).bind(3, asked.asked_us);
+  return insert->run();
+}
+
+Status RunStore::keep_outcome(std::string_view name, const rpc::Outcome& outcome) {
+  auto change = database_.prepare(outcome ? "UPDATE answer SET result = ? WHERE name = ?"
+                                          : "UPDATE answer SET error = ? WHERE name = ?");
+  if (!change) return pass(change.error());
+  const std::string text = outcome ? *outcome : rpc::to_json(outcome.error());
+  change->bind(1, text).bind(2, name);
+  return change->run();
+}
+
+Status RunStore::forget_answer(std::string_view name) {
+  auto change = database_.prepare("DELETE FROM answer WHERE name = ?");
+  if (!change) return pass(change.error());
+  change->bind(1, name);
+  return change->run();
+}
+
+}  // namespace weft::daemon::control

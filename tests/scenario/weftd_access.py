@@ -1,0 +1,192 @@
+#!/usr/bin/env python3
+"""Tokens that end, are removed and are added while weftd runs; keys of changes over its death; what a run of an earlier start is known by.
+
+    weftd_access.py WEFTD WEFT SOURCE_ROOT      all simulated
+"""
+import hashlib
+import http.client
+import json
+import os
+import pathlib
+import re
+import secrets
+import signal
+import stat
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+from weftd_support import PATIENCE_S, Client, Daemon, token_of
+
+WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+
+
+def write_tokens(file, *entries):
+    """Each a name, a role, a token and seconds from now; the file as the daemon wants it, replaced as a whole."""
+    made = [{"name": name, "role": role, "sha256": hashlib.sha256(token.encode()).hexdigest(), "expires_us": int((time.time() + left_s) * 1e6)}
+            for name, role, token, left_s in entries]
+    new = file.with_suffix(".new")
+    new.touch(mode=0o600)
+    new.write_text(json.dumps({"tokens": made}))
+    new.replace(file)
+
+
+def ask(port, token, method="GET", path="/events?topics=rig", body=None):
+    wire = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+    wire.request(method, path, body, {"Authorization": f"Bearer {token}", "Content-Type": "application/json"})
+    return wire.getresponse()
+
+
+def introduced(port, token):
+    client = Client(("127.0.0.1", port), introduce=False)
+    client.call("session.open", client="test", token=token)
+    return client
+
+
+def last_words(client):
+    """What a connection is told before it is closed."""
+    told = []
+    for line in client.lines:
+        told.append(json.loads(line))
+    return told[-1]["error"], [m for m in told[:-1] if m.get("method") == "event"]
+
+
+def held_run(client, lease):
+    client.call("sim.clock", pace=20)
+    client.call("sub.open", topics=["run:*"], mode="every")
+    run = client.call("run.start", recipe="small", lease=lease)["run"]
+    client.until(run, "running")
+    client.call("run.pause", run=run, at="now")
+    client.until(run, "held")
+    client.call("sim.clock", pace=0)
+    return run
+
+
+def a_token_ends(folder, ports, local, lease):
+    """On the socket, in a stream and in a call that waits: at its moment, with a word, and nothing after it."""
+    tcp, web = ports
+    short, other = secrets.token_hex(32), secrets.token_hex(32)
+    left_s = 4.0
+    write_tokens(folder / "tokens.json", ("short", "operator", short, left_s), ("other", "operator", other, 3600))
+    ends_s = time.time() + left_s
+    run = held_run(local, lease)
+    watching, staying = introduced(tcp, short), introduced(tcp, other)
+    for client in watching, staying:
+        client.call("sub.open", topics=["rig"], mode="every")
+    stream = ask(web, short)
+    assert stream.status == 200, stream.status
+    wait = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "run.wait", "params": {"run": run}})
+    waiting = []
+    thread = threading.Thread(target=lambda: waiting.append(ask(web, short, "POST", "/rpc", wait)))
+    thread.start()
+    error, events = last_words(watching)
+    over_s = time.time()
+    assert error["data"]["kind"] == "access.token" and "over" in error["message"], error
+    assert over_s >= ends_s - 0.1, "its time was not over"
+    text = stream.read().decode()
+    assert text.count("event: snapshot") == 1 and "event: error\ndata: {" in text, text
+    assert json.loads(text.rsplit("data: ", 1)[1])["data"]["kind"] == "access.token", text
+    thread.join()
+    assert waiting[0].status == 401 and json.loads(waiting[0].read())["error"]["data"]["kind"] == "access.token"
+    assert ask(web, short).status == 401, "and no other begins"
+    local.call("rig.halt")
+    assert staying.event()["delta"]["rig"] == "latched", "nobody else's ends"
+    assert not events, events
+    local.until(run, "ended")
+    local.call("rig.reset", reason="a test has looked at it")
+    return staying, other
+
+
+def tokens_come_and_go(folder, ports, staying, other):
+    """What weft token add wrote is good at once; what is no more in the file ends within a second or so."""
+    tcp, web = ports
+    added = token_of(WEFT, folder / "tokens.json", "added", "observer")
+    assert introduced(tcp, added).call("session.whoami")["user"] == "added"
+    assert ask(web, added).status == 200
+    third = secrets.token_hex(32)
+    write_tokens(folder / "tokens.json", ("third", "observer", third, 3600))
+    error, _ = last_words(staying)
+    assert error["data"]["kind"] == "access.token", error
+    assert ask(web, other).status == 401 and ask(web, third).status == 200
+    (folder / "tokens.json").chmod(0o644)  # for everybody to read: it is not taken, and what was known stays good
+    assert ask(web, third).status == 200
+    (folder / "tokens.json").chmod(0o600)
+
+
+def files_of_tokens(folder):
+    """For their owner alone whatever is masked, and none lost where many are added at once."""
+    for mask in 0o000, 0o777:
+        file = folder / f"mask-{mask:o}" / "tokens.json"
+        file.parent.mkdir()
+        subprocess.run([WEFT, "token", "add", "ada", "--role", "observer", "--tokens", file], check=True, capture_output=True,
+                       preexec_fn=lambda mask=mask: os.umask(mask))
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600, oct(file.stat().st_mode)
+    file = folder / "many.json"
+    adding = [subprocess.Popen([WEFT, "token", "add", f"n{i}", "--role", "observer", "--tokens", file], stdout=subprocess.PIPE) for i in range(16)]
+    assert [p.wait(PATIENCE_S) for p in adding] == [0] * 16
+    for process in adding:
+        process.stdout.close()
+    assert {t["name"] for t in json.loads(file.read_text())["tokens"]} == {f"n{i}" for i in range(16)}, "one wrote over another's"
+
+
+def before_its_death(client, lease):
+    first = client.call("run.start", recipe="small", lease=lease, idem="first")
+    end = client.call("run.wait", run=first["run"])
+    assert (end["trials_done"], end["trials_planned"], end["bench"]) == (2, 2, "simulated"), end
+    assert client.refused("queue.remove", run="R-000099", idem="refused")["data"]["kind"] == "not_found"
+    assert client.call("token.add", name="secret", idem="secret")["token"].startswith("wft_")
+    return first
+
+
+def after_its_death(folder, daemon, client, first):
+    """The same answers to the same keys, and nothing is done twice; what a run of then was, it still is."""
+    lease = client.call("lease.acquire")["lease"]
+    known = [r["run"] for r in client.call("run.list")["runs"]]
+    assert client.call("run.start", recipe="small", lease="L-1", idem="first") == first
+    assert client.refused("run.start", recipe="small", lease="L-1", name="other", idem="first")["data"]["kind"] == "idem.reused", "another request"
+    assert client.refused("queue.remove", run="R-000099", idem="refused")["data"]["kind"] == "not_found"
+    assert [r["run"] for r in client.call("run.list")["runs"]] == known, "started twice"
+    assert "token" in client.call("token.add", name="again", idem="secret"), "a secret is not kept, so its key is free"
+    run = client.call("run.get", run=first["run"])
+    assert (run["trials_done"], run["trials_planned"], run["bench"]) == (2, 2, "simulated"), run
+    watched = subprocess.run([WEFT, "watch", first["run"], "--socket", daemon.socket], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert "2 of 2 trials" in watched.stdout and watched.returncode == 0, watched
+    kept = (folder / "data/weftd.sqlite").read_bytes() + (folder / "data/weftd.sqlite-wal").read_bytes()
+    assert b"wft_" not in kept, "a token in what is kept"
+    client.call("lease.release", lease=lease)
+
+
+def begin(folder):
+    daemon = Daemon(WEFTD, ROOT, folder, "--port", "0", "--http", "0", "--tokens", folder / "tokens.json")
+    ports = [int(p) for p in re.findall(r":(\d+)", daemon.ready.removeprefix("weftd: ready"))]
+    return daemon, ports, Client(daemon.socket)
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="weftd-access-") as name:
+        folder = pathlib.Path(name)
+        (folder / "recipes").mkdir()
+        small = json.loads((ROOT / "recipes/library/m1.json").read_text())
+        small.update(fabrics=["denim"], repetitions=2)
+        (folder / "recipes/small.json").write_text(json.dumps(small))
+        files_of_tokens(folder)
+        write_tokens(folder / "tokens.json")
+        daemon, ports, client = begin(folder)
+        try:
+            lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
+            assert lease == "L-1"
+            staying, other = a_token_ends(folder, ports, client, lease)
+            tokens_come_and_go(folder, ports, staying, other)
+            first = before_its_death(client, lease)
+            daemon.end(signal.SIGKILL)
+            daemon, ports, client = begin(folder)
+            after_its_death(folder, daemon, client, first)
+            assert daemon.end() == 0
+        finally:
+            daemon.process.kill()
+    print("weftd: tokens, keys and earlier runs, all as they should be (simulated)")
+
+
+main()

@@ -1,0 +1,36 @@
+// A token that is over: the page is signed out at that moment, and an order that is refused for it says so. SIMULATED.
+import assert from 'node:assert/strict';
+import { createHash, randomBytes } from 'node:crypto';
+import { renameSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { connected, says, see, with_daemon } from './support.mjs';
+
+/** Another file of tokens, whole: each a name, a token and how long it is good for. */
+function write_tokens(daemon, ...entries) {
+  const tokens = entries.map(([name, token, left_s]) => ({ name, role: 'operator', sha256: createHash('sha256').update(token).digest('hex'),
+    expires_us: Math.round((Date.now() + 1000 * left_s) * 1000) }));
+  const file = join(daemon.folder, 'data/tokens.json');
+  writeFileSync(`${file}.new`, JSON.stringify({ tokens }), { mode: 0o600 });
+  renameSync(`${file}.new`, file);
+}
+
+const address = (daemon, token) => `http://127.0.0.1:${daemon.http}/#token=${token}`;
+
+await with_daemon(async (daemon, open) => {
+  const [short, long] = [randomBytes(32).toString('hex'), randomBytes(32).toString('hex')];
+  write_tokens(daemon, ['short', short, 15], ['long', long, 3600]);
+  const [page, other] = [await open(address(daemon, short)), await open(address(daemon, long))];
+  await connected(page);
+  await connected(other);
+  await says(page, '#connection-text', /^signed out$/);
+  await says(page, '#sign-in-why', /its time is over/);
+  await says(other, '#connection-text', /^live$/);
+
+  // refused by the answer to an order, before the stream can say it: the file is another one, and the click comes at once
+  await see(other, 'live');
+  write_tokens(daemon, ['third', short, 3600]);
+  await other.click('#lease button');
+  await says(other, '#connection-text', /^signed out$/);
+  await says(other, '#sign-in-why', /does not know this token/);
+  assert.equal(await other.evaluate(() => sessionStorage.getItem('weft.token')), null);
+});
