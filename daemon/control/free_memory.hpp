@@ -5,8 +5,8 @@
 
 namespace weft::daemon::control {
 
-/// The allocator keeps what a campaign or a training has freed, tens of megabytes, for the next one,
-/// which may be a day away. Takes milliseconds; for the thread that did the work, at its end.
+/// The allocator keeps what a campaign or a training has freed, tens of megabytes, for the next
+/// one, which may be a day away. Takes milliseconds; for the thread that did the work, at its end.
 /// Source: malloc_trim(3).
 inline void give_back_free_memory() {
   malloc_trim(0);
