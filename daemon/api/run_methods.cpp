@@ -143,6 +143,21 @@ Outcome list_runs(const Services& services, const Call& call) {
   return text_of({{"runs", std::move(out)}});
 }
 
+Outcome annotate(const Services& services, const Call& call) {
+  const std::string text = call.params.at("text").get<std::string>();
+  if (text.empty())
+    return refused(
+        {Errc::invalid_argument, "nothing is said", "/params/text", "a few words", {}, {}});
+  const auto run = services.desk->get(call.params.at("run").get<std::string>());
+  if (!run) return refused(run.error());
+  const std::int64_t t_us = services.utc_us();
+  if (const Status ok = services.log->journal(t_us, run->stored.id(), "note", by(call.caller),
+                                              text_of({{"text", text}}));
+      !ok)
+    return refused(ok.error());
+  return text_of({{"run", run->stored.id()}, {"t_us", t_us}, {"text", text}});
+}
+
 void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
                std::string_view summary, Order order) {
   methods.add({name, summary, Role::operator_, Effect::change, {run_param}, "the run"},
@@ -177,6 +192,15 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 start(*s, call, respond);
               }));
+  methods.add(
+      {"run.annotate",
+       "a note about a run, of any time, for the journal (log.query, kind \"note\"); its data "
+       "stay as they are",
+       Role::operator_,
+       Effect::change,
+       {run_param, {"text", ParamType::text, true, "what was seen or done"}},
+       "run, t_us, text"},
+      [s](const Call& call) { return annotate(*s, call); });
   methods.add({"run.pause",
                "holds before the next repetition, or now: then that repetition is run again",
                Role::operator_,

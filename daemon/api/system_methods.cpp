@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -27,6 +28,23 @@ json system_info(const Services& services) {
           {"http", services.http_url.empty() ? json() : json(services.http_url)},
           {"listeners", services.hub->listeners()},
           {"seq", services.hub->seq()}};
+}
+
+json metrics(const Services& services, std::chrono::nanoseconds began) {
+  json states = json::object();
+  for (const control::RunView& run : services.desk->all()) {
+    const std::string state(to_string(run.machine.state));
+    states[state] = states.value(state, 0) + 1;
+  }
+  std::error_code error;
+  const auto disk = std::filesystem::space(services.data, error);
+  return {{"up_s", std::chrono::duration<double>(services.now() - began).count()},
+          {"seq", services.hub->seq()},
+          {"listeners", services.hub->listeners()},
+          {"leases", services.leases->all(services.now()).size()},
+          {"queued", services.desk->line().runs.size()},
+          {"runs", std::move(states)},
+          {"disk_free_bytes", error ? json() : json(disk.available)}};
 }
 
 json whoami(const rpc::Caller& caller) {
@@ -170,6 +188,15 @@ void add_system_methods(rpc::Methods& methods, const Services& services) {
               [s](const Call&) -> Outcome {
                 return text_of({{"t_us", s->utc_us()}, {"mono_us", s->now().count() / 1000}});
               });
+  methods.add(
+      {"system.metrics",
+       "how much there is of what grows or runs out",
+       {},
+       {},
+       {},
+       "up_s, seq (events told), listeners, leases, queued, runs by state, "
+       "disk_free_bytes (null where that is not known)"},
+      [s, began = s->now()](const Call&) -> Outcome { return text_of(metrics(*s, began)); });
   methods.add({"session.whoami", "who you are here", {}, {}, {}, "session, client, user, role"},
               [](const Call& call) -> Outcome { return text_of(whoami(call.caller)); });
   methods.add({"log.tail",

@@ -83,36 +83,33 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   return run;
 }
 
-/// A file from before there was the column gets it.
-Status add_column(sqlite::Database& database, std::string_view table, std::string_view name,
-                  const char* alter_sql) {
-  auto query = database.prepare("SELECT count(*) FROM pragma_table_info(?) WHERE name = ?");
-  if (!query) return pass(query.error());
-  query->bind(1, table).bind(2, name);
-  const auto row = query->step();
-  if (!row) return pass(row.error());
-  return query->integer(0) > 0 ? Status{} : database.execute(alter_sql);
-}
+/// A column that younger files have from the beginning.
+struct LaterColumn {
+  std::string_view table, name;
+  const char* alter_sql;
+};
+constexpr std::array later_columns{
+    LaterColumn{"run", "resume", "ALTER TABLE run ADD COLUMN resume INTEGER NOT NULL DEFAULT 0"},
+    LaterColumn{"run", "recovered",
+                "ALTER TABLE run ADD COLUMN recovered TEXT NOT NULL DEFAULT ''"},
+    LaterColumn{"run", "bench", "ALTER TABLE run ADD COLUMN bench TEXT NOT NULL DEFAULT ''"},
+    LaterColumn{"run", "trials_done", "ALTER TABLE run ADD COLUMN trials_done INTEGER"},
+    LaterColumn{"run", "trials_planned", "ALTER TABLE run ADD COLUMN trials_planned INTEGER"},
+    LaterColumn{"hand_over", "attempts",
+                "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0"}};
 
+/// A file from before there was the column gets it.
 Status add_columns(sqlite::Database& database) {
-  Status done = add_column(database, "run", "resume",
-                           "ALTER TABLE run ADD COLUMN resume INTEGER NOT NULL DEFAULT 0");
-  if (done)
-    done = add_column(database, "run", "recovered",
-                      "ALTER TABLE run ADD COLUMN recovered TEXT NOT NULL DEFAULT ''");
-  if (done)
-    done = add_column(database, "run", "bench",
-                      "ALTER TABLE run ADD COLUMN bench TEXT NOT NULL DEFAULT ''");
-  if (done)
-    done = add_column(database, "run", "trials_done",
-                      "ALTER TABLE run ADD COLUMN trials_done INTEGER");
-  if (done)
-    done = add_column(database, "run", "trials_planned",
-                      "ALTER TABLE run ADD COLUMN trials_planned INTEGER");
-  if (done)
-    done = add_column(database, "hand_over", "attempts",
-                      "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0");
-  return done;
+  for (const LaterColumn& column : later_columns) {
+    auto query = database.prepare("SELECT count(*) FROM pragma_table_info(?) WHERE name = ?");
+    if (!query) return pass(query.error());
+    query->bind(1, column.table).bind(2, column.name);
+    const auto row = query->step();
+    if (!row) return pass(row.error());
+    if (query->integer(0) > 0) continue;
+    if (Status done = database.execute(column.alter_sql); !done) return done;
+  }
+  return {};
 }
 
 }  // namespace

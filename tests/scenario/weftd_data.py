@@ -179,6 +179,18 @@ def certificate(web, client, run):
         client.refused("data.certificate", run=run, **wrong)
 
 
+def notes_and_figures(web, client, run):
+    said = client.call("run.annotate", run=run, text="the cloth was damp", idem="n1")
+    assert client.call("run.annotate", run=run, text="the cloth was damp", idem="n1") == said
+    (line,) = client.call("log.query", run=run, kind="note")["lines"]
+    assert (line["data"], line["t_us"]) == ({"text": "the cloth was damp"}, said["t_us"]), line
+    assert client.refused("run.annotate", run=run, text="")["data"]["where"] == "/params/text"
+    assert web.post("run.annotate", run=run, text="no")["error"]["data"]["kind"] == "access.role"
+    before, after = web.post("system.metrics")["result"], client.call("system.metrics")
+    assert 0 < before["up_s"] <= after["up_s"] and after["runs"] == {"ended": 1} and after["queued"] == 0, after
+    assert after["disk_free_bytes"] > 0 and after["leases"] == 1, after
+
+
 def exports(web, client, folder, run):
     """The same data set once more; a table of its features; each is fetched as what it was said to be, and the certificate still holds."""
     first = client.call("data.export", run=run, idem="x1")
@@ -287,6 +299,7 @@ def main():
             roles(web, run)
             data = fetched(web, client, folder, run)
             certificate(web, client, run)
+            notes_and_figures(web, client, run)
             exports(web, client, folder, run)
             nothing_else(web, run, data)
             beside_others(web, client, folder, data)

@@ -420,6 +420,16 @@ class RunMethods:
         """
         return self._call("run.abort", {"run": run, "idem": idem})
 
+    def annotate(self, *, run: str, text: str, idem: Optional[str] = None) -> JsonObject:
+        """A note about a run, of any time, for the journal (log.query, kind "note"); its data stay as they are.
+
+        run: its name, "R-000318"
+        text: what was seen or done
+        idem: key of this change: asked again, the first answer comes
+        Result: run, t_us, text. Least role: operator. Changes something.
+        """
+        return self._call("run.annotate", {"run": run, "text": text, "idem": idem})
+
     def confirm(self, *, run: str, step: str, idem: Optional[str] = None) -> JsonObject:
         """A person has done what the run waits for, as its "attention" says; it goes on.
 
@@ -609,6 +619,14 @@ class SystemMethods:
         Least role: observer.
         """
         return self._call("system.info", {})
+
+    def metrics(self) -> JsonObject:
+        """How much there is of what grows or runs out.
+
+        Result: up_s, seq (events told), listeners, leases, queued, runs by state, disk_free_bytes (null where that is not
+        known). Least role: observer.
+        """
+        return self._call("system.metrics", {})
 
     def ready(self) -> JsonObject:
         """Whether a run can be started, and all that keeps it from that.
