@@ -24,16 +24,16 @@ class Leases(unittest.TestCase):
         renewed = threading.Event()
         daemon = FakeDaemon(lease_acquire=lambda params: TAKEN, lease_renew=lambda params: renewed.set() or {**TAKEN, "expires_us": 2})
         with client_of(daemon) as client:
-            with client.lease(ttl_ms=30) as lease:
+            with client.lease(ttl_ms=3000) as lease:
                 self.assertTrue(renewed.wait(PATIENCE_S))
             self.assertIsNone(lease.lost)
-        self.assertEqual(daemon.heard[0], ("lease.acquire", {"ttl_ms": 30, "note": ""}))
+        self.assertEqual(daemon.heard[0], ("lease.acquire", {"ttl_ms": 3000, "note": ""}))
         self.assertEqual(daemon.heard[-1], ("lease.release", {"lease": "L-1"}))
 
-    def lost(self, renew, timeout_s=PATIENCE_S):
+    def lost(self, renew, timeout_s=PATIENCE_S, ttl_ms=3000):
         daemon = FakeDaemon(lease_acquire=lambda params: TAKEN, lease_renew=renew)
         told, gone = [], threading.Event()
-        with client_of(daemon, timeout_s) as client, client.lease(ttl_ms=30, on_lost=lambda problem: told.append(problem) or gone.set()) as lease:
+        with client_of(daemon, timeout_s) as client, client.lease(ttl_ms=ttl_ms, on_lost=lambda problem: told.append(problem) or gone.set()) as lease:
             self.assertTrue(gone.wait(PATIENCE_S))
             self.assertIs(lease.lost, told[0])
         self.assertEqual(len(told), 1)
@@ -45,14 +45,14 @@ class Leases(unittest.TestCase):
 
     def test_a_daemon_that_does_not_answer_is_told_when_the_lease_is_over(self):
         """Not when the client's own patience is: that is an hour here."""
-        self.assertIsInstance(self.lost(lambda params: None, timeout_s=3600), ConnectionLost)
+        self.assertIsInstance(self.lost(lambda params: None, timeout_s=3600, ttl_ms=100), ConnectionLost)
 
     def test_a_connection_that_is_lost_and_made_again_keeps_it(self):
         renewed = threading.Event()
         answers = dict(lease_acquire=lambda params: TAKEN, lease_renew=lambda params: renewed.set() or {**TAKEN, "expires_us": 2})
         first, second = FakeDaemon(lease_acquire=lambda params: TAKEN, lease_renew=lambda params: first.end()), FakeDaemon(**answers)
         link = Link((first.connect(), OPENED), lambda: (second.connect(), OPENED), 1)
-        with client_over(link) as client, client.lease(ttl_ms=2000) as lease:
+        with client_over(link) as client, client.lease(ttl_ms=9000) as lease:
             self.assertTrue(renewed.wait(PATIENCE_S))
             self.assertIsNone(lease.lost)
 
