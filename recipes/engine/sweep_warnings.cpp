@@ -23,12 +23,11 @@ void check_phase(const Plan& plan, std::size_t exploration, Phase phase, std::si
                        });
   const std::size_t got = samples(shortest->step(phase).duration_s, plan.limits.taxel_rate_hz);
   if (got < least)
-    out.push_back(
-        {child("/explorations", plan.sweep->explorations[exploration]),
-         std::string("too few samples in phase ") + to_char(phase) + ": " + for_analysis,
-         "at least " + std::to_string(least) + " in every cell",
-         std::to_string(got) + " in " + shortest->name,
-         phase == Phase::motion ? "slide further or slower" : "hold it for longer"});
+    out.push_back({child("/explorations", plan.sweep->explorations[exploration]),
+                   std::string("too few samples in phase ") + to_char(phase) + ": " + for_analysis,
+                   "at least " + std::to_string(least) + " in every cell",
+                   std::to_string(got) + " in " + shortest->name,
+                   phase == Phase::motion ? "slide further or slower" : "hold it for longer"});
 }
 
 }  // namespace
