@@ -88,6 +88,7 @@ TEST_CASE("log.query tells lines and where to ask on from, and takes whole numbe
   const TemporaryFolder folder;
   RunStore store = journal_of(folder, 25);
   api::Services services;
+  services.now = [] { return std::chrono::nanoseconds(); };
   services.log = &store;
   rpc::Methods methods;
   api::add_system_methods(methods, services);
