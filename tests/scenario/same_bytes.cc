@@ -150,6 +150,7 @@ int main(int argc, char** argv) {
   seldom.quasistatic_step_s = 1e-9 * static_cast<double>(pad_timing::frame_ns);
   plant_run("L1 per scan", seldom, table);
   plant_run("L2 midpoint", at_level(Level::dynamic), table);
+  plant_run("L2 adaptive", at_level(Level::dynamic, Integrator::adaptive), table);
   plant_run("L2 TR-BDF2", at_level(Level::dynamic, Integrator::tr_bdf2), table);
   plant_run("L3", at_level(Level::modal), table);
   imprints();
