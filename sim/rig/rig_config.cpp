@@ -198,7 +198,10 @@ Status read_fidelity(FieldReader& reader, RigConfig& config) {
   const double unset_n = -1;
   double set_point_n = unset_n;
   reader.number("set_point_n", set_point_n, 0.01, 1000);
-  if (step_s > 0) plant.dynamics.step_s = plant.quasistatic_step_s = step_s;
+  if (step_s > 0) {
+    plant.dynamics.step_s = plant.quasistatic_step_s = step_s;
+    plant.dynamics.integrator = Integrator::midpoint;  // equal steps, where no other is named
+  }
   config.set_point_by_hand = set_point_n != unset_n;
   if (config.set_point_by_hand) plant.set_point_n = set_point_n;
   if (traits != nullptr)

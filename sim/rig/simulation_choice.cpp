@@ -121,7 +121,9 @@ Result<SimulationChoice> choose_simulation(std::string_view rig_json, const Simu
     simulation["level"] = to_string(choice->setting.level);
     simulation["chosen"] = {{"setting", to_string(choice->setting)}, {"because", choice->because}};
   }
-  if (knob) write_setting(choice->setting, simulation);
+  // A later version may step level L2 otherwise where nothing is named.
+  if (knob || (open && choice->setting.level >= Level::dynamic))
+    write_setting(choice->setting, simulation);
   choice->rig_json = rig.dump(2);
   return choice;
 }

@@ -241,8 +241,9 @@ class SceneTrade {
 std::vector<SimSetting> sim_settings(bool quick) {
   const std::vector<int> quasistatic =
       quick ? std::vector{1, 9, 72} : std::vector{1, 3, 9, 18, 36, 72, 144};
-  const std::vector<int> dynamic =
-      quick ? std::vector{1, 72, 144, 288} : std::vector{1, 3, 9, 18, 36, 72, 144, 288, 576, 2304};
+  const std::vector<int> dynamic = quick
+                                       ? std::vector{1, 72, 144, 288}
+                                       : std::vector{1, 3, 9, 18, 36, 72, 144, 216, 288, 576, 2304};
   const std::vector<int> modal = quick ? std::vector{72} : std::vector{72, 288, 576};
   std::vector<SimSetting> out{{Level::algebraic, {}, sim_sample_s}};
   for (const int share : quasistatic) out.push_back({Level::quasistatic, {}, sim_sample_s / share});

@@ -16,11 +16,11 @@ namespace weft::sim {
 
 namespace {
 
-/// A swing whose a w^2 is this takes substeps of step_s. With it the force of a regulated slide is
-/// as near as in equal substeps of step_s, at a third of their price (tests/bench/plant_levels.cc).
+/// A swing whose a w^2 is this takes substeps of step_s.
 constexpr double lively_n_s2 = 1e4;
-/// Of h w: longer substeps would let a swing go on that the damping ends.
-constexpr double longest_angle = 2;
+/// Of h w, however small the swing: the cloth's hysteresis keeps something of every reversal, so
+/// that a swing that is not resolved shifts the force in a slide of minutes.
+constexpr double longest_angle = 0.5;
 
 /// The substep [s] for a swing of a mass on a spring of `k_n_m` with this imbalance, off its path
 /// by `off_mps`.
@@ -37,9 +37,10 @@ double substep_of_swing_s(double imbalance_n, double off_mps, double k_n_m, doub
 /// Over the next `length_s` [s], from `step_s` to longest_ease times that.
 double DynamicContact::substep_s(const Motion& motion, const Approach& path, double t_s,
                                  double length_s, double step_s) const {
-  const double calm_s = std::min(substep_of_press_s(motion, path, t_s, length_s, step_s),
-                                 substep_of_glide_s(motion, path, step_s));
-  return calm_s > step_s ? std::min(calm_s, longest_ease * step_s) : step_s;  // also a NaN's
+  const double press_s = substep_of_press_s(motion, path, t_s, length_s, step_s);
+  const double glide_s = substep_of_glide_s(motion, path, step_s);
+  if (!(press_s > step_s && glide_s > step_s)) return step_s;  // also where one is not a number
+  return std::min({press_s, glide_s, longest_ease * step_s});
 }
 
 /// `step_s` where the face is about to touch or leave the cloth, or the probe a stop of its mount.

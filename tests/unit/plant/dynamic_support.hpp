@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
+#include "sim/plant/fidelity/setting.hpp"
 #include "tests/unit/plant/support.hpp"
 
 namespace weft::sim::test {
@@ -13,6 +14,10 @@ namespace weft::sim::test {
 inline constexpr Integrator equal_substeps[] = {Integrator::midpoint, Integrator::tr_bdf2};
 inline constexpr Integrator every[] = {Integrator::midpoint, Integrator::tr_bdf2,
                                        Integrator::adaptive};
+
+inline std::string name_of(Integrator integrator) {
+  return "L2 " + std::string(to_string(integrator));
+}
 
 inline ContactMaterial whole(const std::string& name) {
   return patch_of(library(), name, 1).material;

@@ -27,7 +27,7 @@ constexpr double stiffnesses_n_m[] = {1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8};
 using Mover = std::function<ContactState(const ContactState&, const Pose&, double)>;
 
 struct Law {
-  const char* name;
+  std::string name;
   Mover step;
 };
 
@@ -43,8 +43,7 @@ std::vector<Law> laws(const ContactMaterial& material, const Mount& mount = {},
     DynamicsParams chosen = params;
     chosen.integrator = integrator;
     const DynamicContact dynamic(level_plate(), mount, material, chosen);
-    all.push_back({integrator == Integrator::tr_bdf2 ? "L2 TR-BDF2" : "L2 midpoint",
-                   [=](const ContactState& from, const Pose& to, double dt_s) {
+    all.push_back({name_of(integrator), [=](const ContactState& from, const Pose& to, double dt_s) {
                      return dynamic.step(from, to, dt_s);
                    }});
   }
@@ -120,7 +119,7 @@ TEST_CASE("1e1 to 1e8 N/m, 1 us to 50 ms, no damping: a swing keeps its energy o
           state = contact.step(state, state.pose, 5 * step_s);
           CAPTURE(stiffness, step_s, i);
           REQUIRE(energy_j(state) < 1.01 * before);
-          if (integrator == Integrator::midpoint) REQUIRE(energy_j(state) > 0.99 * before);
+          if (integrator != Integrator::tr_bdf2) REQUIRE(energy_j(state) > 0.99 * before);
         }
         // TR-BDF2 keeps what its step resolves and brings the rest to rest.
         if (integrator == Integrator::tr_bdf2 && step_s * omega < 0.02)
@@ -271,7 +270,7 @@ TEST_CASE(
       CAPTURE(law.name, stiffness);
       CHECK((state.normal_n >= 0 && state.normal_n < 2.561e8));  // the law is held at 1e12 Pa
       // The midpoint rule does not bring to rest what a step of 50 ms does not resolve.
-      if (law.name != std::string("L2 midpoint")) {
+      if (law.name != name_of(Integrator::midpoint) && law.name != name_of(Integrator::adaptive)) {
         CHECK(state.normal_n == Approx(mount.weight_n() + 0.1 * stiffness).epsilon(1e-5));
         CHECK(state.indentation_m == Approx(depth_m(material, state.normal_n)).epsilon(1e-5));
       }

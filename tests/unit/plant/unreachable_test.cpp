@@ -32,8 +32,7 @@ std::vector<Law> laws(const ContactMaterial& material) {
                  }});
   for (const Integrator integrator : every) {
     const DynamicContact dynamic(level_plate(), {}, material, with_step(2e-4, integrator));
-    all.push_back({integrator == Integrator::midpoint ? "L2 midpoint" : "L2 TR-BDF2",
-                   [=](const ContactState& from, const Pose& to, double dt_s) {
+    all.push_back({name_of(integrator), [=](const ContactState& from, const Pose& to, double dt_s) {
                      return dynamic.step(from, to, dt_s);
                    }});
   }

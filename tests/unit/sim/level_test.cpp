@@ -173,12 +173,27 @@ TEST_CASE("a choice is written into the rig file, so that it can be run again") 
   CHECK(again.setting == choice.setting);
 }
 
+TEST_CASE("a chosen level L2 is recorded with its step and integrator, for versions to come") {
+  const std::string rig = bench17_with({{traits, R"(["regulated_force", "stick_slip"])"}});
+  const SimulationChoice choice = choice_of(rig, {{Trait::regulated_force}, {5}});
+  REQUIRE(choice.setting.level == Level::dynamic);
+  const json simulation = json::parse(choice.rig_json)["simulation"];
+  CHECK(simulation["step_us"].get<double>() == Approx(choice.setting.step_s * 1e6));
+  CHECK(simulation["dynamics"]["integrator"] == to_string(choice.setting.integrator));
+  CHECK(choice_of(choice.rig_json, {}).setting == choice.setting);
+}
+
+TEST_CASE("a step alone means equal substeps") {
+  const std::string rig = bench17_with({{level, R"("L2")"}, {"/simulation/step_us", "384"}});
+  CHECK(to_string(choice_of(rig, {}).setting) == "L2 midpoint 0.384 ms");
+}
+
 TEST_CASE("a level by hand stays, and its file too") {
   const std::string rig = bench17_with({{level, R"("L2")"}});
   const SimulationChoice choice = choice_of(rig, {{Trait::regulated_force}, {5}});
   CHECK(choice.rig_json == rig);
   CHECK(choice.because == "the rig file names it");
-  CHECK(to_string(choice.setting) == "L2 adaptive 0.096 ms");
+  CHECK(to_string(choice.setting) == "L2 adaptive 0.128 ms");
   // what was once chosen explains nothing when somebody has changed the level since
   json edited = json::parse(choice_of(test::bench17_text(), {}).rig_json);
   edited["simulation"]["level"] = "L2";
