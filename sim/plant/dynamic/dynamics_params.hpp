@@ -16,9 +16,9 @@ enum class Integrator : std::uint8_t {
 
 struct DynamicsParams {
   /// Substeps are equal and at most this long; nothing else depends on it. Of the adaptive
-  /// integrator: their length while the probe swings. A 24th of a pad's conversion
+  /// integrator: their length while the probe swings. A sixteenth of a pad's conversion
   /// (tests/bench/plant_levels.cc has its error and its price).
-  double step_s = 128e-6;
+  double step_s = 192e-6;
   Integrator integrator = Integrator::adaptive;
   double normal_damping = 0.05;        ///< ratio of the mount's spring with the probe's mass [E]
   double lateral_stiffness_n_m = 1e5;  ///< k_l of guide and mount along x and y [E]

@@ -21,7 +21,7 @@ struct FidelitySetting {
   friend bool operator==(const FidelitySetting&, const FidelitySetting&) = default;
 };
 
-/// "L0", "L1 3.072 ms", "L2 adaptive 0.128 ms".
+/// "L0", "L1 3.072 ms", "L2 adaptive 0.192 ms".
 std::string to_string(const FidelitySetting& setting);
 std::string_view to_string(Integrator integrator);
 /// Errors: invalid_argument.

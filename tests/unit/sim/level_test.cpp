@@ -193,7 +193,7 @@ TEST_CASE("a level by hand stays, and its file too") {
   const SimulationChoice choice = choice_of(rig, {{Trait::regulated_force}, {5}});
   CHECK(choice.rig_json == rig);
   CHECK(choice.because == "the rig file names it");
-  CHECK(to_string(choice.setting) == "L2 adaptive 0.128 ms");
+  CHECK(to_string(choice.setting) == "L2 adaptive 0.192 ms");
   // what was once chosen explains nothing when somebody has changed the level since
   json edited = json::parse(choice_of(test::bench17_text(), {}).rig_json);
   edited["simulation"]["level"] = "L2";
