@@ -19,7 +19,7 @@ import threading
 import time
 
 from cli_support import Checks
-from emulated_support import ServedRig, near_home, rig_file
+from emulated_support import ATTEMPTS, ServedRig, kept_waiting, near_home, rig_file
 
 FORCE_CAP_N = 10.0
 STOPPED_WITHIN_S = 1.0      # of the kill; without the monitor a slide goes on to its end
@@ -106,18 +106,30 @@ class Bench:
         return subprocess.Popen([self.weft, "run", "kill.json", "--rig", str(self.rig_path), "--out", name,
                                  "--no-evaluate"], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
+    def begun(self, name, moment_s):
+        """A run that has got to the moment, its console's watch, and where it records."""
+        for attempt in range(ATTEMPTS):
+            watch = Watch(self.console)
+            process = self.start(f"{name}_{attempt}")
+            campaign = self.folder / f"{name}_{attempt}" / "campaign.sqlite"
+            watch.start()
+            if moment_s is None:
+                wait_for_slide(campaign, process)
+            else:
+                time.sleep(moment_s)
+            if process.poll() is None:
+                return process, watch, campaign, ""
+            said = process.stderr.read().decode(errors="replace")
+            if not kept_waiting(said, attempt):
+                return process, watch, campaign, said
+            watch.on = False
+            watch.join()
+        raise AssertionError("the last attempt returns")
+
     def lose(self, number, moment_s, how):
         name, what = f"kill{number}", f"kill {number} ({how.name}, {'phase M' if moment_s is None else moment_s})"
-        watch = Watch(self.console)
-        process = self.start(name)
-        campaign = self.folder / name / "campaign.sqlite"
-        watch.start()
-        if moment_s is None:
-            wait_for_slide(campaign, process)
-        else:
-            time.sleep(moment_s)
-        if process.poll() is not None:
-            said = process.stderr.read().decode(errors="replace")
+        process, watch, campaign, said = self.begun(name, moment_s)
+        if said or process.poll() is not None:
             self.t.expect(False, f"{what}: it had ended before, with {process.returncode}: {said[-500:]}")
         killed = time.time()
         process.send_signal(how)
@@ -167,8 +179,11 @@ def main():
             for number in range(3, kills + 1):
                 bench.lose(number, moments.uniform(0, LATEST_S - 10),
                            signal.SIGSTOP if moments.random() < 0.25 else signal.SIGKILL)
-            last = bench.start("last")
-            _, said = last.communicate(timeout=4 * LATEST_S)
+            for attempt in range(ATTEMPTS):
+                last = bench.start(f"last{attempt}")
+                said = last.communicate(timeout=4 * LATEST_S)[1].decode(errors="replace")
+                if last.returncode == 0 or not kept_waiting(said, attempt):
+                    break
             t.expect(last.returncode == 0, f"the run after the last kill: {last.returncode} {said[-500:]}")
     print(f"SIMULATED {kills} kills: peak force {bench.peak_n:.2f} N of {FORCE_CAP_N:g} N, longest coast "
           f"{max(bench.coasts):.2f} s, recording lacks at most "
