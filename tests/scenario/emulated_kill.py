@@ -104,7 +104,7 @@ class Bench:
 
     def start(self, name):
         return subprocess.Popen([self.weft, "run", "kill.json", "--rig", str(self.rig_path), "--out", name,
-                                 "--no-evaluate"], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+                                 "--no-evaluate"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
     def begun(self, name, moment_s):
         """A run that has got to the moment, its console's watch, and where it records."""
@@ -119,7 +119,7 @@ class Bench:
                 time.sleep(moment_s)
             if process.poll() is None:
                 return process, watch, campaign, ""
-            said = process.stderr.read().decode(errors="replace")
+            said = process.stdout.read().decode(errors="replace")
             if not kept_waiting(said, attempt):
                 return process, watch, campaign, said
             watch.on = False
@@ -181,7 +181,7 @@ def main():
                            signal.SIGSTOP if moments.random() < 0.25 else signal.SIGKILL)
             for attempt in range(ATTEMPTS):
                 last = bench.start(f"last{attempt}")
-                said = last.communicate(timeout=4 * LATEST_S)[1].decode(errors="replace")
+                said = last.communicate(timeout=4 * LATEST_S)[0].decode(errors="replace")
                 if last.returncode == 0 or not kept_waiting(said, attempt):
                     break
             t.expect(last.returncode == 0, f"the run after the last kill: {last.returncode} {said[-500:]}")
