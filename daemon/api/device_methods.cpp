@@ -15,6 +15,12 @@ using rpc::Call;
 using rpc::Outcome;
 using rpc::ParamType;
 
+/// null where a plugin says what is no JSON.
+json stored(const std::string& text) {
+  json out = json::parse(text, nullptr, false);
+  return out.is_discarded() ? json() : out;
+}
+
 json endpoint_json(const char* kind, const Endpoint& end) {
   return {{"kind", kind}, {"host", end.host}, {"port", end.port}};
 }
@@ -74,8 +80,8 @@ Outcome described(const std::filesystem::path& file, const std::string& name) {
   out["summary"] = driver->summary;
   out["bench"] = to_string(rig->bench);
   out["plugin"] = driver->file.empty() ? json() : json(driver->file);
-  out["config"] = json::parse(found->config_json, nullptr, false);
-  out["config_schema"] = json::parse(driver->config_schema_json, nullptr, false);
+  out["config"] = stored(found->config_json);
+  out["config_schema"] = stored(driver->config_schema_json);
   return text_of(out);
 }
 

@@ -47,6 +47,22 @@ class Leases(unittest.TestCase):
         """Not when the client's own patience is: that is an hour here."""
         self.assertIsInstance(self.lost(lambda params: None, timeout_s=3600, ttl_ms=100), ConnectionLost)
 
+    def test_a_host_that_takes_for_ever_to_be_reached_is_told_when_the_lease_is_over(self):
+        told, gone, hangs, over = [], threading.Event(), threading.Event(), []
+        first = FakeDaemon(lease_acquire=lambda params: TAKEN, lease_renew=lambda params: first.end())
+
+        def dial():
+            hangs.wait(PATIENCE_S)
+            over.append(True)
+            raise ConnectionLost("the host drops what is sent to it")
+
+        with client_over(Link((first.connect(), OPENED), dial, 8)) as client:
+            with client.lease(ttl_ms=600, on_lost=lambda problem: told.append(problem) or gone.set()) as lease:
+                self.assertTrue(gone.wait(PATIENCE_S))
+                self.assertIs(lease.lost, told[0])
+            self.assertEqual(over, [])  # the dial still hangs, and close() did not wait for it
+            hangs.set()
+
     def test_a_connection_that_is_lost_and_made_again_keeps_it(self):
         renewed = threading.Event()
         answers = dict(lease_acquire=lambda params: TAKEN, lease_renew=lambda params: renewed.set() or {**TAKEN, "expires_us": 2})

@@ -95,6 +95,13 @@ class Links(unittest.TestCase):
         self.assertEqual(starts.dialled, 2)
         link.close()
 
+    def test_one_that_is_not_lost_stays(self):
+        starts, link = link_of(silent(), silent())
+        held = link.now()
+        self.assertIs(link.after(held), held)
+        self.assertEqual(starts.dialled, 1)
+        link.close()
+
     def test_one_that_was_closed_here_is_not_made_again(self):
         starts, link = link_of(silent(), silent())
         link.close()

@@ -12,6 +12,18 @@ if TYPE_CHECKING:
     from ._client import Client
 
 
+_LOOK_S = 0.02  # how late close() and the end of a lease are noticed while a renewal is under way
+
+
+class _Answer:
+    """Of one renewal."""
+
+    def __init__(self) -> None:
+        self.there = threading.Event()
+        self.problem: Optional[WeftError] = None
+        self.expires_us = 0
+
+
 class Lease:
     """The rig is yours until the `with` ends, or close().
 
@@ -43,18 +55,31 @@ class Lease:
 
     def _renewed(self) -> Optional[WeftError]:
         """Why not, where it is lost."""
-        asked_s = time.monotonic()
-        try:
-            told = self._client.answer(self._client.request("lease.renew", {"lease": self.name, "ttl_ms": self._ttl_ms}), self._left_s())
-        except ConnectionLost as problem:
-            return problem if self._left_s() == 0 or self._client.closed else None
-        except WeftError as problem:
-            return problem
-        except TimeoutError as late:
-            return ConnectionLost(f"the lease was not renewed while it lasted: {late}")
-        self.expires_us = told["expires_us"]
+        asked_s, answers = time.monotonic(), _Answer()
+        # In a thread of its own: a connection that is made anew may take longer than the lease lasts.
+        threading.Thread(target=self._ask, args=(answers, self._left_s()), name=f"weft-client renews {self.name}", daemon=True).start()
+        while not answers.there.wait(_LOOK_S):
+            if self._over.is_set():
+                return None
+            if self._left_s() == 0:
+                return ConnectionLost("the lease was not renewed while it lasted: nobody answered")
+        if isinstance(answers.problem, ConnectionLost):
+            return answers.problem if self._left_s() == 0 or self._client.closed else None
+        if answers.problem is not None:
+            return answers.problem
+        self.expires_us = answers.expires_us
         self._ends_s = asked_s + self._ttl_ms / 1000
         return None
+
+    def _ask(self, answers: "_Answer", left_s: float) -> None:
+        try:
+            told = self._client.answer(self._client.request("lease.renew", {"lease": self.name, "ttl_ms": self._ttl_ms}), left_s)
+            answers.expires_us = told["expires_us"]
+        except WeftError as problem:
+            answers.problem = problem
+        except TimeoutError as late:
+            answers.problem = ConnectionLost(f"the lease was not renewed while it lasted: {late}")
+        answers.there.set()
 
     def _gone(self, problem: WeftError) -> None:
         self.lost = problem

@@ -37,7 +37,9 @@ class Link:
         return held if held.end is None else self.after(held)
 
     def after(self, lost: Connection) -> Connection:
-        """A connection that is not this one. Errors: as now()."""
+        """Another connection than this one, if it is lost. Errors: as now()."""
+        if lost.end is None and not self.closed:
+            return lost  # it is not lost: what failed on it was something else
         if self._tries == 0 or self.closed:
             raise lost.end or ConnectionLost("the connection was closed here")
         with self._one_at_a_time:
