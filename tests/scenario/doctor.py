@@ -10,13 +10,16 @@ import sys
 import tempfile
 
 from cli_support import Checks
-from emulated_support import ServedRig, rig_file
+from emulated_support import ATTEMPTS, ServedRig, kept_waiting, rig_file
 
 STAGES = ["stage.x", "stage.y", "stage.z", "stage.rx", "stage.ry"]
 
 
 def doctor(t, d, rig, status, *more):
-    ran = t.run("doctor", "--rig", rig, "--listen", 1, "--json", *more, cwd=d)
+    for attempt in range(ATTEMPTS):
+        ran = t.run("doctor", "--rig", rig, "--listen", 1, "--json", *more, cwd=d)
+        if status != 0 or ran.returncode == 0 or not kept_waiting(ran.stdout + ran.stderr, attempt):
+            break
     t.expect(ran.returncode == status, f"{rig}: status {ran.returncode}: {ran.stdout} {ran.stderr}")
     return json.loads(ran.stdout)
 
