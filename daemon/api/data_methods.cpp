@@ -3,6 +3,7 @@
 #include "daemon/api/data_files.hpp"
 #include "daemon/api/parts.hpp"
 #include "daemon/certificate/certificate.hpp"
+#include "daemon/certificate/export_check.hpp"
 #include "daemon/certificate/verify_json.hpp"
 
 namespace weft::daemon::api {
@@ -34,6 +35,7 @@ std::string path_of(const std::string& run, const std::string& name) {
 Outcome files_told(DataFiles& known, const control::StoredRun& run) {
   const auto files = known.list(run.folder);
   if (!files) return refused(files.error());
+  const auto exports = exports_now(run.folder);
   json out = json::array();
   for (const DataFile& file : *files)
     out.push_back({{"name", file.name},
@@ -44,6 +46,7 @@ Outcome files_told(DataFiles& known, const control::StoredRun& run) {
                   {"outcome", run.outcome},
                   {"dataset_sha256", run.dataset_sha256},
                   {"folder", run.folder.string()},
+                  {"exports", exports ? exports_json(*exports) : json::array()},
                   {"files", std::move(out)}});
 }
 
@@ -225,7 +228,8 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
        {},
        {{"run", ParamType::text, true, "its name, \"R-000318\""}},
        "run, holds, certified, finished, blank, trials_planned, trials_complete, attempts, "
-       "lost_samples, dataset_sha256, software_version, findings: where, what, hint"},
+       "lost_samples, dataset_sha256, software_version, exports: name, state, trials, trials_done, "
+       "trials_done_now; findings: where, what, hint"},
       rpc::Handler(
           [s](const Call& call, const rpc::Responder& respond) { verify_run(*s, call, respond); }));
   methods.add({"data.get",
@@ -234,7 +238,10 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
                {},
                {},
                {{"run", ParamType::text, true, "its name, \"R-000318\""}},
-               "run, outcome, dataset_sha256, folder, files: name, bytes, sha256, path"},
+               "run, outcome, dataset_sha256, folder, exports: name, state (current, outdated "
+               "where the run "
+               "went on since, discarded or missing), trials, trials_done, trials_done_now; files: "
+               "name, bytes, sha256, path"},
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 files_of_run(*s, call, respond);
               }));

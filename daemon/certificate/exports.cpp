@@ -19,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* campaign_name = "campaign.sqlite";
 constexpr const char* list_format = "weft-exports";
 constexpr std::array<std::string_view, 2> words{"hdf5", "features-csv"};
 
@@ -61,12 +60,16 @@ json export_json(const ExportedFile& file) {
           {"dataset_sha256", file.dataset_sha256},
           {"bench", file.bench},
           {"trials", file.trials},
-          {"trials_planned", file.planned}};
+          {"trials_planned", file.planned},
+          {"trials_done", file.done}};
 }
 
 ExportedFile export_from(const json& one) {
-  return {one.at("name"),  one.at("bytes"),  one.at("sha256"),        one.at("dataset_sha256"),
-          one.at("bench"), one.at("trials"), one.at("trials_planned")};
+  return {
+      one.at("name"),           one.at("bytes"),
+      one.at("sha256"),         one.at("dataset_sha256"),
+      one.at("bench"),          one.at("trials"),
+      one.at("trials_planned"), one.value("trials_done", one.at("trials").get<std::uint64_t>())};
 }
 
 Status write_export_list(const fs::path& folder, const ExportedFile& made) {
@@ -93,7 +96,7 @@ std::optional<ExportFormat> export_format_from(std::string_view word) {
 }
 
 Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& wish) {
-  const fs::path campaign = folder / campaign_name;
+  const fs::path campaign = folder / campaign_file_name;
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(campaign, error);
   if (error) return fail(Errc::not_found, "no campaign file", campaign.string());
@@ -112,6 +115,7 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& w
   made.bench = to_string(dataset->info.kind);
   made.trials = dataset->trials.size();
   made.planned = progress->planned;
+  made.done = progress->done;
   if (wish.format == ExportFormat::hdf5) {
     made.name = dataset_file_name;
     const auto digest = write_hdf5(*dataset, folder / export_folder_name / made.name);

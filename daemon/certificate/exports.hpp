@@ -16,6 +16,7 @@ namespace weft::daemon {
 
 inline constexpr const char* export_folder_name = "export";
 inline constexpr const char* export_list_name = "list.json";
+inline constexpr const char* campaign_file_name = "campaign.sqlite";  ///< what they are made of
 
 enum class ExportFormat : std::uint8_t {
   hdf5,         ///< the complete trials, as `weft dataset export` writes them
@@ -32,6 +33,7 @@ struct ExportedFile {
   std::string bench;           ///< "simulated", "real" or "unknown"
   std::uint64_t trials = 0;    ///< that are in it
   std::uint64_t planned = 0;   ///< of the campaign
+  std::uint64_t done = 0;      ///< that the campaign had by then, as CampaignProgress has it
 };
 
 struct ExportWish {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "daemon/certificate/campaign_check.hpp"
+#include "daemon/certificate/export_check.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/handover/hand_over_file.hpp"
 #include "daemon/recorder/campaign_past.hpp"
@@ -130,8 +131,10 @@ Result<VerifyReport> verify(const fs::path& path, const StopAsked& stop_asked) {
                             : certified_file(*certificate, file) != nullptr;
   for (const fs::path& each : {report->campaign, report->dataset})
     if (!each.empty()) check_file(each, certificate, stop_asked, *report);
-  if (fs::is_directory(path, ignored))
+  if (fs::is_directory(path, ignored)) {
     check_hand_over(path, certificate == nullptr ? "" : certificate->dataset_sha256, *report);
+    check_exports(path, stop_asked, *report);
+  }
   if (stop_asked && stop_asked()) return pass(stopped_early(path.string()));
   return report;
 }

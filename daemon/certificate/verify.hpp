@@ -18,6 +18,23 @@ struct VerifyFinding {
   std::string hint = {};  ///< what there is to do, where there is something
 };
 
+/// How a file of export/ stands to the campaign as it is now.
+enum class ExportState : std::uint8_t {
+  current,
+  outdated,   ///< the run was gone on with since: there are more trials
+  discarded,  ///< the campaign was, and no data set is to be made of it
+  missing,    ///< removed
+  altered     ///< its bytes are not as listed: a finding as well
+};
+
+/// A file that data.export made.
+struct CheckedExport {
+  std::string name;                      ///< "export/dataset.h5"
+  std::uint64_t trials = 0;              ///< that are in it
+  std::uint64_t done = 0, done_now = 0;  ///< trials that the campaign had when it was made; has now
+  ExportState state = ExportState::current;
+};
+
 struct VerifyReport {
   std::filesystem::path campaign, dataset;  ///< what was looked at; empty: not there
   /// Compared with a certificate, not only with the files' own digests; of a folder: each of its
@@ -29,6 +46,7 @@ struct VerifyReport {
   std::uint64_t lost_samples = 0;                       ///< in gaps that are on record
   std::string dataset_sha256;
   std::string software_version;
+  std::vector<CheckedExport> exports;  ///< of a folder
   std::vector<VerifyFinding> findings;
   [[nodiscard]] bool holds() const { return findings.empty(); }
 };

@@ -2,7 +2,20 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/certificate/export_check.hpp"
+
 namespace weft::daemon {
+
+nlohmann::json exports_json(const std::vector<CheckedExport>& exports) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const CheckedExport& one : exports)
+    out.push_back({{"name", one.name},
+                   {"state", to_string(one.state)},
+                   {"trials", one.trials},
+                   {"trials_done", one.done},
+                   {"trials_done_now", one.done_now}});
+  return out;
+}
 
 nlohmann::json verify_json(const VerifyReport& report) {
   nlohmann::json findings = nlohmann::json::array();
@@ -18,6 +31,7 @@ nlohmann::json verify_json(const VerifyReport& report) {
           {"lost_samples", report.lost_samples},
           {"dataset_sha256", report.dataset_sha256},
           {"software_version", report.software_version},
+          {"exports", exports_json(report.exports)},
           {"findings", std::move(findings)}};
 }
 

@@ -8,7 +8,9 @@
 namespace weft::daemon {
 
 /// {holds, certified, finished, blank, trials_planned, trials_complete, attempts, lost_samples,
-/// dataset_sha256, software_version, findings: [{where, what, hint}]}.
+/// dataset_sha256, software_version, exports: [exports_json()'s], findings: [{where, what, hint}]}.
 nlohmann::json verify_json(const VerifyReport& report);
+/// [{name, state, trials, trials_done, trials_done_now}].
+nlohmann::json exports_json(const std::vector<CheckedExport>& exports);
 
 }  // namespace weft::daemon

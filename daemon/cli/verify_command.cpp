@@ -33,8 +33,27 @@ bool lacks_hand_over(const VerifyReport& report, const std::filesystem::path& pa
   return wanted && *wanted && !is_handed_over(path);
 }
 
+/// Nothing of one that is as the campaign is now.
+std::string export_text(const CheckedExport& one) {
+  switch (one.state) {
+    case ExportState::outdated:
+      return one.name + " was made when " + std::to_string(one.done) +
+             " trials were complete, and " + std::to_string(one.done_now) +
+             " are: data.export makes it anew.\n";
+    case ExportState::discarded:
+      return one.name + " was made before the campaign was discarded: remove it.\n";
+    case ExportState::missing:
+      return one.name + " was removed: data.export makes it anew.\n";
+    case ExportState::current:
+    case ExportState::altered:  // a finding
+      break;
+  }
+  return {};
+}
+
 std::string verify_text(const VerifyReport& report) {
-  std::string text;
+  std::string text, exports;
+  for (const CheckedExport& one : report.exports) exports += export_text(one);
   for (const VerifyFinding& finding : report.findings)
     text += finding.where + ": " + finding.what +
             (finding.hint.empty() ? "\n" : ". " + finding.hint + ".\n");
@@ -43,7 +62,8 @@ std::string verify_text(const VerifyReport& report) {
            (report.findings.size() == 1 ? " finding.\n" : " findings.\n");
   return state_text(report) + "It holds: " +
          (report.certified ? "every byte is as certified.\n"
-                           : "the files' own digests agree; there is no certificate.\n");
+                           : "the files' own digests agree; there is no certificate.\n") +
+         exports;
 }
 
 }  // namespace

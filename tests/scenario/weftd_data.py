@@ -205,7 +205,9 @@ def exports(web, client, folder, run):
     assert (folder / "f.csv").read_bytes() == web.get(table["path"])[2], info
     listed = {f["name"] for f in client.call("data.get", run=run)["files"]}
     assert {"export/dataset.h5", "export/features-M1.csv", "export/list.json", "dataset.h5"} <= listed, listed
-    assert client.call("data.verify", run=run)["holds"]
+    seen = client.call("data.verify", run=run)
+    assert seen["holds"] and {e["state"] for e in seen["exports"]} == {"current"} and len(seen["exports"]) == 2, seen
+    assert client.call("data.get", run=run)["exports"] == seen["exports"]
     assert web.post("data.export", run=run)["error"]["data"]["kind"] == "access.role", "an observer makes no files"
     for wrong, where in (dict(format="xlsx"), "/params/format"), (dict(exploration="M1"), "/params/exploration"), \
             (dict(format="features-csv", exploration="M9"), "/exploration"):

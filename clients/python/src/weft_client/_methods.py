@@ -62,7 +62,8 @@ class DataMethods:
         """The files of a run that has ended; bytes are had by GET of `path` over HTTP, with Range, the digest as ETag.
 
         run: its name, "R-000318"
-        Result: run, outcome, dataset_sha256, folder, files: name, bytes, sha256, path. Least role: observer.
+        Result: run, outcome, dataset_sha256, folder, exports: name, state (current, outdated where the run went on since,
+        discarded or missing), trials, trials_done, trials_done_now; files: name, bytes, sha256, path. Least role: observer.
         """
         return self._call("data.get", {"run": run})
 
@@ -78,7 +79,8 @@ class DataMethods:
 
         run: its name, "R-000318"
         Result: run, holds, certified, finished, blank, trials_planned, trials_complete, attempts, lost_samples,
-        dataset_sha256, software_version, findings: where, what, hint. Least role: observer.
+        dataset_sha256, software_version, exports: name, state, trials, trials_done, trials_done_now; findings: where, what,
+        hint. Least role: observer.
         """
         return self._call("data.verify", {"run": run})
 

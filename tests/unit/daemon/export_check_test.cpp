@@ -1,0 +1,99 @@
+// What becomes of an export when its run is gone on with. SIMULATED.
+
+#include "daemon/certificate/export_check.hpp"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "daemon/certificate/exports.hpp"
+#include "daemon/run/recovery.hpp"
+#include "tests/unit/daemon/kill_points.hpp"
+#include "tests/unit/daemon/trial_bench.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+using test::TemporaryFolder;
+
+namespace {
+
+/// A campaign whose process died with some trials on record.
+CampaignRequest interrupted(const TemporaryFolder& folder) {
+  CampaignRequest request = test::request_in(folder, test::tiny_recipe(2));
+  request.error_check = false;
+  REQUIRE(test::killed_at(request, {90, false}) == true);
+  return request;
+}
+
+void go_on(CampaignRequest request) {
+  request.resume = true;
+  const auto summary = run_campaign(request, {});
+  if (!summary) FAIL(to_string(summary.error()));
+}
+
+VerifyReport verified(const std::filesystem::path& folder) {
+  auto report = verify(folder);
+  if (!report) FAIL(to_string(report.error()));
+  return std::move(*report);
+}
+
+CheckedExport only_export(const std::filesystem::path& folder) {
+  const VerifyReport report = verified(folder);
+  CHECK(report.holds());
+  REQUIRE(report.exports.size() == 1);
+  const auto now = exports_now(folder);
+  REQUIRE(now);
+  CHECK(now->front().state == report.exports.front().state);
+  return report.exports.front();
+}
+
+}  // namespace
+
+TEST_CASE("an export of an interrupted run is told to be one once the run was gone on with") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = interrupted(folder);
+  CHECK(verified(request.out).exports.empty());
+  const auto partial = export_campaign(request.out, {});
+  REQUIRE(partial);
+  CHECK(partial->trials < partial->planned);
+  CHECK(only_export(request.out).state == ExportState::current);
+  go_on(request);
+  const CheckedExport then = only_export(request.out);
+  CHECK(then.state == ExportState::outdated);
+  CHECK(then.name == "export/dataset.h5");
+  CHECK(then.trials == partial->trials);
+  CHECK(then.done_now == 4);
+  REQUIRE(export_campaign(request.out, {}));
+  const CheckedExport anew = only_export(request.out);
+  CHECK(anew.state == ExportState::current);
+  CHECK(anew.trials == 4);
+}
+
+TEST_CASE("an export that was altered is found, and one that was removed is no damage") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = interrupted(folder);
+  const auto made = export_campaign(request.out, {ExportFormat::features_csv, "M1"});
+  if (!made) FAIL(to_string(made.error()));
+  const std::filesystem::path file = request.out / export_folder_name / made->name;
+  {
+    std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp(static_cast<std::streamoff>(made->bytes / 2));
+    bytes.put('#');
+  }
+  const VerifyReport report = verified(request.out);
+  REQUIRE(report.findings.size() == 1);
+  CHECK(report.findings.front().where == "export/" + made->name);
+  CHECK(report.findings.front().what.starts_with("altered"));
+  CHECK(report.exports.front().state == ExportState::altered);
+  std::filesystem::remove(file);
+  CHECK(only_export(request.out).state == ExportState::missing);
+  std::ofstream(request.out / export_folder_name / export_list_name) << "[]";
+  CHECK(verified(request.out).findings.front().where == "export/list.json");
+}
+
+TEST_CASE("an export of a campaign that was discarded since says so") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = interrupted(folder);
+  REQUIRE(export_campaign(request.out, {}));
+  REQUIRE(discard_campaign(request.out, "ada"));
+  CHECK(only_export(request.out).state == ExportState::discarded);
+}
