@@ -52,9 +52,10 @@ int report(const std::string& name, const std::vector<Figure>& figures) {
   std::printf("%-44s %12s %-10s %-34s %12s %9s\n", name.c_str(), "value", "unit", "peer or limit",
               "peer value", "ratio");
   for (const Figure& f : figures) {
-    const double ratio = f.value / f.peer_value;
-    std::printf("%-44s %12.6g %-10s %-34s %12.6g %9.3g\n", f.figure.c_str(), f.value,
-                f.unit.c_str(), f.peer.c_str(), f.peer_value, ratio);
+    const double ratio = f.value / f.peer_value;  // infinite, null in JSON, without a peer
+    std::printf("%-44s %12.6g %-10s", f.figure.c_str(), f.value, f.unit.c_str());
+    if (!f.peer.empty()) std::printf(" %-34s %12.6g %9.3g", f.peer.c_str(), f.peer_value, ratio);
+    std::printf("\n");
     if (!f.note.empty()) std::printf("    %s\n", f.note.c_str());
     list.push_back({{"figure", f.figure},
                     {"value", f.value},

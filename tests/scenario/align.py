@@ -11,7 +11,7 @@ import sys
 import tempfile
 
 from cli_support import Checks
-from emulated_support import ATTEMPTS, ServedRig, kept_waiting, near_home, rig_file
+from emulated_support import ServedRig, near_home, rig_file, tried
 
 
 def simulated_rig(root, d, name, tilt_deg, **changes):
@@ -28,11 +28,11 @@ def aligned(t, d, rig, *more):
 
 
 def aligned_on_ports(t, d, weft_rig, path, rig, *more):
-    for attempt in range(ATTEMPTS):
+    def once(_):
         with ServedRig(weft_rig, path, rig):
-            ran = t.run("align", "--rig", path, "--json", *more, cwd=d)
-        if ran.returncode == 0 or not kept_waiting(ran.stdout + ran.stderr, attempt):
-            break
+            return t.run("align", "--rig", path, "--json", *more, cwd=d)
+
+    ran = tried(once)
     t.expect(ran.returncode == 0, f"{path}: status {ran.returncode}: {ran.stdout} {ran.stderr}")
     return json.loads(ran.stdout)
 

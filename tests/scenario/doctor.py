@@ -10,16 +10,16 @@ import sys
 import tempfile
 
 from cli_support import Checks
-from emulated_support import ATTEMPTS, ServedRig, kept_waiting, rig_file
+from emulated_support import ServedRig, rig_file, tried
 
 STAGES = ["stage.x", "stage.y", "stage.z", "stage.rx", "stage.ry"]
 
 
 def doctor(t, d, rig, status, *more):
-    for attempt in range(ATTEMPTS):
-        ran = t.run("doctor", "--rig", rig, "--listen", 1, "--json", *more, cwd=d)
-        if status != 0 or ran.returncode == 0 or not kept_waiting(ran.stdout + ran.stderr, attempt):
-            break
+    def once(_=0):
+        return t.run("doctor", "--rig", rig, "--listen", 1, "--json", *more, cwd=d)
+
+    ran = tried(once) if status == 0 else once()
     t.expect(ran.returncode == status, f"{rig}: status {ran.returncode}: {ran.stdout} {ran.stderr}")
     return json.loads(ran.stdout)
 

@@ -27,6 +27,7 @@ HUNG_ENDED_WITHIN_S = 4.0   # patience of the monitor (2 s) and a busy machine
 LACKS_AT_MOST_S = 0.12      # 100 ms of the recorder, and a sample of the force sensor (10 ms) on each side
 WRENCH_ROW = 37             # bytes, t_ns first (docs/dataset.md)
 LATEST_S = 45.0             # a run of this recipe is over by then
+STOOD_STILL_S = 0.06        # of the console, asked every 20 ms: the sensor may be silent for 100 ms
 
 
 class Watch(threading.Thread):
@@ -45,6 +46,15 @@ class Watch(threading.Thread):
             truth = json.loads(answers.readline())
             self.seen.append((time.time(), truth["contact_force_n"], (*truth["fabric_point_m"], truth["probe_z_m"])))
             time.sleep(0.02)
+
+    def finish(self):
+        self.on = False
+        self.join()
+
+    def stood_still_s(self):
+        """The longest that weft-rig left this console, which no kill touches, without an answer."""
+        times = [t for t, *_ in self.seen]
+        return max((b - a for a, b in zip(times, times[1:])), default=0.0)
 
     def peak_n(self):
         return max(force for _, force, _ in self.seen)
@@ -120,11 +130,32 @@ class Bench:
             if process.poll() is None:
                 return process, watch, campaign, ""
             said = process.stdout.read().decode(errors="replace")
-            if not kept_waiting(said, attempt):
+            if not self.excused(watch, said, attempt):
                 return process, watch, campaign, said
-            watch.on = False
-            watch.join()
+            watch.finish()
+            self.under_cap(watch, f"{name}, attempt {attempt + 1}")
         raise AssertionError("the last attempt returns")
+
+    def excused(self, watch, said, attempt):
+        """Not where a link is wedged by the kill before: only where weft-rig as a whole was kept from the processor."""
+        return watch.stood_still_s() > STOOD_STILL_S and kept_waiting(said, attempt)
+
+    def under_cap(self, watch, what):
+        self.t.expect(watch.peak_n() < FORCE_CAP_N, f"{what}: {watch.peak_n():.2f} N")
+        self.peak_n = max(self.peak_n, watch.peak_n())
+
+    def complete(self, name):
+        """A run to its end."""
+        for attempt in range(ATTEMPTS):
+            watch = Watch(self.console)
+            watch.start()
+            run = self.start(f"{name}{attempt}")
+            said = run.communicate(timeout=4 * LATEST_S)[0].decode(errors="replace")
+            watch.finish()
+            self.under_cap(watch, name)
+            if run.returncode == 0 or not self.excused(watch, said, attempt):
+                break
+        self.t.expect(run.returncode == 0, f"the run after the last kill: {run.returncode} {said[-500:]}")
 
     def lose(self, number, moment_s, how):
         name, what = f"kill{number}", f"kill {number} ({how.name}, {'phase M' if moment_s is None else moment_s})"
@@ -136,14 +167,12 @@ class Bench:
         process.wait(30)
         ended = time.time()
         time.sleep(2 * STOPPED_WITHIN_S)
-        watch.on = False
-        watch.join()
+        watch.finish()
         if how is signal.SIGSTOP:
             self.t.expect(ended - killed < HUNG_ENDED_WITHIN_S, f"{what}: the monitor took {ended - killed:.2f} s")
         coast = watch.last_motion() - ended
         self.t.expect(coast < STOPPED_WITHIN_S, f"{what}: the stages went on for {coast:.2f} s")
-        self.t.expect(watch.peak_n() < FORCE_CAP_N, f"{what}: {watch.peak_n():.2f} N")
-        self.peak_n = max(self.peak_n, watch.peak_n())
+        self.under_cap(watch, what)
         self.coasts.append(max(0.0, coast))
         lacks = self.lacking(campaign, killed)
         if lacks is not None:
@@ -179,12 +208,7 @@ def main():
             for number in range(3, kills + 1):
                 bench.lose(number, moments.uniform(0, LATEST_S - 10),
                            signal.SIGSTOP if moments.random() < 0.25 else signal.SIGKILL)
-            for attempt in range(ATTEMPTS):
-                last = bench.start(f"last{attempt}")
-                said = last.communicate(timeout=4 * LATEST_S)[0].decode(errors="replace")
-                if last.returncode == 0 or not kept_waiting(said, attempt):
-                    break
-            t.expect(last.returncode == 0, f"the run after the last kill: {last.returncode} {said[-500:]}")
+            bench.complete("last")
     print(f"SIMULATED {kills} kills: peak force {bench.peak_n:.2f} N of {FORCE_CAP_N:g} N, longest coast "
           f"{max(bench.coasts):.2f} s, recording lacks at most "
           f"{1e3 * max(bench.lacks, default=0):.0f} ms ({len(bench.lacks)} of them while recording)")

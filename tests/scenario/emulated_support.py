@@ -19,6 +19,16 @@ def kept_waiting(said, attempt):
     return again
 
 
+def tried(once):
+    """What `once(attempt)` gives: a finished process, or one with more about it. Again where the machine kept a port waiting."""
+    for attempt in range(ATTEMPTS):
+        found = once(attempt)
+        ran = found[0] if isinstance(found, tuple) else found
+        if ran.returncode == 0 or not kept_waiting(ran.stdout + ran.stderr, attempt):
+            return found
+    raise AssertionError("the last attempt returns")
+
+
 def free_port(kind):
     with socket.socket(socket.AF_INET, kind) as s:
         s.bind(("127.0.0.1", 0))

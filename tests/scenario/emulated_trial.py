@@ -14,7 +14,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
 from cli_support import Checks
-from emulated_support import ATTEMPTS, ServedRig, free_port, kept_waiting, near_home, rig_file
+from emulated_support import ServedRig, free_port, near_home, rig_file, tried
 
 SEED, FABRIC = 7, "denim"
 # What scheduling explains: commands and samples are up to a cycle (10 ms) later than in virtual time, 20 um of cloth at
@@ -41,15 +41,15 @@ def run(t, d, recipe_name, rig, out):
 
 def emulated(t, d, weft_rig, recipe_name, path, rig, out):
     """A run in real time that must come to its end, and the truth afterwards."""
-    for attempt in range(ATTEMPTS):
+    def once(attempt):
+        folder = f"{out}{attempt}"
         with ServedRig(weft_rig, path, rig, seed=SEED) as served:
-            ran, summary = run(t, d, recipe_name, path, f"{out}{attempt}")
-            after = served.order(order="truth")
-        if ran.returncode == 0 or not kept_waiting(ran.stdout + ran.stderr, attempt):
-            break
+            return *run(t, d, recipe_name, path, folder), folder, served.order(order="truth")
+
+    ran, summary, folder, after = tried(once)
     t.expect(ran.returncode == 0, f"{out}: {ran.returncode} {ran.stderr}")
     t.expect(after["contact_force_n"] == 0, f"the probe is off the cloth in the end, however it ends: {after}")
-    return summary, f"{out}{attempt}"
+    return summary, folder
 
 
 def features(t, d, out):

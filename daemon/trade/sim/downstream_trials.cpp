@@ -30,6 +30,7 @@ WorldParams world_of(const DownstreamLevel& level) {
   out.plant.mount.slack_m = slack_m;
   out.plant.level = level.level;
   out.plant.set_point_n = set_n;
+  out.plant.dynamics.integrator = Integrator::midpoint;  // equal substeps, as the labels say
   if (level.step_s > 0) out.plant.dynamics.step_s = level.step_s;
   return out;
 }

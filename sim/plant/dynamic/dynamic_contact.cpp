@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "sim/plant/dynamic/motion.hpp"
 
@@ -68,13 +69,14 @@ void DynamicContact::travel(Motion& motion, const Approach& path, double dt_s,
     }
     const bool paced =
         params_.integrator == Integrator::adaptive && instants.every_s > params_.step_s;
-    const Leg each = leg(instants.every_s, params_.step_s);
+    const std::optional<Leg> each =
+        paced ? std::nullopt : std::optional(leg(instants.every_s, params_.step_s));
     for (std::size_t i = 0; i < instants.count; ++i) {
       if (i > 0) {
-        if (paced)
-          cover(motion, path, t_s, instants.every_s);
+        if (each)
+          go(motion, path, t_s, *each);
         else
-          go(motion, path, t_s, each);
+          cover(motion, path, t_s, instants.every_s);
         t_s = instants.first_s + static_cast<double>(i) * instants.every_s;
       }
       if (!at.empty()) at[i] = seen(motion, path, t_s);

@@ -4,8 +4,10 @@
 // so that a force that swings by a [N] is wrong by about a (h w)^2 before it has died away. What
 // the swing is follows from the motion at one instant: the forces' imbalance and how far the
 // velocity is from the one that the contact would follow without inertia. Nothing is remembered, so
-// that a run that is split at the stages' steps does the same. As `step_s` falls, every substep
-// falls with it, and the method stays of second order.
+// that a run that is split at the stages' steps does the same. As `step_s` falls, the substeps of
+// swings fall with it, and the error with its square (adaptive_test). Those of the calm follow once
+// 16 of it are shorter than half a radian of the contact's own swing (at 5 N 0.7 ms on denim,
+// 0.3 ms on satin).
 
 #include <algorithm>
 #include <cmath>

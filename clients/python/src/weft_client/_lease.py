@@ -1,6 +1,7 @@
 """A lease of the rig that renews itself while a `with` lasts."""
 from __future__ import annotations
 
+import concurrent.futures
 import contextlib
 import threading
 import time
@@ -13,15 +14,6 @@ if TYPE_CHECKING:
 
 
 _LOOK_S = 0.02  # how late close() and the end of a lease are noticed while a renewal is under way
-
-
-class _Answer:
-    """Of one renewal."""
-
-    def __init__(self) -> None:
-        self.there = threading.Event()
-        self.problem: Optional[WeftError] = None
-        self.expires_us = 0
 
 
 class Lease:
@@ -55,31 +47,31 @@ class Lease:
 
     def _renewed(self) -> Optional[WeftError]:
         """Why not, where it is lost."""
-        asked_s, answers = time.monotonic(), _Answer()
+        asked_s, renewed = time.monotonic(), concurrent.futures.Future[int]()
         # In a thread of its own: a connection that is made anew may take longer than the lease lasts.
-        threading.Thread(target=self._ask, args=(answers, self._left_s()), name=f"weft-client renews {self.name}", daemon=True).start()
-        while not answers.there.wait(_LOOK_S):
+        threading.Thread(target=self._ask, args=(renewed, self._left_s()), name=f"weft-client renews {self.name}", daemon=True).start()
+        while not concurrent.futures.wait([renewed], _LOOK_S).done:
             if self._over.is_set():
                 return None
             if self._left_s() == 0:
                 return ConnectionLost("the lease was not renewed while it lasted: nobody answered")
-        if isinstance(answers.problem, ConnectionLost):
-            return answers.problem if self._left_s() == 0 or self._client.closed else None
-        if answers.problem is not None:
-            return answers.problem
-        self.expires_us = answers.expires_us
+        problem = renewed.exception()
+        if isinstance(problem, ConnectionLost):
+            return problem if self._left_s() == 0 or self._client.closed else None
+        if isinstance(problem, WeftError):
+            return problem
+        self.expires_us = renewed.result()
         self._ends_s = asked_s + self._ttl_ms / 1000
         return None
 
-    def _ask(self, answers: "_Answer", left_s: float) -> None:
+    def _ask(self, renewed: "concurrent.futures.Future[int]", left_s: float) -> None:
         try:
             told = self._client.answer(self._client.request("lease.renew", {"lease": self.name, "ttl_ms": self._ttl_ms}), left_s)
-            answers.expires_us = told["expires_us"]
+            renewed.set_result(told["expires_us"])
         except WeftError as problem:
-            answers.problem = problem
+            renewed.set_exception(problem)
         except TimeoutError as late:
-            answers.problem = ConnectionLost(f"the lease was not renewed while it lasted: {late}")
-        answers.there.set()
+            renewed.set_exception(ConnectionLost(f"the lease was not renewed while it lasted: {late}"))
 
     def _gone(self, problem: WeftError) -> None:
         self.lost = problem

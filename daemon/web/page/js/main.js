@@ -89,7 +89,12 @@ class Page {
 
   // What no topic tells.
 
-  async #ask_all(anew) {
+  #ask_all(anew) {
+    this.#ask_rig();
+    this.#ask_the_rest(anew);
+  }
+
+  #ask_the_rest(anew) {
     const ask = (method, name, pick = (answer) => answer) =>
       this.#quietly(this.api.call(method).then((answer) => this.store.put({ [name]: pick(answer) })));
     if (anew || this.store.info === null) {
@@ -98,7 +103,6 @@ class Page {
       ask('session.whoami', 'me');
       this.#quietly(this.start.refresh());
     }
-    this.#ask_rig();
     this.#quietly(this.lease.refresh());
     this.#quietly(this.queue.refresh());
     if (this.store.connection.state === 'full') this.#quietly(this.api.call('run.list').then(({ runs }) => this.store.take_runs(runs)));
@@ -113,9 +117,10 @@ class Page {
     if (this.store.connection.state !== 'full' || document.hidden || this.#polling) return;
     this.#polling = true;
     try {
-      await this.api.call('rig.state');
+      const rig = await this.api.call('rig.state');
       this.stream.heard();
-      this.#ask_all(false);
+      this.store.put({ rig });
+      this.#ask_the_rest(false);
     } catch (error) {
       if (error.kind === 'unreachable') this.stream.lost();
       else if (error.kind === undefined) throw error;

@@ -69,10 +69,7 @@ export class Stream {
 
   /** The token is not good any more. */
   refuse() {
-    ++this.#turn;
-    clearTimeout(this.#timer);
-    this.#abort?.abort();
-    this.#be('refused');
+    this.#drop('refused');
   }
 
   #be(state) {
@@ -97,10 +94,14 @@ export class Stream {
    * A page that nobody sees gives its connection back: a browser has six for one host, and a halt must always find one.
    */
   #rest() {
+    this.#drop('stale');
+  }
+
+  #drop(state) {
     ++this.#turn;
     clearTimeout(this.#timer);
     this.#abort?.abort();
-    this.#be('stale');
+    this.#be(state);
   }
 
   #again(wait_ms) {
