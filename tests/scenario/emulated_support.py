@@ -5,8 +5,10 @@ import socket
 import subprocess
 
 
-# A machine with other work may keep a port waiting for longer than a sensor may be silent. That is a finding of the
-# guard, not of a test of something else: it is told, and tried again.
+# A machine with other work may keep a port waiting for longer than a sensor may be silent. A virtual one does so too: its host
+# counts the processor's time in tenths of a second, and where that is used up (by a build, say) a thread of real-time priority 50
+# with locked memory that only sleeps is late by 100 ms, and so are weft-rig's records. That is a finding of the guard, not of a
+# test of something else: it is told, and tried again.
 ATTEMPTS = 3
 
 
