@@ -208,13 +208,28 @@ WEFT_INLINE void convolve(double* x, std::size_t size, const double* w, const do
   join<V>(x, size, w);
 }
 
+/// split() of eight elements, then split_pair() of every quarter, without a store between: the same
+/// bits.
+template <class V>
+WEFT_INLINE void split_eight(double* x, const double* w) {
+  std::array<Complex<V>, 8> v;
+  for (std::size_t m = 0; m < v.size(); ++m) v[m] = get<V>(x + m * step<V>);
+  split_four(v[0], v[2], v[4], v[6], w);
+  split_four(v[1], v[3], v[5], v[7], w + twiddles_per_butterfly);
+  for (std::size_t m = 0; m < v.size(); m += 2) {
+    put(x + m * step<V>, v[m] + v[m + 1]);
+    put(x + (m + 1) * step<V>, v[m] - v[m + 1]);
+  }
+}
+
 /// Forward transform of `size` elements, a power of two, in place. Bins are left in the order of
 /// the levels: quarter q has those of which q remains over four, and so on inside. `deeper` as for
 /// convolve().
 template <class V, class Deeper>
 WEFT_INLINE void forward(double* x, std::size_t size, const double* w, Deeper deeper) {
   if (size == 2) split_pair<V>(x);
-  if (size < 4) return;
+  if (size == 8) split_eight<V>(x, w);
+  if (size < 4 || size == 8) return;
   const std::size_t quarter = size / 4, sixteenth = size / 16;
   if (size > most_near<V>) {
     split_twice<V>(x, size, w);
@@ -274,6 +289,15 @@ WEFT_INLINE std::array<Complex<V>, M> join_first(const double* x, std::size_t st
     out[m] = out[m] + times_i(odd);
   }
   return out;
+}
+
+/// Of two real signals transformed as one, Z = A + iB: A = (Z_k + conj Z_-k) / 2 and
+/// B = (Z_k - conj Z_-k) / 2i are Hermitian. The squares |2A|^2 and |2B|^2 of bin k from Z_k and
+/// Z_-k.
+template <class V>
+WEFT_INLINE Complex<V> squares_of(Complex<V> z, Complex<V> m) {
+  const Complex<V> a{z.re + m.re, z.im - m.im}, b{z.re - m.re, z.im + m.im};
+  return {a.re * a.re + a.im * a.im, b.re * b.re + b.im * b.im};
 }
 
 }  // namespace weft::classifier::fourier

@@ -10,15 +10,21 @@
 #include <utility>
 
 #include "classifier/features/fourier.hpp"
+#include "classifier/features/fourier_tables.hpp"
+#include "classifier/features/scaling.hpp"
 
 namespace weft::classifier {
 namespace {
 
 using fourier::Complex;
 using fourier::get;
+using fourier::places;
 using fourier::put;
+using fourier::roots_of_unity;
+using fourier::squares_of;
 using fourier::step;
 using fourier::times;
+using fourier::twiddles;
 using simd::Lanes;
 
 constexpr std::size_t least_part = 4;    // so that a part can be split again
@@ -33,77 +39,6 @@ std::pair<std::size_t, std::size_t> first_cut(std::size_t least) {
     if (radix * part < best.first * best.second) best = {radix, part};
   }
   return best;
-}
-
-// exp(-2 pi i part / whole)
-void append_turn(std::vector<double>& out, std::size_t part, std::size_t whole) {
-  const double angle =
-      -2.0 * std::numbers::pi * static_cast<double>(part) / static_cast<double>(whole);
-  out.push_back(std::cos(angle));
-  out.push_back(std::sin(angle));
-}
-
-// Of the first level, then of the levels by four, largest first.
-std::vector<double> twiddles(std::size_t radix, std::size_t part) {
-  std::vector<double> out;
-  out.reserve(2 * (radix - 1) * part + 2 * part);
-  for (std::size_t j = 0; j < part; ++j)
-    for (std::size_t power = 1; power < radix; ++power) append_turn(out, power * j, radix * part);
-  for (; part >= 4; part /= 4)
-    for (std::size_t j = 0; j < part / 4; ++j)
-      for (std::size_t power = 1; power <= 3; ++power) append_turn(out, power * j, part);
-  return out;
-}
-
-// cos and sin of 2 pi k / radix, zeros exact.
-std::vector<double> roots_of_unity(std::size_t radix) {
-  std::vector<double> out;
-  for (std::size_t k = 0; k < radix; ++k) append_turn(out, radix - k, radix);
-  for (double& v : out) v = std::abs(v) < 1e-12 ? 0.0 : v;
-  return out;
-}
-
-// Two factors whose product is 2^exponent: one alone may overflow where the product with a signal
-// does not.
-struct PowerOfTwo {
-  alignas(64) std::array<double, Spectrum::most_signals> first{};
-  alignas(64) std::array<double, Spectrum::most_signals> second{};
-
-  void set(std::size_t k, int exponent) {
-    first[k] = power(exponent / 2);
-    second[k] = power(exponent - exponent / 2);
-  }
-
- private:
-  // From the exponent's bits: half an exponent of a double is that of a normal number.
-  static double power(int exponent) {
-    return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
-  }
-};
-
-// std::frexp's exponent, by the bits where the number is normal.
-int exponent_of(double v) {
-  const auto biased = static_cast<int>(std::bit_cast<std::uint64_t>(v) >> 52 & 0x7ff);
-  if (biased != 0 && biased != 0x7ff) return biased - 1022;
-  int exponent = 0;
-  if (v > 0.0) std::frexp(v, &exponent);
-  return exponent;
-}
-
-struct Scaling {
-  PowerOfTwo in;   // brings the largest magnitude into [1/2, 1)
-  PowerOfTwo out;  // and back; zero for a silent signal, which would show its partner's rounding
-};
-
-Scaling scaling_of(const double* top, std::size_t signals) {
-  Scaling out;
-  for (std::size_t k = 0; k < signals; ++k) {
-    const int exponent = exponent_of(top[k]);
-    out.in.set(k, -exponent);
-    out.out.set(k, exponent);
-    if (top[k] == 0.0) out.out.first[k] = 0.0;
-  }
-  return out;
 }
 
 // Sixteen signals (V = Lanes) or two (double) and the tables of their length.
@@ -166,13 +101,7 @@ WEFT_INLINE void join_signals(const Job& job, double* x) {
   }
 }
 
-// Z = A + iB with A, B Hermitian: A = (Z_k + conj Z_-k) / 2, B = (Z_k - conj Z_-k) / 2i. Squares of
-// 2A and 2B take the place of Z_k, which no later k needs.
-template <class V>
-WEFT_INLINE Complex<V> squares_of(Complex<V> z, Complex<V> m) {
-  const Complex<V> a{z.re + m.re, z.im - m.im}, b{z.re - m.re, z.im + m.im};
-  return {a.re * a.re + a.im * a.im, b.re * b.re + b.im * b.im};
-}
+// Squares of 2A and 2B take the place of Z_k, which no later k needs.
 template <class V>
 WEFT_INLINE void take_squares(double* x, std::size_t length) {
   for (std::size_t k = 0; k <= length / 2; ++k)
@@ -193,16 +122,6 @@ WEFT_INLINE double* transform_plainly(const Job& job, const PowerOfTwo& scale, d
     put(out + k * step<V>, squares_of(get<V>(x + job.place[k] * step<V>),
                                       get<V>(x + job.place[(length - k) % length] * step<V>)));
   return out;
-}
-
-// A loop of its own over plain numbers: only so do compilers take roots of all lanes at once.
-template <class V>
-WEFT_INLINE void take_roots(double* rows, std::size_t count, const PowerOfTwo& scale) {
-  const PowerOfTwo by = scale;
-  for (std::size_t r = 0; r < count; ++r, rows += step<V>) {
-    for (std::size_t k = 0; k < step<V>; ++k)
-      rows[k] = 0.5 * std::sqrt(rows[k]) * by.first[k] * by.second[k];
-  }
 }
 
 template <class V, std::size_t R, class Convolve>
@@ -243,12 +162,12 @@ WEFT_INLINE const double* magnitudes_of(const Job& job, double* x, Convolve conv
   const Scaling scaling = scaling_of(job.largest, step<V>);
   if (job.length <= most_direct) {
     transform_directly<V>(job, scaling.in, x);
-    take_roots<V>(x, job.length / 2 + 1, scaling.out);
+    take_roots<step<V>>(x, job.length / 2 + 1, scaling.out);
     return x;
   }
   if (job.place != nullptr) {
     double* const out = transform_plainly<V>(job, scaling.in, x, forward);
-    take_roots<V>(out, job.length / 2 + 1, scaling.out);
+    take_roots<step<V>>(out, job.length / 2 + 1, scaling.out);
     return out;
   }
   switch (job.radix) {
@@ -265,7 +184,7 @@ WEFT_INLINE const double* magnitudes_of(const Job& job, double* x, Convolve conv
       transform_by<V, 7>(job, scaling.in, x, convolve);
   }
   take_squares<V>(x, job.length);
-  take_roots<V>(x, job.length / 2 + 1, scaling.out);
+  take_roots<step<V>>(x, job.length / 2 + 1, scaling.out);
   return x;
 }
 
@@ -301,22 +220,6 @@ void forward_first(double* x, std::size_t part, const double* root, const double
     for (std::size_t m = 0; m < R; ++m) in[m] = get<double>(x + (j + m * part) * step<double>);
     fourier::split_first<R>(in, root, w, x + j * step<double>, part * step<double>);
   }
-}
-
-// Where fourier::forward() leaves each bin of a transform of a power of two.
-std::vector<std::uint32_t> places(std::size_t size) {
-  std::vector<std::uint32_t> out(size);
-  for (std::size_t p = 0; p < size; ++p) {
-    std::size_t bin = 0, at = p, stride = 1;
-    for (std::size_t part = size; part > 1; part /= part == 2 ? 2 : 4) {
-      const std::size_t share = part == 2 ? 1 : part / 4;
-      bin += stride * (at / share);
-      at %= share;
-      stride *= 4;
-    }
-    out[bin] = static_cast<std::uint32_t>(p);
-  }
-  return out;
 }
 
 }  // namespace

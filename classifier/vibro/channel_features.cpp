@@ -5,13 +5,13 @@
 #include <string>
 
 #include "classifier/features/feature_stream.hpp"
+#include "classifier/vibro/level_figures.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
 
 constexpr double least_power = 1e-10;   // librosa's amin
 constexpr double deepest_share = 1e-8;  // 80 dB below the loudest bin: librosa's top_db
-constexpr double zero_level = 1e-10;    // a sample so small has no sign: librosa's threshold
 
 constexpr std::array<std::string_view, figure_count> names = {
     "MEAN",     "STD",       "MAD",     "RMSE",       "CHROMA",
@@ -19,27 +19,6 @@ constexpr std::array<std::string_view, figure_count> names = {
 
 double& at(ChannelFigures& figures, Figure which) {
   return figures[static_cast<std::size_t>(which)];
-}
-
-bool negative(double v) {
-  return v < -zero_level;
-}
-
-// Eight running sums: fast, and nearer to the true sum than one.
-double sum_of(std::span<const double> v) {
-  std::array<double, 8> sum{};
-  for (std::size_t i = 0; i < v.size(); ++i) sum[i % sum.size()] += v[i];
-  double out = 0.0;
-  for (const double s : sum) out += s;
-  return out;
-}
-
-double sum_of_squares(std::span<const double> v) {
-  std::array<double, 8> sum{};
-  for (std::size_t i = 0; i < v.size(); ++i) sum[i % sum.size()] += v[i] * v[i];
-  double out = 0.0;
-  for (const double s : sum) out += s;
-  return out;
 }
 
 Status check_samples(std::span<const double> samples) {
@@ -83,10 +62,6 @@ double mean_rms(FrameSize size, std::size_t samples, const std::vector<double>& 
 }
 
 // A change of sign counts at its second sample; a frame's own first sample has none before it.
-bool crossing(std::span<const double> samples, std::size_t i) {
-  return i > 0 && negative(samples[i]) != negative(samples[i - 1]);
-}
-
 double mean_crossing_rate(FrameSize size, std::span<const double> samples,
                           const std::vector<std::size_t>& hop_crossings) {
   std::size_t sum = 0;
@@ -97,7 +72,7 @@ double mean_crossing_rate(FrameSize size, std::span<const double> samples,
       sum += hop_crossings[static_cast<std::size_t>(h)];
     const std::size_t start =
         hops.first > 0 ? static_cast<std::size_t>(hops.first) * size.hop : samples.size();
-    if (start < samples.size() && crossing(samples, start)) --sum;
+    if (start < samples.size()) sum -= changes_of_sign(samples.subspan(start - 1, 2));
   }
   return static_cast<double>(sum) / static_cast<double>(size.length) / static_cast<double>(frames);
 }
@@ -115,24 +90,19 @@ ChannelExtractor::Tools& ChannelExtractor::tools_for(FrameSize size) {
 void ChannelExtractor::moments(std::span<const double> samples, ChannelFigures& out) {
   const auto n = static_cast<double>(samples.size());
   const double mean = sum_of(samples) / n;
-  deviation_.resize(samples.size());
-  for (std::size_t i = 0; i < samples.size(); ++i) deviation_[i] = samples[i] - mean;
   at(out, Figure::mean) = mean;
-  at(out, Figure::std) = std::sqrt(sum_of_squares(deviation_) / n);
-  const double middle = median_.median(samples);
-  for (std::size_t i = 0; i < samples.size(); ++i) deviation_[i] = std::abs(samples[i] - middle);
+  at(out, Figure::std) = std::sqrt(sum_of_squares(samples, mean) / n);
+  deviation_.resize(samples.size());
+  deviations(samples, median_.median(samples), deviation_.data());
   at(out, Figure::mad) = median_.median(deviation_);
 
   const FrameSize size = FrameSize::of(samples.size());
   hop_squares_.clear();
   hop_crossings_.clear();
   for (std::size_t from = 0; from < samples.size(); from += size.hop) {
-    const std::size_t to = std::min(from + size.hop, samples.size());
+    const std::size_t to = std::min(from + size.hop, samples.size()), before = from > 0 ? 1 : 0;
     hop_squares_.push_back(sum_of_squares(samples.subspan(from, to - from)));
-    std::size_t crossings = crossing(samples, from) ? 1 : 0;
-    for (std::size_t i = from + 1; i < to; ++i)
-      crossings += negative(samples[i]) != negative(samples[i - 1]) ? 1 : 0;
-    hop_crossings_.push_back(crossings);
+    hop_crossings_.push_back(changes_of_sign(samples.subspan(from - before, to - from + before)));
   }
   at(out, Figure::rmse) = mean_rms(size, samples.size(), hop_squares_);
   at(out, Figure::zcr) = mean_crossing_rate(size, samples, hop_crossings_);
@@ -150,8 +120,8 @@ void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, Ch
   std::size_t heard = 0;
   BandSums in_bands(tools.frames.bins());
   for (std::size_t first = 0; first < frames; first += lanes) {
-    const double* const bins = tools.frames.magnitudes(first);
-    std::copy_n(bins, block, spectra_.begin() + static_cast<std::ptrdiff_t>(first / lanes * block));
+    double* const bins = spectra_.data() + first / lanes * block;
+    tools.frames.magnitudes(first, bins);
     const FrameFigures f = frame_figures(bins, tools.bins, chroma);
     if (bands != nullptr) in_bands.add(bins, frames - first);
     for (std::size_t i = 0; i < std::min(lanes, frames - first); ++i) {

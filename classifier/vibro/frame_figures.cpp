@@ -15,7 +15,7 @@ using simd::store;
 constexpr std::size_t width = simd::width;
 constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
 constexpr double rolloff_share = 0.85;
-constexpr std::size_t classes_at_once = 4;  // that stay in registers
+constexpr std::size_t classes_at_once = 12;  // that stay in registers
 using Integers = std::int64_t __attribute__((vector_size(width * sizeof(std::int64_t))));
 
 struct Sums {

@@ -1,29 +1,102 @@
 #include "classifier/vibro/short_time.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
 
+#include "classifier/features/fourier.hpp"
+#include "classifier/features/fourier_tables.hpp"
+#include "classifier/features/scaling.hpp"
+#include "classifier/vibro/transpose.hpp"
+
 namespace weft::classifier::vibro {
 namespace {
 
+using fourier::Complex;
+using fourier::get;
+using fourier::put;
 using simd::Lanes;
-constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
+constexpr std::size_t width = simd::width, lanes = ShortTimeSpectrum::lanes;
+constexpr std::size_t step = fourier::step<Lanes>;
+constexpr std::size_t quarters = 4;        // of a frame, a hop each
+constexpr std::size_t roots_at_once = 16;  // rows that the nearest cache keeps
 
-// rows[i][f] = samples[i + f hop] hann[i], and the largest magnitude of each f.
+using PerLane = std::array<double, lanes>;
+
+// Sixteen frames and the tables of their length.
+struct Job {
+  const double* by_hop;  // of the first frame
+  std::size_t columns, hop;
+  const double* hann;
+  const double* twiddle;
+  const std::uint32_t* place;
+};
+
+// Eight hops side by side: row j of `to` has sample j of each.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
-void frame(const double* samples, std::size_t hop, const std::vector<double>& hann, double* rows,
-           double* largest) {
-  Lanes low{}, high{};
-  for (std::size_t i = 0; i < hann.size(); ++i, rows += lanes) {
-    const double* at = samples + i;
-    for (std::size_t f = 0; f < lanes; ++f, at += hop) rows[f] = *at * hann[i];
-    low = simd::larger<Lanes>(low, simd::magnitude<Lanes>(simd::load(rows)));
-    high = simd::larger<Lanes>(high, simd::magnitude<Lanes>(simd::load(rows + simd::width)));
+void turn_eight(const double* samples, std::size_t hop, double* to, std::size_t columns) {
+  for (std::size_t j = 0; j < hop; j += width) {
+    Lanes v[width];
+    for (std::size_t h = 0; h < width; ++h) v[h] = simd::load(samples + h * hop + j);
+    transpose(v);
+    for (std::size_t i = 0; i < width; ++i) simd::store(to + (j + i) * columns, v[i]);
   }
-  simd::store(largest, low);
-  simd::store(largest + simd::width, high);
+}
+
+// The largest magnitude in each frame.
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void find_largest(const Job& job, double* out) {
+  Lanes low{}, high{};
+  for (std::size_t q = 0; q < quarters; ++q) {
+    const double* at = job.by_hop + q;
+    const double* const hann = job.hann + q * job.hop;
+    for (std::size_t j = 0; j < job.hop; ++j, at += job.columns) {
+      low = simd::larger<Lanes>(low, simd::magnitude<Lanes>(simd::load(at) * hann[j]));
+      high = simd::larger<Lanes>(high, simd::magnitude<Lanes>(simd::load(at + width) * hann[j]));
+    }
+  }
+  simd::store(out, low);
+  simd::store(out + width, high);
+}
+
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void forward(double* x, std::size_t size, const double* w) {
+  fourier::forward<Lanes>(x, size, w, forward);
+}
+
+// The first level of the transforms of sixteen frames, weighed and scaled.
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void first_level(const Job& job, const PowerOfTwo& scale, double* x) {
+  const auto one = get<Lanes>(scale.first.data()), two = get<Lanes>(scale.second.data());
+  const std::size_t quarter = job.hop * step;
+  const double* w = job.twiddle;
+  const double* at = job.by_hop;
+  for (std::size_t j = 0; j < job.hop; ++j, x += step, at += job.columns) {
+    std::array<Complex<Lanes>, quarters> v;
+    for (std::size_t q = 0; q < quarters; ++q) {
+      const auto frames = get<Lanes>(at + q) * job.hann[j + q * job.hop];
+      v[q] = {frames.re * one.re * two.re, frames.im * one.im * two.im};
+    }
+    fourier::split_four(v[0], v[1], v[2], v[3], w);
+    w += fourier::twiddles_per_butterfly;
+    for (std::size_t q = 0; q < quarters; ++q) put(x + q * quarter, v[q]);
+  }
+}
+
+// Magnitudes of the transforms, whose bins lie scattered, in their order.
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void gather(const Job& job, const PowerOfTwo& scale, const double* x, double* to) {
+  const std::size_t length = quarters * job.hop, bins = length / 2 + 1;
+  for (std::size_t first = 0; first < bins; first += roots_at_once) {
+    const std::size_t end = std::min(first + roots_at_once, bins);
+    for (std::size_t k = first; k < end; ++k)
+      put(to + k * lanes,
+          fourier::squares_of(get<Lanes>(x + job.place[k] * step),
+                              get<Lanes>(x + job.place[(length - k) % length] * step)));
+    take_roots<lanes>(to + first * lanes, end - first, scale);
+  }
 }
 
 }  // namespace
@@ -37,31 +110,58 @@ FrameSize FrameSize::of(std::size_t samples) {
 
 ShortTimeSpectrum::ShortTimeSpectrum(FrameSize size)
     : size_(size),
-      spectrum_(size.length),
-      rows_(size.length * lanes),
-      offset_(lanes, 0.0),
-      largest_(lanes, 0.0) {
+      twiddle_(fourier::twiddles(1, size.length)),
+      place_(fourier::places(size.length)),
+      elements_(size.length * step) {
   for (std::size_t i = 0; i < size.length; ++i)
     hann_.push_back(0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) /
                                          static_cast<double>(size.length)));
 }
 
 void ShortTimeSpectrum::start(std::span<const double> samples) {
+  const std::size_t hop = size_.hop, before = size_.hops() / 2;
   frames_ = size_.count(samples.size());
-  const std::size_t blocks = (frames_ + lanes - 1) / lanes;
-  padded_.assign((blocks * lanes - 1) * size_.hop + size_.length, 0.0);
-  std::copy(samples.begin(), samples.end(),
-            padded_.begin() + static_cast<std::ptrdiff_t>(size_.length / 2));
+  const std::size_t frames = (frames_ + lanes - 1) / lanes * lanes;
+  columns_ = (frames + size_.hops() + width - 1) / width * width;
+  // Windows as long as the last one fill the same places.
+  if (samples.size() != samples_) by_hop_.assign(hop * columns_, 0.0);
+  samples_ = samples.size();
+  const std::size_t group = hop < width ? 0 : width * hop;
+  std::size_t done = 0;
+  for (; group > 0 && done < samples.size(); done += group) {
+    const double* from = samples.data() + done;
+    if (samples.size() - done < group) {
+      last_hops_.assign(group, 0.0);
+      std::copy(samples.begin() + static_cast<std::ptrdiff_t>(done), samples.end(),
+                last_hops_.begin());
+      from = last_hops_.data();
+    }
+    turn_eight(from, hop, by_hop_.data() + before + done / hop, columns_);
+  }
+  for (; done < samples.size(); ++done)
+    by_hop_[done % hop * columns_ + before + done / hop] = samples[done];
 }
 
-const double* ShortTimeSpectrum::magnitudes(std::size_t first) {
-  frame(padded_.data() + first * size_.hop, size_.hop, hann_, rows_.data(), largest_.data());
-  // Frames behind the last one begin in the window still: they are no frames of it.
-  for (std::size_t f = std::min(lanes, frames_ - first); f < lanes; ++f) {
-    for (std::size_t i = 0; i < size_.length; ++i) rows_[i * lanes + f] = 0.0;
-    largest_[f] = 0.0;
+void ShortTimeSpectrum::magnitudes(std::size_t first, double* to) {
+  const double* const by_hop = by_hop_.data() + first;
+  const std::size_t existing = std::min(lanes, frames_ - first);
+  if (size_.hops() < quarters) {  // a frame of two: the second sample, weighed by 1, in both bins
+    for (std::size_t f = 0; f < lanes; ++f)
+      to[f] = to[lanes + f] = f < existing ? std::abs(by_hop[f + 1]) : 0.0;
+    return;
   }
-  return spectrum_.magnitudes<Lanes>(rows_.data(), offset_.data(), largest_.data(), scratch_);
+  const Job job{by_hop, columns_, size_.hop, hann_.data(), twiddle_.data(), place_.data()};
+  PerLane largest;
+  find_largest(job, largest.data());
+  // Frames behind the last one begin in the window still: they are no frames of it.
+  std::fill(largest.begin() + static_cast<std::ptrdiff_t>(existing), largest.end(), 0.0);
+  Scaling scaling = scaling_of(largest.data(), lanes);
+  for (std::size_t f = existing; f < lanes; ++f) scaling.in.first[f] = 0.0;
+  double* const x = elements_.data();
+  first_level(job, scaling.in, x);
+  const double* const levels = twiddle_.data() + size_.hop * fourier::twiddles_per_butterfly;
+  for (std::size_t q = 0; q < quarters; ++q) forward(x + q * size_.hop * step, size_.hop, levels);
+  gather(job, scaling.out, x, to);
 }
 
 }  // namespace weft::classifier::vibro

@@ -3,11 +3,11 @@
 // all spectral features of a window share.
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "classifier/features/lanes.hpp"
-#include "classifier/features/spectrum.hpp"
 
 namespace weft::classifier::vibro {
 
@@ -26,29 +26,32 @@ struct FrameSize {
   friend bool operator==(const FrameSize&, const FrameSize&) = default;
 };
 
-/// Hann windows of a periodic length, magnitudes of centred frames, zeros beyond both ends.
+/// Hann windows of a periodic length, magnitudes of centred frames, zeros beyond both ends. A frame
+/// is four hops, and so are the samples that a butterfly of a transform's first level takes: hops
+/// stand side by side, sixteen frames begin in neighbouring ones, and no frame is copied.
 class ShortTimeSpectrum {
  public:
-  static constexpr std::size_t lanes = Spectrum::most_signals;
+  static constexpr std::size_t lanes = simd::block_taxels;
 
   explicit ShortTimeSpectrum(FrameSize size);
 
   [[nodiscard]] const FrameSize& size() const { return size_; }
-  [[nodiscard]] std::size_t bins() const { return spectrum_.bins(); }
+  [[nodiscard]] std::size_t bins() const { return size_.length / 2 + 1; }
 
   /// A new window, at least one sample, all finite.
   void start(std::span<const double> samples);
-  /// Frames first .. first + 15 of the window: [bins x 16], lanes of frames that do not exist are
-  /// zero. Valid until the next call.
-  const double* magnitudes(std::size_t first);
+  /// Frames first .. first + 15 of the window: [bins x 16] to `to`, lanes of frames that do not
+  /// exist are zero.
+  void magnitudes(std::size_t first, double* to);
 
  private:
   FrameSize size_;
-  Spectrum spectrum_;
-  std::vector<double> hann_;
-  std::vector<double> padded_;  // half a frame of zeros, the samples, zeros for a block of frames
-  std::size_t frames_ = 0;
-  simd::AlignedDoubles rows_, scratch_, offset_, largest_;
+  std::vector<double> hann_, twiddle_;
+  std::vector<std::uint32_t> place_;
+  std::vector<double> last_hops_;
+  simd::AlignedDoubles by_hop_;  // [hop x columns_]: sample j of every hop, zeros before and behind
+  std::size_t columns_ = 0, frames_ = 0, samples_ = 0;
+  simd::AlignedDoubles elements_;  // of the transform
 };
 
 }  // namespace weft::classifier::vibro

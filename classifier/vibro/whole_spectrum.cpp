@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <unsupported/Eigen/FFT>
 
 namespace weft::classifier::vibro {
@@ -30,9 +31,15 @@ WholeSpectrum& WholeSpectrum::operator=(WholeSpectrum&&) noexcept = default;
 
 double WholeSpectrum::mean_amplitude(std::span<const double> samples, double mean) {
   if (samples.size() < 2) return 0.0;
-  const double sum =
-      smooth(samples.size()) ? by_mixed_radix(samples, mean) : by_convolution(samples, mean);
+  const double sum = RealTransform::fits(samples.size()) ? by_lanes(samples, mean)
+                     : smooth(samples.size())            ? by_mixed_radix(samples, mean)
+                                                         : by_convolution(samples, mean);
   return sum * 2.0 / static_cast<double>(samples.size()) / static_cast<double>(samples.size() / 2);
+}
+
+double WholeSpectrum::by_lanes(std::span<const double> samples, double mean) {
+  if (!round_ || round_->length() != samples.size()) round_.emplace(samples.size());
+  return round_->sum_of_magnitudes(samples, mean);
 }
 
 double WholeSpectrum::by_mixed_radix(std::span<const double> samples, double mean) {

@@ -86,12 +86,18 @@ TEST_CASE("A-weighting is 0 dB at 1 kHz and falls to both sides") {
 
 TEST_CASE("The median is the middle of the sorted values, or between both middle ones") {
   MedianFinder finder;
-  for (const std::size_t n : {1U, 2U, 3U, 64U, 65U, 1000U, 1001U, 8000U}) {
-    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+  for (const std::size_t n : {1U, 2U, 3U, 24U, 25U, 31U, 64U, 65U, 1000U, 1001U, 8000U}) {
+    for (std::uint64_t seed = 0; seed < 7; ++seed) {
       auto v = noise(n, seed);
       if (seed == 1)  // few different values
         for (double& x : v) x = std::nearbyint(x);
-      if (seed == 2) v.back() = 1e300;  // nearly all in one cell
+      if (seed == 2) v.back() = 1e300;  // all others are near one bound
+      if (seed == 4)                    // of all sizes, so that no pivot halves them
+        for (double& x : v) x = std::exp(600.0 * x);
+      if (seed == 5)  // two in three are the same
+        for (double& x : v) x = std::max(x, 0.1);
+      if (seed == 6)
+        for (double& x : v) x = x < 0.0 ? -1e308 : 1e308;
       const double got = finder.median(v);
       std::sort(v.begin(), v.end());
       CHECK(got == 0.5 * v[(n - 1) / 2] + 0.5 * v[n / 2]);

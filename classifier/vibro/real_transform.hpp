@@ -1,0 +1,40 @@
+#pragma once
+// Magnitudes of the discrete Fourier transform of one long real signal of round length.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "classifier/features/lanes.hpp"
+
+namespace weft::classifier::vibro {
+
+/// Tables for one length, 16 m. Samples two by two are a complex signal of half the length; every
+/// eighth element of that is in a lane of its own, so that eight transforms of m elements run side
+/// by side, by levels of 4, 2, 3 and 5, in order (Stockham); a butterfly of eight joins the lanes,
+/// and what belongs to even and odd samples is told apart at the end.
+class RealTransform {
+ public:
+  /// Whether the length is 16 m, m with no prime factor but 2, 3 and 5.
+  static bool fits(std::size_t length);
+  /// fits(length)
+  explicit RealTransform(std::size_t length);
+
+  [[nodiscard]] std::size_t length() const { return 16 * elements_; }
+  /// Sum over the bins 1 .. length / 2 of |DFT| of the samples less `mean`; as many as the length.
+  double sum_of_magnitudes(std::span<const double> samples, double mean);
+
+ private:
+  struct Level {
+    std::size_t radix = 0, part = 0, stride = 0;  // part: elements of an output's share
+    std::vector<double> root, twiddle;
+  };
+
+  std::size_t elements_;  // m
+  std::vector<Level> levels_;
+  simd::AlignedDoubles between_;  // [m x 16]: what turns lane l of bin k, before lanes are joined
+  simd::AlignedDoubles apart_;    // four segments of [m, padded] twice: what tells odd from even
+  simd::AlignedDoubles from_, to_;
+};
+
+}  // namespace weft::classifier::vibro

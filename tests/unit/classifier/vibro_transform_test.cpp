@@ -1,0 +1,126 @@
+// The transforms under the figures of sound and vibration, beside their definitions.
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "classifier/vibro/level_figures.hpp"
+#include "classifier/vibro/real_transform.hpp"
+#include "classifier/vibro/short_time.hpp"
+#include "tests/unit/classifier/features_support.hpp"
+#include "tests/unit/classifier/slow_features.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+using classifier::testing::noise;
+using classifier::testing::slow_magnitudes;
+
+constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
+
+// Frame f of a window by definition: centred at f hops, zeros beyond both ends, Hann.
+std::vector<double> frame_of(const std::vector<double>& samples, FrameSize size, std::size_t f) {
+  std::vector<double> out(size.length, 0.0);
+  for (std::size_t i = 0; i < size.length; ++i) {
+    const std::size_t at = f * size.hop + i, before = size.length / 2;
+    const double turn =
+        2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(size.length);
+    if (at >= before && at - before < samples.size())
+      out[i] = samples[at - before] * (0.5 - 0.5 * std::cos(turn));
+  }
+  return out;
+}
+
+// The largest difference of a bin of a frame from its definition, in parts of the frame's loudest
+// bin; a silent frame must be exactly so.
+double worst_of(ShortTimeSpectrum& spectrum, const std::vector<double>& samples) {
+  spectrum.start(samples);
+  std::vector<double> got(spectrum.bins() * lanes);
+  double worst = 0.0;
+  const std::size_t frames = spectrum.size().count(samples.size());
+  for (std::size_t first = 0; first < frames; first += lanes) {
+    spectrum.magnitudes(first, got.data());
+    for (std::size_t f = 0; f < lanes; ++f) {
+      std::vector<double> want(spectrum.bins(), 0.0);
+      if (first + f < frames) want = slow_magnitudes(frame_of(samples, spectrum.size(), first + f));
+      const double loudest = *std::max_element(want.begin(), want.end());
+      for (std::size_t k = 0; k < want.size(); ++k) {
+        const double off = std::abs(got[k * lanes + f] - want[k]);
+        if (loudest == 0.0) CHECK(off == 0.0);
+        if (loudest > 0.0) worst = std::max(worst, off / loudest);
+      }
+    }
+  }
+  return worst;
+}
+
+TEST_CASE("Frames have the magnitudes of their definition at every length of a window") {
+  for (const std::size_t n : {1U, 2U, 3U, 4U, 7U, 8U, 17U, 40U, 64U, 100U, 200U, 333U}) {
+    INFO(n << " samples");
+    ShortTimeSpectrum spectrum(FrameSize::of(n));
+    CHECK(worst_of(spectrum, noise(n, n)) < 1e-13);
+  }
+}
+
+TEST_CASE("A window of another length leaves nothing of the one before") {
+  ShortTimeSpectrum spectrum(FrameSize::of(100));
+  CHECK(worst_of(spectrum, noise(127, 1)) < 1e-13);
+  CHECK(worst_of(spectrum, noise(64, 2)) < 1e-13);
+  CHECK(worst_of(spectrum, noise(100, 3)) < 1e-13);
+  CHECK(worst_of(spectrum, noise(100, 4)) < 1e-13);
+}
+
+TEST_CASE("A weak frame is as exact as the strong one that shares its transform") {
+  // Frame 0 and frame 8 are one transform. Frame 0 of the second window has one sample, where its
+  // weight is 1e-6, in the third none that weighs anything.
+  std::vector<double> weak = noise(256, 5), edge(256, 0.0), none(256, 0.0);
+  ShortTimeSpectrum spectrum(FrameSize::of(64));
+  for (std::size_t i = 0; i < 48; ++i) weak[i] *= 1e-12;
+  for (std::size_t i = 96; i < 160; ++i) edge[i] = none[i] = weak[i];
+  edge[31] = 1.0;
+  none[32] = 1.0;
+  for (const auto& samples : {weak, edge, none}) CHECK(worst_of(spectrum, samples) < 1e-13);
+}
+
+TEST_CASE("The sum of a whole spectrum is that of its definition") {
+  for (const std::size_t n : {16U, 32U, 48U, 64U, 80U, 96U, 144U, 160U, 240U, 400U, 960U, 1200U}) {
+    INFO(n << " samples");
+    REQUIRE(RealTransform::fits(n));
+    auto samples = noise(n, n);
+    RealTransform transform(n);
+    CHECK(transform.length() == n);
+    const auto bins = slow_magnitudes(samples);
+    const double want = std::accumulate(bins.begin() + 1, bins.end(), 0.0);
+    for (double& v : samples) v += 3.0;
+    CHECK(transform.sum_of_magnitudes(samples, 3.0) == Approx(want).epsilon(1e-12));
+  }
+  for (const std::size_t n : {0U, 1U, 8U, 15U, 17U, 200U, 112U}) CHECK(!RealTransform::fits(n));
+}
+
+TEST_CASE("Sums of a window are the same whatever is left behind whole groups") {
+  for (std::size_t n = 1; n <= 40; ++n) {
+    INFO(n << " samples");
+    auto v = noise(n, n);
+    if (n > 3) v[2] = -0.5e-10;  // so small that it has no sign
+    double sum = 0.0, squares = 0.0;
+    std::size_t changes = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      sum += v[i];
+      squares += (v[i] - 0.5) * (v[i] - 0.5);
+      if (i > 0) changes += (v[i] < -zero_level) != (v[i - 1] < -zero_level) ? 1 : 0;
+    }
+    CHECK(sum_of(v) == Approx(sum).margin(1e-14));
+    CHECK(sum_of_squares(v, 0.5) == Approx(squares).epsilon(1e-14));
+    CHECK(changes_of_sign(v) == changes);
+    std::vector<double> away(n);
+    deviations(v, 0.5, away.data());
+    for (std::size_t i = 0; i < n; ++i) CHECK(away[i] == std::abs(v[i] - 0.5));
+  }
+  CHECK(changes_of_sign({}) == 0);
+}
+
+}  // namespace
+}  // namespace weft::classifier::vibro
