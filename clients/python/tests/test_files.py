@@ -1,3 +1,4 @@
+import errno
 import hashlib
 import http.server
 import pathlib
@@ -84,6 +85,13 @@ class Files(unittest.TestCase):
         with self.assertRaises(ConnectionLost):
             fetch(self.source, FILE, self.to)
         self.assertEqual(len(self.server.asked), 5)
+
+    def test_a_disk_that_is_full_is_said_at_once(self):
+        (self.to / "mine.part").symlink_to("/dev/full")
+        with self.assertRaises(OSError) as refused:
+            fetch(self.source, FILE, self.to / "mine")
+        self.assertEqual(refused.exception.errno, errno.ENOSPC)
+        self.assertEqual(len(self.server.asked), 1)
 
     def test_refusals(self):
         with self.assertRaises(AccessError):

@@ -91,13 +91,17 @@ def _go_on(source: Http, file: DataFile, part: pathlib.Path) -> None:
         if response.status not in (200, 206):
             raise _refused(response, file)
         with part.open("ab" if response.status == 206 else "wb") as out:
-            try:
-                while piece := response.read(_PIECE_BYTES):
-                    out.write(piece)
-            except (OSError, http.client.HTTPException) as problem:
-                raise ConnectionLost(f"the file was cut off: {problem}", 0, {"where": file.name}) from problem
+            while piece := _read(response, file):
+                out.write(piece)  # a full disk is no lost connection: nothing gets better by asking again
     if _size(part) < file.bytes:
         raise ConnectionLost("the file was cut off", 0, {"where": file.name})
+
+
+def _read(response: http.client.HTTPResponse, file: DataFile) -> bytes:
+    try:
+        return response.read(_PIECE_BYTES)
+    except (OSError, http.client.HTTPException) as problem:
+        raise ConnectionLost(f"the file was cut off: {problem}", 0, {"where": file.name}) from problem
 
 
 def _refused(response: http.client.HTTPResponse, file: DataFile) -> WeftError:

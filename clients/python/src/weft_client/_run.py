@@ -32,20 +32,20 @@ class Check:
 @dataclass(frozen=True)
 class End:
     """How a run ended, as three facts: `outcome` (complete, stopped, aborted, failed, interrupted), `cleanup` (done, partial, failed,
-    skipped) and `rig` (safe, holding, moving, unknown, latched). `cause` is {} where there is none."""
+    skipped) and `rig` (safe, holding, moving, unknown, latched). `error` is the
+    first thing that went wrong, a sentence, "" where nothing did."""
 
     outcome: str
     cleanup: str
     rig: str
     dataset_sha256: str
-    cause: Dict[str, Any]
+    error: str
     state: Dict[str, Any] = field(repr=False)
 
 
 def end_of(state: JsonObject) -> End:
-    cause = state.get("cause")
     return End(str(state.get("outcome", "")), str(state.get("cleanup", "")), str(state.get("rig", "")), str(state.get("dataset_sha256", "")),
-               cause if isinstance(cause, dict) else {}, state)
+               str(state.get("error", "")), state)
 
 
 class Run:
