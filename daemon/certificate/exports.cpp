@@ -11,6 +11,7 @@
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/recorder/recorder.hpp"
+#include "daemon/report/format.hpp"
 #include "daemon/run/rig_file.hpp"
 
 namespace weft::daemon {
@@ -22,25 +23,19 @@ using nlohmann::json;
 constexpr const char* list_format = "weft-exports";
 constexpr std::array<std::string_view, 2> words{"hdf5", "features-csv"};
 
-std::string exploration_names(const std::vector<std::string>& names) {
-  std::string out;
-  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
-  return out;
-}
-
 /// Which exploration's features are meant. Errors: invalid_argument, not_found.
 Result<std::string> exploration_of(const Dataset& dataset, const std::string& wanted) {
   const std::vector<std::string> known = explorations_of(dataset);
   if (wanted.empty() && known.size() == 1) return known.front();
   if (wanted.empty())
     return fail(Errc::invalid_argument, "the campaign has several explorations", "/exploration",
-                "one of " + exploration_names(known));
+                "one of " + joined(known));
   if (std::ranges::find(known, wanted) != known.end()) return wanted;
-  return fail(Errc::not_found, "no such exploration", "/exploration", exploration_names(known),
+  return fail(Errc::not_found, "no such exploration", "/exploration", joined(known),
               wanted.substr(0, 100));
 }
 
-/// Writes to export/`name`, and says of how many trials.
+/// Writes to `file`, and says of how many trials.
 Result<std::size_t> write_feature_table(const Dataset& dataset, const std::string& exploration,
                                         const fs::path& file) {
   std::vector<classifier::Trial> trials;
@@ -72,15 +67,53 @@ ExportedFile export_from(const json& one) {
       one.at("trials_planned"), one.value("trials_done", one.at("trials").get<std::uint64_t>())};
 }
 
-Status write_export_list(const fs::path& folder, const ExportedFile& made) {
-  auto known = listed_exports(folder);
-  if (!known) return pass(known.error());
-  std::erase_if(*known, [&](const ExportedFile& one) { return one.name == made.name; });
-  known->push_back(made);
+Status write_export_list(const fs::path& folder, const std::vector<ExportedFile>& known) {
   json files = json::array();
-  for (const ExportedFile& one : *known) files.push_back(export_json(one));
+  for (const ExportedFile& one : known) files.push_back(export_json(one));
   const json list{{"format", list_format}, {"version", 1}, {"files", std::move(files)}};
   return write_text_file(folder / export_folder_name / export_list_name, list.dump(1) + "\n");
+}
+
+/// What export_campaign() makes, written to `file` by `format`; what is known of it by then.
+Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file) {
+  auto digest = write_hdf5(dataset, file);
+  if (!digest) return pass(digest.error());
+  ExportedFile made;
+  made.trials = dataset.trials.size();
+  made.dataset_sha256 = std::move(*digest);
+  return made;
+}
+
+Result<ExportedFile> write_as_features(const Dataset& dataset, const std::string& exploration,
+                                       const fs::path& file) {
+  const auto rows = write_feature_table(dataset, exploration, file);
+  if (!rows) return pass(rows.error());
+  ExportedFile made;
+  made.trials = *rows;
+  made.dataset_sha256 = dataset_sha256(dataset);
+  return made;
+}
+
+Status make_export_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directory(folder / export_folder_name, error);
+  if (!error) return {};
+  return fail(Errc::io, "cannot make the folder", (folder / export_folder_name).string(), {},
+              error.message());
+}
+
+/// Takes the place of an older export of that name. Whenever this is cut short the list has no
+/// digest of another file: between the two it does not name the export.
+Status publish_listed(const fs::path& folder, const ExportedFile& made, AtomicFile& file) {
+  auto known = listed_exports(folder);
+  if (!known) return pass(known.error());
+  const auto gone =
+      std::erase_if(*known, [&](const ExportedFile& one) { return one.name == made.name; });
+  if (gone > 0)
+    if (Status ok = write_export_list(folder, *known); !ok) return ok;
+  if (Status ok = file.publish(); !ok) return ok;
+  known->push_back(made);
+  return write_export_list(folder, *known);
 }
 
 }  // namespace
@@ -107,34 +140,25 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& w
   if (!dataset) return pass(dataset.error());
   if (dataset->trials.empty())
     return fail(Errc::not_found, "no complete trial in the campaign", campaign.string());
-  fs::create_directory(folder / export_folder_name, error);
-  if (error)
-    return fail(Errc::io, "cannot make the folder", (folder / export_folder_name).string(), {},
-                error.message());
-  ExportedFile made;
-  made.bench = to_string(dataset->info.kind);
-  made.trials = dataset->trials.size();
-  made.planned = progress->planned;
-  made.done = progress->done;
-  if (wish.format == ExportFormat::hdf5) {
-    made.name = dataset_file_name;
-    const auto digest = write_hdf5(*dataset, folder / export_folder_name / made.name);
-    if (!digest) return pass(digest.error());
-  } else {
-    const auto exploration = exploration_of(*dataset, wish.exploration);
-    if (!exploration) return pass(exploration.error());
-    made.name = "features-" + *exploration + ".csv";
-    const auto rows =
-        write_feature_table(*dataset, *exploration, folder / export_folder_name / made.name);
-    if (!rows) return pass(rows.error());
-    made.trials = *rows;
-  }
-  made.dataset_sha256 = dataset_sha256(*dataset);
-  const auto print = print_of(folder / export_folder_name / made.name, {}, wish.stop_asked);
+  if (Status made = make_export_folder(folder); !made) return pass(made.error());
+  const bool features = wish.format == ExportFormat::features_csv;
+  const auto exploration =
+      features ? exploration_of(*dataset, wish.exploration) : Result<std::string>("");
+  if (!exploration) return pass(exploration.error());
+  const std::string name = features ? "features-" + *exploration + ".csv" : dataset_file_name;
+  AtomicFile file(folder / export_folder_name / name);
+  auto made = features ? write_as_features(*dataset, *exploration, file.temporary())
+                       : write_as_hdf5(*dataset, file.temporary());
+  if (!made) return pass(made.error());
+  const auto print = print_of(file.temporary(), {}, wish.stop_asked);
   if (!print) return pass(print.error());
-  made.bytes = print->bytes;
-  made.sha256 = print->sha256;
-  if (Status ok = write_export_list(folder, made); !ok) return pass(ok.error());
+  made->name = name;
+  made->bytes = print->bytes;
+  made->sha256 = print->sha256;
+  made->bench = to_string(dataset->info.kind);
+  made->planned = progress->planned;
+  made->done = progress->done;
+  if (Status ok = publish_listed(folder, *made, file); !ok) return pass(ok.error());
   return made;
 }
 

@@ -2,6 +2,8 @@
 
 #include "daemon/certificate/export_check.hpp"
 
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
 
@@ -88,6 +90,46 @@ TEST_CASE("an export that was altered is found, and one that was removed is no d
   CHECK(only_export(request.out).state == ExportState::missing);
   std::ofstream(request.out / export_folder_name / export_list_name) << "[]";
   CHECK(verified(request.out).findings.front().where == "export/list.json");
+}
+
+TEST_CASE("an export that is cut short leaves the older one, and the list, as they were") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = interrupted(folder);
+  REQUIRE(export_campaign(request.out, {}));
+  go_on(request);  // so that another file is made now
+  int asked = 0;
+  ExportWish counted;
+  counted.stop_asked = [&asked] { return ++asked > 1'000'000; };
+  {
+    const TemporaryFolder beside;
+    std::filesystem::copy(request.out, beside / "run", std::filesystem::copy_options::recursive);
+    REQUIRE(export_campaign(beside / "run", counted));
+  }
+  const int in_all = asked;
+  REQUIRE(in_all > 1);
+  for (int stop_at = 1; stop_at <= in_all; ++stop_at) {
+    asked = 0;
+    ExportWish cut;
+    cut.stop_asked = [&asked, stop_at] { return ++asked == stop_at; };
+    CHECK_FALSE(export_campaign(request.out, cut));
+    CHECK(only_export(request.out).state == ExportState::outdated);
+  }
+}
+
+TEST_CASE("an export whose list cannot be written leaves no digest of another file") {
+  const TemporaryFolder folder;
+  const CampaignRequest request = interrupted(folder);
+  REQUIRE(export_campaign(request.out, {}));
+  go_on(request);
+  const std::filesystem::path in_the_way =
+      request.out / export_folder_name /
+      (std::string(export_list_name) + ".partial-" + std::to_string(::getpid()));
+  std::filesystem::create_directory(in_the_way);
+  CHECK_FALSE(export_campaign(request.out, {}));
+  CHECK(only_export(request.out).state == ExportState::outdated);
+  std::filesystem::remove(in_the_way);
+  REQUIRE(export_campaign(request.out, {}));
+  CHECK(only_export(request.out).state == ExportState::current);
 }
 
 TEST_CASE("an export of a campaign that was discarded since says so") {
