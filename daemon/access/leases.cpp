@@ -30,7 +30,7 @@ tl::unexpected<Error> held(const Lease& lease, Leases::Clock now) {
 Result<Lease> Leases::acquire(const Asked& asked, Clock now) {
   if (Status ok = check_ttl(asked.ttl); !ok) return pass(ok.error());
   if (const auto other = holder(asked.scope, now)) return held(*other, now);
-  const std::string id = "L-" + std::to_string(next_++);
+  const std::string id = "L-" + epoch_ + "-" + std::to_string(next_++);
   return by_id_
       .insert_or_assign(
           id, Lease{id, asked.scope, asked.user, asked.session, asked.note, now + asked.ttl})

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "protocols/base/result.hpp"
@@ -15,7 +16,7 @@
 namespace weft::daemon::access {
 
 struct Lease {
-  std::string id;     ///< "L-7"
+  std::string id;     ///< "L-9c1d40b2-7"
   std::string scope;  ///< "rig:bench-1"
   std::string user;
   std::string session;
@@ -27,6 +28,10 @@ struct Lease {
 class Leases {
  public:
   using Clock = std::chrono::nanoseconds;
+  /// `epoch`: of this start of the daemon. It is in their names, so that a lease of an earlier
+  /// start is nobody's now.
+  explicit Leases(std::string epoch) : epoch_(std::move(epoch)) {}
+
   static constexpr std::chrono::milliseconds shortest{1000}, longest{3'600'000};
 
   struct Asked {
@@ -54,6 +59,7 @@ class Leases {
   Result<Lease*> mine(std::string_view id, std::string_view user, Clock now);
 
   std::map<std::string, Lease, std::less<>> by_id_;
+  std::string epoch_;
   std::uint64_t next_ = 1;
 };
 

@@ -14,7 +14,7 @@ using rpc::Outcome;
 using rpc::ParamType;
 using std::chrono::milliseconds;
 
-constexpr rpc::ParamSpec lease_param{"lease", ParamType::text, true, "its name, \"L-7\""};
+constexpr rpc::ParamSpec lease_param{"lease", ParamType::text, true, "its name, \"L-9c1d40b2-7\""};
 constexpr rpc::ParamSpec ttl_param{"ttl_ms", ParamType::integer, false,
                                    "how long it lasts without renewal [ms], 15000"};
 
@@ -73,14 +73,16 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                {{"scope", ParamType::text, false, "this rig, where it is left out"},
                 ttl_param,
                 {"note", ParamType::text, false, "for the others, what for"}},
-               "lease, expires_us"},
+               "lease, expires_us",
+               rpc::Memory::while_running},
               [s](const Call& call) { return acquire(*s, call); });
   methods.add({"lease.renew",
                "for longer",
                Role::operator_,
                Effect::change,
                {lease_param, ttl_param},
-               "lease, expires_us"},
+               "lease, expires_us",
+               rpc::Memory::while_running},
               [s, id_of](const Call& call) -> Outcome {
                 const auto lease =
                     s->leases->renew(id_of(call), call.caller.user, ttl_of(call), s->now());
@@ -92,7 +94,8 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                Role::operator_,
                Effect::change,
                {lease_param},
-               "the lease that is over"},
+               "the lease that is over",
+               rpc::Memory::while_running},
               [s, id_of](const Call& call) {
                 return told(*s, s->leases->release(id_of(call), call.caller.user, s->now()),
                             "released", call.caller);
@@ -102,7 +105,8 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                Role::admin,
                Effect::change,
                {lease_param, {"reason", ParamType::text, true, "a few words"}},
-               "the lease that is over"},
+               "the lease that is over",
+               rpc::Memory::while_running},
               [s, id_of](const Call& call) {
                 const std::string reason = call.params.at("reason").get<std::string>();
                 return told(*s, s->leases->break_lease(id_of(call), reason, s->now()), "broken",

@@ -1,6 +1,7 @@
 #pragma once
 // How commands speak to a running weftd. For .cpp files of daemon/cli.
 
+#include <chrono>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -24,8 +25,13 @@ std::string run_line(const nlohmann::json& run);
 Result<std::string> run_of(client::Client& daemon, const std::string& named);
 /// The same run as the daemon tells it.
 Result<nlohmann::json> run_told(client::Client& daemon, const std::string& named);
-/// A change after which the rig may move, under a lease that is given back. `note`: what for.
-Result<nlohmann::json> under_lease(client::Client& daemon, const std::string& note,
+struct LeaseWish {
+  std::string note;                          ///< what for
+  std::chrono::milliseconds longest{15000};  ///< for which others are kept away if we die meanwhile
+};
+/// A change after which the rig may move, under a lease that is given back: what the daemon answers
+/// to it.
+Result<nlohmann::json> under_lease(client::Client& daemon, const LeaseWish& wish,
                                    std::string_view method, nlohmann::json params);
 /// Asks for a change of that run, and prints it.
 Result<int> ordered(const RunOrderArgs& args, std::string_view method, nlohmann::json params,

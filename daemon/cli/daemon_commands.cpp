@@ -38,8 +38,10 @@ Result<int> recovered_or_told(Client& daemon, const Recovered& what, bool previe
     return exit_ok;
   }
   console.err << text;
-  const auto run = under_lease(daemon, "weft recover " + what.run + " " + what.choice,
-                               "run.recover", {{"run", what.run}, {"choice", what.choice}});
+  // A campaign is verified first, and its data set written: seconds for each hour of recording.
+  const auto run =
+      under_lease(daemon, {"weft recover " + what.run + " " + what.choice, std::chrono::minutes(2)},
+                  "run.recover", {{"run", what.run}, {"choice", what.choice}});
   if (!run) return pass(run.error());
   print(console, run_line(*run), *run);
   return exit_ok;
@@ -136,7 +138,7 @@ Result<int> run_start(const StartArgs& args, Console& console) {
   json params{{"recipe", args.recipe}, {"name", args.name}};
   if (args.seed) params["seed"] = *args.seed;
   const auto run =
-      under_lease(*daemon, "weft start " + args.recipe, "run.start", std::move(params));
+      under_lease(*daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
   if (!run) return pass(run.error());
   if (args.wait) return waited(*daemon, *run, console);
   print(console, run_line(*run), *run);

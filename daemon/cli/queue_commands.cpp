@@ -70,7 +70,7 @@ Result<int> run_queue_add(const QueueAddArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto run =
-      under_lease(*daemon, "weft queue add " + args.recipe, "queue.add", std::move(params));
+      under_lease(*daemon, {"weft queue add " + args.recipe}, "queue.add", std::move(params));
   if (!run) return pass(run.error());
   print(console, run_line(*run), *run);
   return exit_ok;
@@ -91,7 +91,7 @@ Result<int> run_queue_pause(const QueuePauseArgs& args, Console& console) {
 Result<int> run_queue_start(const QueueStartArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
-  const auto queue = under_lease(*daemon, "weft queue start", "queue.start", json::object());
+  const auto queue = under_lease(*daemon, {"weft queue start"}, "queue.start", json::object());
   if (!queue) return pass(queue.error());
   print(console, queue_text(*queue), *queue);
   return exit_ok;

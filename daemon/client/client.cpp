@@ -76,7 +76,9 @@ Result<std::string> Client::call(std::string_view method, std::string_view param
     if (!message.is_object()) return fail(Errc::parse, "the daemon sent no JSON", "weftd");
     if (message.value("method", "") == "event") {
       events_.push_back(message.at("params").dump());
-    } else if (message.value("id", json()) == id) {
+    } else if (const json answers = message.value("id", json());
+               answers == id || (answers.is_null() && message.contains("error"))) {
+      // Without an id: the last word before the connection ends, as when a token's time is over.
       if (message.contains("error")) return said_no(message["error"]);
       return message.at("result").dump();
     }
@@ -88,8 +90,11 @@ Result<std::string> Client::next_event() {
     const auto line = read_line();
     if (!line) return pass(line.error());
     const json message = json::parse(*line, nullptr, false);
-    if (message.is_object() && message.value("method", "") == "event")
+    if (!message.is_object()) continue;
+    if (message.value("method", "") == "event")
       events_.push_back(message.at("params").dump());
+    else if (message.contains("error"))
+      return said_no(message["error"]);
   }
   std::string first = std::move(events_.front());
   events_.pop_front();

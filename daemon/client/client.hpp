@@ -24,7 +24,8 @@ class Client {
   /// The result as JSON. The daemon's error keeps its message, place and hint.
   /// Events that come meanwhile are kept for next_event().
   Result<std::string> call(std::string_view method, std::string_view params_json = "{}");
-  /// The params of the next event as JSON; waits for it. Errors: io, when the daemon is gone.
+  /// The params of the next event as JSON; waits for it. Errors: io, when the daemon is gone; what
+  /// it says before it closes the connection.
   Result<std::string> next_event();
   /// The raw line "!halt".
   Status halt();

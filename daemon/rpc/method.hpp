@@ -36,7 +36,8 @@ enum class Effect {
 /// For how long the answer to a change with a key is remembered.
 enum class Memory {
   over_restarts,
-  while_running  ///< it holds a secret, which is not written down
+  while_running  ///< it holds a secret, which is not written down, or ends with the daemon, as a
+                 ///< lease
 };
 
 struct MethodSpec {

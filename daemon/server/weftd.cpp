@@ -80,7 +80,8 @@ class Daemon {
   access::TokenKeeper tokens_;
   Clock tokens_seen_{};  ///< when the file was looked at
   access::IdempotencyCache answered_;
-  access::Leases leases_;
+  const std::string epoch_ = new_epoch();
+  access::Leases leases_{epoch_};
   Hub hub_;
   rpc::Methods methods_;
   std::atomic<bool> ending_ = false;
@@ -127,7 +128,7 @@ void Daemon::wire(const DaemonOptions& options) {
                .rig_name = options.rig.stem().string(),
                .recipes = options.recipes,
                .data = options.data,
-               .epoch = new_epoch(),
+               .epoch = epoch_,
                .now = [] { return steady_wall_now(); },
                .utc_us = [this] { return utc_us(); },
                .errand =

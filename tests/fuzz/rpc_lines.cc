@@ -123,7 +123,7 @@ class SmallDaemon {
   }
 
   server::Hub hub_;
-  access::Leases leases_;
+  access::Leases leases_{"9c1d40b2"};
   access::IdempotencyCache answered_;
   control::RunStore store_;
   control::RunDesk desk_;

@@ -64,7 +64,7 @@ def orders(client, lease):
         run.resume()
         assert until(watch, "ended").state["outcome"] == "complete"
     end = run.wait()
-    assert (end.outcome, end.cleanup, end.rig) == ("complete", "done", "safe") and len(end.dataset_sha256) == 64, end
+    assert (end.outcome, end.cleanup, end.rig, end.error) == ("complete", "done", "safe", "") and len(end.dataset_sha256) == 64, end
     assert [e.state["state"] for e in run.watch()] == ["ended"], "a watch of what is over"
     for order, outcome in ("stop", "stopped"), ("abort", "aborted"):
         other = held(client, lease)
@@ -113,7 +113,13 @@ def halt(client, scene, lease):
     end = waits.wait()
     assert end.outcome == "complete", end.state
     client.halt()
+    recipes = pathlib.Path(scene["folder"]) / "recipes"
+    (recipes / "gone.json").write_text((recipes / "small.json").read_text())
+    waits = client.start("gone", lease)
+    (recipes / "gone.json").unlink()  # before it begins
     client.reset("and again")
+    end = waits.wait()
+    assert end.outcome == "failed" and "gone.json" in end.error, end
     refused(AccessError, weft_client.halt, scene["tcp"])
 
 

@@ -140,12 +140,13 @@ def before_its_death(client, lease):
     return first
 
 
-def after_its_death(folder, daemon, client, first):
-    """The same answers to the same keys, and nothing is done twice; what a run of then was, it still is."""
-    lease = client.call("lease.acquire")["lease"]
+def after_its_death(folder, daemon, client, first, lease_of_then):
+    """The same answers to the same keys, and nothing is done twice; what a run of then was, it still is. A lease ended with the daemon."""
+    lease = client.call("lease.acquire", ttl_ms=600_000, idem="lease")["lease"]
+    assert lease != lease_of_then and [one["lease"] for one in client.call("lease.list")["leases"]] == [lease], "of the past"
     known = [r["run"] for r in client.call("run.list")["runs"]]
-    assert client.call("run.start", recipe="small", lease="L-1", idem="first") == first
-    assert client.refused("run.start", recipe="small", lease="L-1", name="other", idem="first")["data"]["kind"] == "idem.reused", "another request"
+    assert client.call("run.start", recipe="small", lease=lease_of_then, idem="first") == first
+    assert client.refused("run.start", recipe="small", lease=lease_of_then, name="other", idem="first")["data"]["kind"] == "idem.reused", "another request"
     assert client.refused("queue.remove", run="R-000099", idem="refused")["data"]["kind"] == "not_found"
     assert [r["run"] for r in client.call("run.list")["runs"]] == known, "started twice"
     assert "token" in client.call("token.add", name="again", idem="secret"), "a secret is not kept, so its key is free"
@@ -175,14 +176,13 @@ def main():
         write_tokens(folder / "tokens.json")
         daemon, ports, client = begin(folder)
         try:
-            lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
-            assert lease == "L-1"
+            lease = client.call("lease.acquire", ttl_ms=600_000, idem="lease")["lease"]
             staying, other = a_token_ends(folder, ports, client, lease)
             tokens_come_and_go(folder, ports, staying, other)
             first = before_its_death(client, lease)
             daemon.end(signal.SIGKILL)
             daemon, ports, client = begin(folder)
-            after_its_death(folder, daemon, client, first)
+            after_its_death(folder, daemon, client, first, lease)
             assert daemon.end() == 0
         finally:
             daemon.process.kill()

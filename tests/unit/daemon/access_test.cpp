@@ -26,7 +26,7 @@ Leases::Asked asked(const std::string& user, std::chrono::milliseconds ttl = 15s
 }  // namespace
 
 TEST_CASE("One user holds a rig at a time, and is named to the others") {
-  Leases leases;
+  Leases leases("9c1d40b2");
   const auto mine = leases.acquire(asked("ada"), 0s);
   REQUIRE(mine);
   const auto other = leases.acquire(asked("bob"), 1s);
@@ -36,8 +36,16 @@ TEST_CASE("One user holds a rig at a time, and is named to the others") {
   CHECK(leases.acquire(asked("bob"), 3s));
 }
 
+TEST_CASE("A lease of an earlier start of the daemon is nobody's now") {
+  Leases earlier("9c1d40b2"), now("07aa51de");
+  const auto then = earlier.acquire(asked("ada"), 0s);
+  REQUIRE(now.acquire(asked("ada"), 1s));
+  CHECK(now.check(then->id, "rig:bench", "ada", 2s).error().code == Errc::not_found);
+  CHECK_FALSE(now.release(then->id, "ada", 2s));
+}
+
 TEST_CASE("A lease ends by itself unless it is renewed") {
-  Leases leases;
+  Leases leases("9c1d40b2");
   const auto lease = leases.acquire(asked("ada"), 0s);
   CHECK(leases.renew(lease->id, "ada", 15s, 14s));
   CHECK(leases.check(lease->id, "rig:bench", "ada", 28s));
@@ -47,7 +55,7 @@ TEST_CASE("A lease ends by itself unless it is renewed") {
 }
 
 TEST_CASE("Nobody uses, renews or releases somebody else's lease") {
-  Leases leases;
+  Leases leases("9c1d40b2");
   const auto lease = leases.acquire(asked("ada"), 0s);
   CHECK(leases.check(lease->id, "rig:bench", "bob", 1s).error().code == Errc::wrong_state);
   CHECK(leases.check(lease->id, "rig:other", "ada", 1s).error().code == Errc::wrong_state);
@@ -57,7 +65,7 @@ TEST_CASE("Nobody uses, renews or releases somebody else's lease") {
 }
 
 TEST_CASE("Breaking a lease needs a reason, and times to live have their limits") {
-  Leases leases;
+  Leases leases("9c1d40b2");
   const auto lease = leases.acquire(asked("ada"), 0s);
   CHECK_FALSE(leases.break_lease(lease->id, "", 1s));
   CHECK(leases.break_lease(lease->id, "ada has left", 1s));

@@ -80,7 +80,7 @@ TEST_CASE("a token that has expired is not good again when the clock is set back
 
 TEST_CASE("a lease lasts as long as it was given for, whatever the wall clock says") {
   Clocks c;
-  access::Leases leases;
+  access::Leases leases("9c1d40b2");
   const auto lease = leases.acquire({"rig:a", "ada", "s-1", "", 15s}, c.steady);
   REQUIRE(lease);
   c.wall -= 24h;

@@ -155,7 +155,7 @@ class LeaseMethods:
     def break_(self, *, lease: str, reason: str, idem: Optional[str] = None) -> JsonObject:
         """Takes it away from whoever holds it; told to all.
 
-        lease: its name, "L-7"
+        lease: its name, "L-9c1d40b2-7"
         reason: a few words
         idem: key of this change: asked again, the first answer comes
         Result: the lease that is over. Least role: admin. Changes something.
@@ -172,7 +172,7 @@ class LeaseMethods:
     def release(self, *, lease: str, idem: Optional[str] = None) -> JsonObject:
         """Done with it.
 
-        lease: its name, "L-7"
+        lease: its name, "L-9c1d40b2-7"
         idem: key of this change: asked again, the first answer comes
         Result: the lease that is over. Least role: operator. Changes something.
         """
@@ -181,7 +181,7 @@ class LeaseMethods:
     def renew(self, *, lease: str, ttl_ms: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
         """For longer.
 
-        lease: its name, "L-7"
+        lease: its name, "L-9c1d40b2-7"
         ttl_ms: how long it lasts without renewal [ms], 15000
         idem: key of this change: asked again, the first answer comes
         Result: lease, expires_us. Least role: operator. Changes something.
