@@ -17,8 +17,8 @@ namespace weft::daemon {
 class WriterThread {
  public:
   using Job = std::function<Status()>;
-  /// Jobs that may wait; one more is an error. At twenty a second about half a minute of a disk
-  /// that does not answer.
+  /// Jobs that may wait; one more is an error. Twenty commits a second, each of a chunk per stream
+  /// and the commit itself, 4 to 6 jobs, make about ten seconds of a disk that does not answer.
   static constexpr std::size_t most_waiting = 1024;
 
   WriterThread() : thread_([this] { work(); }) {}

@@ -30,7 +30,8 @@ WIRES = {"thorlabs_apt": ["apt"], "ati_netft": ["rdt"], "ati_digital": ["modbus"
 ROOTS = ("protocols", "drivers", "recipes", "classifier", "sim", "daemon", "tests")
 # only a Loop reads a clock; benchmarks and the wall-time figures of the report measure real time
 CLOCK_FILES = ("daemon/loop/", "tests/bench/")
-CLOCK = re.compile(r"sleep_for|sleep_until|\busleep\b|nanosleep|_clock::now")
+CLOCK = re.compile(r"sleep_for|sleep_until|\busleep\b|nanosleep|_clock::now|clock_gettime|gettimeofday|timespec_get|std::clock\b|std::time\b|"
+                   r"\b(?:steady|system|high_resolution|utc)_clock\b")  # any use of one: it may have another name there
 INCLUDE = re.compile(r'^\s*#\s*include\s+["<]([^">]+)[">]', re.M)
 
 
@@ -90,6 +91,10 @@ def selftest():
         "classifier/features/b.cpp": ('#include "classifier/selection/t_test.hpp"', False),
         "recipes/engine/a.hpp": ("#include <nlohmann/json.hpp>", True),
         "recipes/engine/b.cpp": ("auto t = std::chrono::steady_clock::now();", True),
+        "recipes/engine/c.cpp": ("using Clock = std::chrono::steady_clock;", True),
+        "classifier/svm/a.cpp": ("const auto began = std::clock();", True),
+        "daemon/run/b.cpp": ("clock_gettime(CLOCK_MONOTONIC, &now);", True),
+        "daemon/run/c.cpp": ("const auto began = loop_->now();", False),
         "protocols/base/a.hpp": ('#include "protocols/apt/apt.hpp"', True),
         "daemon/run/a.cpp": ('#include "sim/rig/rig.hpp"', False),
     }
