@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <istream>
 #include <iterator>
 #include <ostream>
@@ -10,41 +9,24 @@
 
 #include "classifier/baseline/learner_text.hpp"
 #include "classifier/fabric/line_text.hpp"
+#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/fabric/sealed_text.hpp"
 #include "classifier/vote/aids_text.hpp"
-#include "protocols/base/crc.hpp"
 
 namespace weft::classifier {
 namespace {
 
 constexpr std::string_view header_word = "weft-fabric-model ";
-constexpr std::string_view crc_word = "crc32 ";
-constexpr std::size_t crc_line_bytes = 6 + 8 + 1;
-constexpr std::size_t most_labels = 10'000;
 constexpr std::size_t most_taxels = 100'000;
 
 // Words of the options, in the order of their enumerators.
 constexpr std::array<std::string_view, 2> skew_words{"peaks", "signal"};
 constexpr std::array<std::string_view, 2> norm_words{"l2", "rms"};
 constexpr std::array<std::string_view, 2> spectrum_words{"amplitude", "magnitude"};
-constexpr std::array<std::string_view, 3> bench_words{"unknown", "simulated", "real"};
-
-template <std::size_t n>
-std::size_t word(LineReader& in, std::string_view keyword,
-                 const std::array<std::string_view, n>& words) {
-  const std::string text = in.text(keyword);
-  const auto found = std::find(words.begin(), words.end(), text);
-  if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
-  in.refuse("unknown " + std::string(keyword), std::string(words.front()), text);
-  return 0;
-}
 
 template <std::size_t n, class Enum>
 std::string_view word_of(const std::array<std::string_view, n>& words, Enum value) {
   return words[static_cast<std::size_t>(value)];
-}
-
-std::uint32_t crc_of(std::string_view text) {
-  return crc32({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
 std::string phase_letters(PhaseSet phases) {
@@ -69,13 +51,6 @@ void write_setup(LineWriter& out, const FeatureSetup& setup) {
   out.number("window_step_s", setup.window_step_s);
   out.number("sample_period_s", setup.sample_period_s);
   out.text("exploration", setup.exploration);
-}
-
-void write_provenance(LineWriter& out, const Provenance& provenance) {
-  out.text("bench", provenance.bench);
-  out.text("dataset_sha256", provenance.dataset_sha256);
-  out.text("software", provenance.software_version);
-  out.text("training", provenance.training);
 }
 
 // ---- reading ----
@@ -109,21 +84,6 @@ FeatureSetup read_setup(LineReader& in) {
   return setup;
 }
 
-Provenance read_provenance(LineReader& in) {
-  Provenance provenance;
-  provenance.bench = bench_words[word(in, "bench", bench_words)];
-  provenance.dataset_sha256 = in.text("dataset_sha256");
-  provenance.software_version = in.text("software");
-  provenance.training = in.text("training");
-  return provenance;
-}
-
-std::vector<std::string> read_names(LineReader& in, std::string_view keyword, std::size_t count) {
-  std::vector<std::string> out;
-  for (std::size_t i = 0; in.ok() && i < count; ++i) out.push_back(in.text(keyword));
-  return out;
-}
-
 using HeadReader = LearnerHead (*)(LineReader&);
 
 Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
@@ -131,10 +91,7 @@ Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
   Provenance provenance = read_provenance(in);
   FeatureSetup setup = read_setup(in);
   const LearnerHead head = head_reader(in);
-  std::vector<std::string> labels = read_names(in, "label", in.count("labels", 2, most_labels));
-  const auto late = std::adjacent_find(labels.begin(), labels.end(), std::greater_equal<>());
-  if (late != labels.end())
-    in.refuse("labels are not in order", "one after " + *late, *std::next(late));
+  std::vector<std::string> labels = read_labels(in);
   // Each taxel has twelve lines of names: what a short file claims costs no memory.
   if (setup.taxels > body.size() / 12)
     in.refuse("more taxels than the file has features for",
@@ -185,24 +142,9 @@ Result<Body> after_header(std::string_view text) {
 Result<Body> body_of(std::string_view text) {
   const Result<Body> rest = after_header(text);
   if (!rest) return rest;
-  const std::size_t begin = text.size() - rest->text.size();
-  const std::size_t at = text.size() < crc_line_bytes ? 0 : text.size() - crc_line_bytes;
-  const std::string_view trailer = text.substr(at);
-  if (at < begin || !trailer.starts_with(crc_word) || trailer.back() != '\n')
-    return fail(Errc::corrupt, "the model file was cut short", {}, "a last line with a checksum");
-  std::uint32_t stored = 0;
-  const std::string_view digits = trailer.substr(crc_word.size(), 8);
-  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
-  if (read.ptr != digits.data() + digits.size() || stored != crc_of(text.substr(0, at)))
-    return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
-  return Body{text.substr(begin, at - begin), rest->head};
-}
-
-std::string crc_line(std::string_view text) {
-  std::array<char, 8> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + 8, crc_of(text), 16).ptr;
-  const std::string hex(digits.data(), end);
-  return std::string(crc_word) + std::string(8 - hex.size(), '0') + hex + "\n";
+  const Result<std::string_view> body = unsealed(text, text.size() - rest->text.size());
+  if (!body) return pass(body.error());
+  return Body{*body, rest->head};
 }
 
 }  // namespace
@@ -215,14 +157,12 @@ Status save_model(const StoredModel& stored, std::ostream& out) {
   write_provenance(text, stored.provenance);
   write_setup(text, stored.setup);
   write_head(text, {learner.kind(), learner.view().kind()});
-  text.count("labels", learner.labels().size());
-  for (const std::string& label : learner.labels()) text.text("label", label);
+  write_labels(text, learner.labels());
   text.count("features", learner.feature_names().size());
   for (const std::string& feature : learner.feature_names()) text.text("feature", feature);
   write_learner(text, learner);
   write_aids(text, stored.aids);
-  const std::string whole = std::string(model_file_header) + "\n" + text.str();
-  out << whole << crc_line(whole);
+  out << sealed(model_file_header, text.str());
   if (!out.flush()) return fail(Errc::io, "cannot write the model");
   return {};
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
+#include "classifier/fabric/provenance.hpp"
 #include "classifier/features/extract.hpp"
 #include "classifier/vote/learner_answer.hpp"
 #include "protocols/base/result.hpp"
@@ -25,14 +26,6 @@ struct FeatureSetup {
   double window_step_s = 0.0;    ///< 0: windows do not overlap
   double sample_period_s = 0.0;  ///< of the training trials; needed for windows, 0 when not known
   std::string exploration;       ///< of the training trials, such as "M1"; empty when not known
-};
-
-/// Where a model comes from.
-struct Provenance {
-  std::string bench = "unknown";  ///< "simulated", "real" or "unknown"
-  std::string dataset_sha256;
-  std::string software_version;
-  std::string training;  ///< options of the training, for people
 };
 
 struct StoredModel {

@@ -8,6 +8,7 @@
 
 #include "classifier/fabric/model_file.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/model_recordings.hpp"
 #include "daemon/cli/standard_input.hpp"
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/dataset/import.hpp"
@@ -135,7 +136,8 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
   command.add_option("MODEL", args.model, "model file of `weft train`")->required();
   command
       .add_option("TRIALS", args.trials,
-                  "a trial (.csv), a data set (.h5), or - for either on standard input")
+                  "a trial (.csv), a data set (.h5), or - for either on standard input; recordings "
+                  "(.h5) for a model of recordings")
       ->required();
   command
       .add_option("--vote", args.vote,
@@ -149,6 +151,7 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
 }
 
 Result<int> run_classify(const ClassifyArgs& args, Console& console) {
+  if (is_recording_model_file(args.model)) return run_classify_recordings(args, console);
   const Result<classifier::VoteKind> kind = classifier::vote_kind_from(args.vote);
   if (!kind) return pass(kind.error(), "--vote");
   const Result<StoredModel> stored = open_model(args.model);

@@ -23,6 +23,8 @@ namespace {
 namespace vibro = classifier::vibro;
 using nlohmann::json;
 
+constexpr const char* recordings_group = "Recordings of sound and vibration";
+
 struct Plan {
   vibro::FeatureChoice features;
   vibro::ProtocolOptions protocol;
@@ -51,13 +53,11 @@ Status choose_methods(const RecordingChoice& choice, Plan& plan) {
 Result<Plan> plan_of(const EvaluateArgs& args) {
   const RecordingChoice& choice = args.recordings;
   Plan out;
-  const auto family = vibro::family_from(choice.features);
-  if (!family) return pass(family.error(), "--features");
-  const auto combine = vibro::combine_from(choice.combine);
-  if (!combine) return pass(combine.error(), "--combine");
+  const auto features = features_of(choice);
+  if (!features) return pass(features.error());
   const auto protocol = vibro::protocol_from(choice.protocol);
   if (!protocol) return pass(protocol.error(), "--protocol");
-  out.features = {*family, *combine};
+  out.features = *features;
   const bool by_group = !args.test_groups.empty() || args.leave_one_group_out;
   out.protocol.protocol = by_group ? vibro::Protocol::groups : *protocol;
   if (args.trials.window_s > 0.0) out.protocol.window_s = args.trials.window_s;
@@ -184,8 +184,36 @@ Result<RecordingSet> open_recordings(const std::filesystem::path& path) {
   return recordings_of(*dataset);
 }
 
+Result<vibro::FeatureChoice> features_of(const RecordingChoice& choice) {
+  const auto family = vibro::family_from(choice.features);
+  if (!family) return pass(family.error(), "--features");
+  const auto combine = vibro::combine_from(choice.combine);
+  if (!combine) return pass(combine.error(), "--combine");
+  return vibro::FeatureChoice{*family, *combine};
+}
+
+void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
+  command
+      .add_option("--features", choice.features,
+                  "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours)")
+      ->capture_default_str()
+      ->group(recordings_group);
+  command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
+      ->capture_default_str()
+      ->group(recordings_group);
+  command
+      .add_option("--components", choice.components,
+                  "principal components, the paper's 3; 0: the features themselves")
+      ->capture_default_str()
+      ->group(recordings_group);
+  command.add_option("--step-s", choice.step_s, "from one window to the next")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str()
+      ->group(recordings_group);
+}
+
 void add_recording_options(CLI::App& command, RecordingChoice& choice) {
-  const std::string group = "Recordings of sound and vibration";
+  const std::string group = recordings_group;
   command
       .add_option("--method", choice.methods,
                   "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA, Cores; best: chosen "
@@ -199,23 +227,7 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice) {
       ->check(CLI::IsMember({"blocks", "random"}))
       ->capture_default_str()
       ->group(group);
-  command
-      .add_option("--features", choice.features,
-                  "SMMRP, SMMRP10, FFT, SMMRPFFT, ALL (the paper's); BANDS, WIDE (ours)")
-      ->capture_default_str()
-      ->group(group);
-  command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--components", choice.components,
-                  "principal components, the paper's 3; 0: the features themselves")
-      ->capture_default_str()
-      ->group(group);
-  command.add_option("--step-s", choice.step_s, "from one window to the next")
-      ->check(CLI::Range(0.001, 1e6))
-      ->capture_default_str()
-      ->group(group);
+  add_recording_feature_options(command, choice);
   command.add_option("--blocks", choice.blocks, "contiguous parts of every recording")
       ->check(CLI::Range(2, 1000))
       ->capture_default_str()

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "classifier/vibro/feature_set.hpp"
 #include "daemon/cli/console.hpp"
 #include "daemon/recordings/recording_set.hpp"
 #include "protocols/base/result.hpp"
@@ -30,6 +31,10 @@ struct RecordingChoice {
   std::size_t importance = 0;  ///< repeats of the permutation; 0: not asked for
 };
 void add_recording_options(CLI::App& command, RecordingChoice& choice);
+/// Those of them that say how recordings become rows of features.
+void add_recording_feature_options(CLI::App& command, RecordingChoice& choice);
+/// What they say. Refuses names that are not known.
+Result<classifier::vibro::FeatureChoice> features_of(const RecordingChoice& choice);
 
 /// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
 /// with --method or --importance.

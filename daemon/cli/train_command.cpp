@@ -7,6 +7,7 @@
 
 #include "classifier/live/staged_model.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/model_recordings.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -101,6 +102,12 @@ void add_options(CLI::App& command, TrainArgs& args) {
           "s of slide, without phase E")
       ->excludes(windows);
   add_train_options(command, args.training);
+  command
+      .add_option("--method", args.recordings.methods,
+                  "NB, kNN, LG, NN, MLP2, LDA (if not told) or Cores")
+      ->expected(1)
+      ->group("Recordings of sound and vibration");
+  add_recording_feature_options(command, args.recordings);
 }
 
 namespace {
@@ -170,6 +177,7 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
 }  // namespace
 
 Result<int> run_train(const TrainArgs& args, Console& console) {
+  if (is_about_recordings(args)) return run_train_recordings(args, console);
   if (args.live) {
     const auto learner = classifier::learner_from(args.learner);
     if (!learner) return pass(learner.error(), "--learner");

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "daemon/cli/console.hpp"
+#include "daemon/cli/evaluate_recordings.hpp"
 #include "daemon/cli/train_options.hpp"
 #include "daemon/cli/trial_choice.hpp"
 
@@ -18,6 +19,7 @@ struct TrainArgs {
   bool live = false;  ///< a staged model: votes while a slide goes on
   TrialChoice trials;
   TrainChoice training;
+  RecordingChoice recordings;  ///< of sound and vibration; one method
 };
 void add_options(CLI::App& command, TrainArgs& args);
 Result<int> run_train(const TrainArgs& args, Console& console);

@@ -2,8 +2,11 @@
 // What Khan et al. 2016 printed, to stand beside our figures. Measured on real fabrics with other
 // devices: beside, never under one heading.
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <string_view>
+#include <vector>
 
 namespace weft::daemon::paper {
 
@@ -21,6 +24,20 @@ struct Accuracy {
 };
 inline constexpr std::array accuracies = {Accuracy{"M1", 0.98, 0.89, 0.89},
                                           Accuracy{"M2", 0.99, 0.99, -1}};
+
+/// The rows of the explorations that a run has too. Of others, such as a slide of another paper's
+/// experiment, this one printed nothing.
+template <class Results>
+std::vector<Accuracy> accuracies_beside(const Results& results) {
+  std::vector<Accuracy> out;
+  std::copy_if(accuracies.begin(), accuracies.end(), std::back_inserter(out),
+               [&](const Accuracy& row) {
+                 return std::any_of(results.begin(), results.end(), [&](const auto& result) {
+                   return result.exploration == row.exploration;
+                 });
+               });
+  return out;
+}
 
 /// Table IV, "Training time" [s].
 struct TrainingTime {

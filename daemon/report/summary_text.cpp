@@ -90,7 +90,7 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
     out.erase(out.find_last_not_of(' ') + 1);
     out += "\n";
   }
-  for (const paper::Accuracy& row : paper::accuracies) {
+  for (const paper::Accuracy& row : paper::accuracies_beside(results)) {
     out += "  " + padded(std::string(row.exploration) + " paper, real cloth", name_width) +
            printed_cell(row.pvalue) + printed_cell(row.pca) + printed_cell(row.all);
     out.erase(out.find_last_not_of(' ') + 1);
@@ -122,7 +122,9 @@ std::string summary_text(const ReportInput& input) {
   out += "\n" + run_lines(input);
   if (input.results.empty()) return out;
   out += accuracy_lines(input.results) + "\n" + timing_lines(input.results);
-  if (kind == BenchKind::simulated)
+  if (kind == BenchKind::simulated && paper::accuracies_beside(input.results).empty())
+    out += "\n  All figures are SIMULATED.\n";
+  else if (kind == BenchKind::simulated)
     out +=
         "\n  All figures but the paper's are SIMULATED; the paper measured real fabrics.\n"
         "  They stand side by side for orientation and are not comparable one to one.\n";

@@ -4,7 +4,8 @@
     cli_recordings.py WEFT SHARED     exit 77 (skipped) without any of the recordings
 
 The aims of the issue: at least 0.92 on contiguous parts of vibtac12 (X, Y, Z, windows of 2 s) and hapmat (1 s), and on recordings
-7 and 8 of lmt_sound with 1 to 6 training. `best` chooses its learner on training windows alone.
+7 and 8 of lmt_sound with 1 to 6 training, for which it names no window: 2 s is the program's own, and what leaving recordings
+1 to 6 out in turn would choose. `best` chooses its learner on training windows alone.
 """
 import json
 import pathlib
@@ -61,10 +62,11 @@ def hapmat(t, d):
 
 
 def lmt_sound(t, d):
-    split = ["--train-groups", "01,02,03,04,05,06", "--test-groups", "07,08", "--window-s", "1", "--step-s", "0.5"]
-    evaluated(t, d, "lmt_sound", *split, "--features", "ALL", "--method", "best")
-    ours = evaluated(t, d, "lmt_sound", *split, "--features", "WIDE", "--method", "LDA")
-    t.expect(ours["results"]["LDA"]["recordings_accuracy"] >= AIM, "lmt_sound reaches its aim on whole recordings, with bands")
+    split = ["--train-groups", "01,02,03,04,05,06", "--test-groups", "07,08"]
+    evaluated(t, d, "lmt_sound", *split, "--window-s", "1", "--step-s", "0.5", "--features", "ALL", "--method", "best")
+    evaluated(t, d, "lmt_sound", *split, "--window-s", "1", "--features", "WIDE", "--method", "LDA")
+    ours = evaluated(t, d, "lmt_sound", *split, "--features", "WIDE", "--method", "best")["results"]["best"]
+    t.expect(ours["accuracy"] >= AIM and ours["recordings_accuracy"] >= AIM, "lmt_sound reaches its aim on windows and on whole recordings, with bands")
 
 
 def main():

@@ -95,6 +95,7 @@ def handed_over(t, out, ran):
 def reported(t, out):
     page = (out / "report.html").read_text()
     t.expect("SIMULATED" in page and "handover/V1.html" in page and "sound 8000.0 Hz" in page, "the campaign's report tells of both channels")
+    t.expect("M1, paper" not in page and "M2, paper" not in page, "no row of another paper's explorations")
 
 
 def evaluated(t, d):
@@ -108,6 +109,23 @@ def evaluated(t, d):
     t.expect(parts["leak"]["largest_share"] == 0 and parts["protocol"] == "blocks", "contiguous parts share nothing")
     random = t.succeeds("evaluate", "out/dataset.h5", "--protocol", "random", "--per-recording", "30", "--repeats", "2", *common, cwd=d)
     t.expect(random["leak"]["median_share"] > 0.5, f"random windows leak: {random['leak']}")
+
+
+def stored(t, d):
+    """A model file that knows the slides again, and refuses what it was not made for."""
+    made = t.succeeds("train", "out/dataset.h5", "-o", "slides.model", "--method", "LDA", "--window-s", "1", "--step-s", "0.5", cwd=d)
+    t.expect(made["bench"] == "simulated" and made["method"] == "LDA" and len(made["labels"]) == TEXTURES, f"trained: {made}")
+    told = t.succeeds("classify", "slides.model", "out/dataset.h5", cwd=d)
+    answers = told["recordings"]
+    right = sum(a["label"] == a["true_label"] for a in answers)
+    t.expect(len(answers) == TEXTURES * REPETITIONS and right > 0.8 * len(answers), f"its own slides: {right} of {len(answers)} right")
+    t.expect(all(9 < sum(a["windows"].values()) < 13 for a in answers), "every window of 6 s is answered")
+    t.refuses("train", "out/dataset.h5", "-o", "svm.model", "--method", "SVM", cwd=d, says=["no model file holds", "SVM"])
+    model = (d / "slides.model").read_bytes()
+    (d / "cut.model").write_bytes(model[:-20])
+    (d / "altered.model").write_bytes(model.replace(b"window_s 1\n", b"window_s 2\n"))
+    t.refuses("classify", "cut.model", "out/dataset.h5", cwd=d, says=["cut.model", "cut short"])
+    t.refuses("classify", "altered.model", "out/dataset.h5", cwd=d, says=["altered.model", "checksum"])
 
 
 def weighed(t, d):
@@ -138,6 +156,7 @@ def main():
         t.expect(t.run("verify", "out", cwd=d).returncode == 0, "the folder is what its certificate says")
         reported(t, d / "out")
         evaluated(t, d)
+        stored(t, d)
         weighed(t, d)
         t.refuses("check", "recipe.json", "--rig", root / "sim/rigs/bench17.json", cwd=d, says=["vibration sensor"])
     t.finish()

@@ -179,6 +179,10 @@ add_test(NAME scenario_weftd_handover
 add_test(NAME scenario_weftd_data
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_data.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_handover scenario_weftd_data PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# The rigs of sound and vibration and of imprints under weftd.
+add_test(NAME scenario_weftd_other_systems
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_other_systems.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_other_systems PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Its machine's wall clock set forward and back.
 add_library(weft_shifted_clock MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/shifted_clock.c)
 add_test(NAME scenario_weftd_clock

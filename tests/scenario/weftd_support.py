@@ -12,12 +12,12 @@ PATIENCE_S = 240  # for an answer; only a daemon that hangs needs it
 
 
 class Daemon:
-    """Recipes in folder/recipes, data in folder/data or where `data` says. `ready` is its first line: its ports."""
+    """Recipes in folder/recipes, data in folder/data or where `data` says, the rig of the demo or another. `ready` is its first line: its ports."""
 
-    def __init__(self, weftd, root, folder, *more, descriptors=None, data="data"):
+    def __init__(self, weftd, root, folder, *more, descriptors=None, data="data", rig=None):
         self.socket = folder / data / "weftd.sock"
         limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors))) if descriptors else None
-        self.process = subprocess.Popen(command(weftd, root, folder, *more, data=data), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        self.process = subprocess.Popen(command(weftd, root, folder, *more, data=data, rig=rig), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                         text=True, preexec_fn=limit)
         self.ready = self.process.stdout.readline()
         assert self.ready.startswith("weftd: ready"), self.process.stderr.read()
@@ -40,8 +40,8 @@ class Daemon:
         return self.process.wait(PATIENCE_S)
 
 
-def command(weftd, root, folder, *more, data="data"):
-    return [weftd, "--rig", root / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / data, *more]
+def command(weftd, root, folder, *more, data="data", rig=None):
+    return [weftd, "--rig", rig or root / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data", folder / data, *more]
 
 
 def token_of(weft, file, name, role):

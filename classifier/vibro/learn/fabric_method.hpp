@@ -12,4 +12,7 @@ namespace weft::classifier::vibro {
 Result<std::unique_ptr<Classifier>> fit_fabric(const Training& training, Learner learner,
                                                const MethodOptions& options);
 
+/// What its write() wrote; null where `in` has a problem.
+std::unique_ptr<Classifier> read_fabric(LineReader& in, std::size_t features, std::size_t classes);
+
 }  // namespace weft::classifier::vibro

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "classifier/fabric/matrix_text.hpp"
 #include "classifier/vibro/learn/minimise.hpp"
 
 namespace weft::classifier::vibro {
@@ -68,6 +69,15 @@ class Logistic final : public Classifier {
     return static_cast<std::size_t>(best);
   }
 
+  void write(LineWriter& out) const override {
+    for (Eigen::Index c = 0; c < weight_.cols(); ++c)
+      out.numbers("weight", {weight_.col(c).data(), static_cast<std::size_t>(weight_.rows())});
+  }
+  Logistic(LineReader& in, std::size_t features, std::size_t classes) {
+    const Matrix rows = read_rows(in, "weight", classes, features + 1);
+    if (in.ok()) weight_ = Weights(rows.data().data(), index(features + 1), index(classes));
+  }
+
  private:
   Eigen::MatrixXd weight_;  // [features + 1 x classes]
 };
@@ -76,6 +86,12 @@ class Logistic final : public Classifier {
 
 Result<std::unique_ptr<Classifier>> fit_logistic(const Training& training) {
   return std::make_unique<Logistic>(training);
+}
+
+std::unique_ptr<Classifier> read_logistic(LineReader& in, std::size_t features,
+                                          std::size_t classes) {
+  auto out = std::make_unique<Logistic>(in, features, classes);
+  return in.ok() ? std::move(out) : nullptr;
 }
 
 }  // namespace weft::classifier::vibro

@@ -12,4 +12,8 @@ namespace weft::classifier::vibro {
 /// LogisticRegression(max_iter=1000). liblinear has one class against the others only.
 Result<std::unique_ptr<Classifier>> fit_logistic(const Training& training);
 
+/// What its write() wrote; null where `in` has a problem.
+std::unique_ptr<Classifier> read_logistic(LineReader& in, std::size_t features,
+                                          std::size_t classes);
+
 }  // namespace weft::classifier::vibro

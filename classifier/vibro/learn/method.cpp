@@ -90,6 +90,32 @@ bool available(Method method) {
   return (method != Method::xgb && method != Method::xgbrf) || have_xgboost();
 }
 
+bool storable(Method method) {
+  constexpr std::array stored = {Method::nb,   Method::knn, Method::logistic, Method::nn,
+                                 Method::mlp2, Method::lda, Method::cores};
+  return std::find(stored.begin(), stored.end(), method) != stored.end();
+}
+
+std::unique_ptr<Classifier> read_classifier(Method method, LineReader& in, std::size_t features,
+                                            std::size_t classes) {
+  switch (method) {
+    case Method::nb:
+      return read_naive_bayes(in, features, classes);
+    case Method::knn:
+      return read_neighbours(in, features, classes);
+    case Method::logistic:
+      return read_logistic(in, features, classes);
+    case Method::nn:
+    case Method::mlp2:
+      return read_network(in, features, classes);
+    case Method::lda:
+    case Method::cores:
+      return read_fabric(in, features, classes);
+    default:
+      return nullptr;
+  }
+}
+
 Result<std::unique_ptr<Classifier>> fit(Method method, const Training& training,
                                         const MethodOptions& options) {
   if (auto ok = check_training(training); !ok) return pass(ok.error(), to_string(method));

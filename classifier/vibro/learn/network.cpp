@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <string>
 
+#include "classifier/fabric/matrix_text.hpp"
 #include "classifier/learn/random.hpp"
 #include "classifier/vibro/learn/product.hpp"
 
@@ -14,6 +16,7 @@ namespace {
 constexpr std::size_t most_batch = 200, most_passes = 1000, patience = 10;
 constexpr float penalty = 1e-4F;
 constexpr double tolerance = 1e-4;
+constexpr std::size_t most_layers = 3, most_units = 10'000;
 
 // Weights of one layer, the step that Adam is at and what the last batch says.
 struct Layer {
@@ -93,9 +96,38 @@ class Network final : public Classifier {
     return static_cast<std::size_t>(std::max_element(values.begin(), end) - values.begin());
   }
 
+  // A row per input, single precision as doubles: exact.
+  void write(LineWriter& out) const override {
+    out.count("layers", layers_.size());
+    for (const Layer& layer : layers_) {
+      out.count("units", layer.out);
+      for (std::size_t i = 0; i < layer.in; ++i)
+        out.numbers("weight", doubles(layer.weight.data() + i * layer.columns, layer.out));
+      out.numbers("bias", doubles(layer.bias.data(), layer.out));
+    }
+  }
+
  private:
+  static std::vector<double> doubles(const float* values, std::size_t count) {
+    return {values, values + count};
+  }
+
   std::vector<Layer> layers_;
 };
+
+Layer read_layer(LineReader& in, std::size_t inputs) {
+  const std::size_t units = in.count("units", 1, most_units);
+  const Matrix weight = read_rows(in, "weight", inputs, units);
+  const std::vector<double> bias = in.numbers("bias", units);
+  if (!in.ok()) return {0, 0};
+  Layer out(inputs, units);
+  for (std::size_t i = 0; i < inputs; ++i)
+    for (std::size_t o = 0; o < units; ++o)
+      out.weight[i * out.columns + o] = static_cast<float>(weight(i, o));
+  std::transform(bias.begin(), bias.end(), out.bias.begin(),
+                 [](double v) { return static_cast<float>(v); });
+  return out;
+}
 
 class Trainer {
  public:
@@ -238,6 +270,20 @@ Result<std::unique_ptr<Classifier>> fit_network(const Training& training,
         return fail(Errc::range, "the weights of the network grew beyond all bounds", "NN", {}, {},
                     "Scale the features first");
   return std::make_unique<Network>(std::move(layers));
+}
+
+std::unique_ptr<Classifier> read_network(LineReader& in, std::size_t features,
+                                         std::size_t classes) {
+  std::vector<Layer> layers;
+  std::size_t inputs = features;
+  for (std::size_t left = in.count("layers", 1, most_layers); in.ok() && left > 0; --left) {
+    layers.push_back(read_layer(in, inputs));
+    inputs = layers.back().out;
+  }
+  if (inputs != classes)
+    in.refuse("the last layer has another number of units than there are labels",
+              std::to_string(classes), std::to_string(inputs));
+  return in.ok() ? std::make_unique<Network>(std::move(layers)) : nullptr;
 }
 
 }  // namespace weft::classifier::vibro

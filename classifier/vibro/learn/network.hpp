@@ -17,4 +17,7 @@ Result<std::unique_ptr<Classifier>> fit_network(const Training& training,
                                                 const std::vector<std::size_t>& hidden,
                                                 const MethodOptions& options);
 
+/// What its write() wrote; null where `in` has a problem.
+std::unique_ptr<Classifier> read_network(LineReader& in, std::size_t features, std::size_t classes);
+
 }  // namespace weft::classifier::vibro

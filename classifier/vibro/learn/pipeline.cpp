@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "classifier/fabric/matrix_text.hpp"
 #include "classifier/features/feature_stream.hpp"
 
 namespace weft::classifier::vibro {
@@ -43,6 +44,25 @@ Result<Pipeline> Pipeline::train(const Training& training, const PipelineOptions
   auto made = fit(options.method, {&rows, training.of_row, training.classes}, options.learner);
   if (!made) return pass(made.error());
   out.classifier_ = std::move(*made);
+  return out;
+}
+
+void Pipeline::write(LineWriter& out) const {
+  write_scaler(out, scaler_);
+  write_matrix(out, "axes", axes_);
+  out.number("explained", explained_);
+  classifier_->write(out);
+}
+
+std::optional<Pipeline> Pipeline::read(LineReader& in, Method method, std::size_t features,
+                                       std::size_t classes) {
+  Pipeline out;
+  out.scaler_ = read_scaler(in, features);
+  out.axes_ = read_matrix(in, "axes", features);
+  out.explained_ = in.not_negative("explained");
+  const std::size_t columns = out.axes_.rows() == 0 ? features : out.axes_.rows();
+  if (in.ok()) out.classifier_ = read_classifier(method, in, columns, classes);
+  if (!in.ok() || out.classifier_ == nullptr) return std::nullopt;
   return out;
 }
 

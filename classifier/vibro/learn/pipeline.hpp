@@ -29,6 +29,12 @@ class Pipeline {
   /// Refuses what fit() refuses.
   static Result<Pipeline> train(const Training& training, const PipelineOptions& options);
 
+  /// As lines of a stored model. Of a method that is not storable() what it learnt is left out.
+  void write(LineWriter& out) const;
+  /// What write() wrote: the same answers. `in` keeps the first problem; nothing then.
+  static std::optional<Pipeline> read(LineReader& in, Method method, std::size_t features,
+                                      std::size_t classes);
+
   /// Class of a row. Refuses another number of features than the training had, and values that are
   /// not finite.
   [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;

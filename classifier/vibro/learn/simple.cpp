@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "classifier/fabric/matrix_text.hpp"
+
 namespace weft::classifier::vibro {
 namespace {
 
@@ -58,6 +60,16 @@ class NaiveBayes final : public Classifier {
     return largest(score);
   }
 
+  void write(LineWriter& out) const override {
+    write_rows(out, "mean", mean_);
+    write_rows(out, "precision", precision_);
+    out.numbers("constant", constant_);
+  }
+  NaiveBayes(LineReader& in, std::size_t features, std::size_t classes)
+      : mean_(read_rows(in, "mean", classes, features)),
+        precision_(read_rows(in, "precision", classes, features)),
+        constant_(in.numbers("constant", classes)) {}
+
  private:
   // Never 0, so that features without any spread say nothing instead of dividing by it.
   static double widening(const Matrix& rows) {
@@ -103,6 +115,17 @@ class Neighbours final : public Classifier {
     return largest(votes);
   }
 
+  void write(LineWriter& out) const override {
+    write_matrix(out, "rows", rows_);
+    out.counts("classes", of_row_);
+  }
+  Neighbours(LineReader& in, std::size_t features, std::size_t classes)
+      : rows_(read_matrix(in, "rows", features)),
+        of_row_(in.counts("classes", rows_.rows())),
+        classes_(classes) {
+    in.within(of_row_, classes, "class");
+  }
+
  private:
   Matrix rows_;
   std::vector<std::size_t> of_row_;
@@ -117,6 +140,18 @@ Result<std::unique_ptr<Classifier>> fit_naive_bayes(const Training& training) {
 
 Result<std::unique_ptr<Classifier>> fit_neighbours(const Training& training) {
   return std::make_unique<Neighbours>(training);
+}
+
+std::unique_ptr<Classifier> read_naive_bayes(LineReader& in, std::size_t features,
+                                             std::size_t classes) {
+  auto out = std::make_unique<NaiveBayes>(in, features, classes);
+  return in.ok() ? std::move(out) : nullptr;
+}
+
+std::unique_ptr<Classifier> read_neighbours(LineReader& in, std::size_t features,
+                                            std::size_t classes) {
+  auto out = std::make_unique<Neighbours>(in, features, classes);
+  return in.ok() ? std::move(out) : nullptr;
 }
 
 }  // namespace weft::classifier::vibro

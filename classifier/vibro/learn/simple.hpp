@@ -15,4 +15,11 @@ Result<std::unique_ptr<Classifier>> fit_naive_bayes(const Training& training);
 /// several; equally near ones in the order of the training.
 Result<std::unique_ptr<Classifier>> fit_neighbours(const Training& training);
 
+/// What its write() wrote; null where `in` has a problem.
+std::unique_ptr<Classifier> read_naive_bayes(LineReader& in, std::size_t features,
+                                             std::size_t classes);
+/// What its write() wrote; null where `in` has a problem.
+std::unique_ptr<Classifier> read_neighbours(LineReader& in, std::size_t features,
+                                            std::size_t classes);
+
 }  // namespace weft::classifier::vibro

@@ -1,0 +1,46 @@
+#include "classifier/fabric/sealed_text.hpp"
+
+#include <array>
+#include <charconv>
+#include <cstdint>
+
+#include "protocols/base/crc.hpp"
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::string_view crc_word = "crc32 ";
+constexpr std::size_t crc_line_bytes = 6 + 8 + 1;
+
+std::uint32_t crc_of(std::string_view text) {
+  return crc32({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+std::string crc_line(std::string_view text) {
+  std::array<char, 8> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + 8, crc_of(text), 16).ptr;
+  const std::string hex(digits.data(), end);
+  return std::string(crc_word) + std::string(8 - hex.size(), '0') + hex + "\n";
+}
+
+}  // namespace
+
+std::string sealed(std::string_view header, std::string_view body) {
+  const std::string whole = std::string(header) + "\n" + std::string(body);
+  return whole + crc_line(whole);
+}
+
+Result<std::string_view> unsealed(std::string_view text, std::size_t begin) {
+  const std::size_t at = text.size() < crc_line_bytes ? 0 : text.size() - crc_line_bytes;
+  const std::string_view trailer = text.substr(at);
+  if (at < begin || !trailer.starts_with(crc_word) || trailer.back() != '\n')
+    return fail(Errc::corrupt, "the model file was cut short", {}, "a last line with a checksum");
+  std::uint32_t stored = 0;
+  const std::string_view digits = trailer.substr(crc_word.size(), 8);
+  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
+  if (read.ptr != digits.data() + digits.size() || stored != crc_of(text.substr(0, at)))
+    return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
+  return text.substr(begin, at - begin);
+}
+
+}  // namespace weft::classifier

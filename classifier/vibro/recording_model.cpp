@@ -1,0 +1,182 @@
+#include "classifier/vibro/recording_model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <istream>
+#include <iterator>
+#include <ostream>
+#include <set>
+
+#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/fabric/sealed_text.hpp"
+#include "classifier/vibro/protocol.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+constexpr std::string_view header_word = "weft-recording-model ";
+constexpr std::size_t most_channels = 1000;
+
+PlacesOf places_in(const RecordingSetup& setup) {
+  ProtocolOptions options;
+  options.protocol = Protocol::groups;  // whole recordings
+  options.window_s = setup.window_s;
+  options.step_s = setup.step_s;
+  return places_of(options);
+}
+
+std::string words_of(const std::vector<Channel>& channels) {
+  std::string out;
+  for (const Channel& c : channels)
+    out += (out.empty() ? "" : ", ") + c.name + " " + std::to_string(c.rate_hz) + " Hz [" + c.unit +
+           "]";
+  return out;
+}
+
+void write_setup(LineWriter& out, const RecordingSetup& setup) {
+  out.count("channels", setup.channels.size());
+  for (const Channel& channel : setup.channels) {
+    out.text("channel", channel.name);
+    out.number("rate_hz", channel.rate_hz);
+    out.text("unit", channel.unit);
+  }
+  out.text("family", to_string(setup.features.family));
+  out.text("combine", to_string(setup.features.combine));
+  out.number("window_s", setup.window_s);
+  out.number("step_s", setup.step_s);
+}
+
+// A word of an enumeration.
+template <class Value>
+Value read_word(LineReader& in, std::string_view keyword, Result<Value> (*from)(std::string_view),
+                Value otherwise) {
+  const std::string text = in.text(keyword);
+  const Result<Value> value = from(text);
+  if (!value) in.refuse("unknown " + std::string(keyword), value.error().expected, text);
+  return value.value_or(otherwise);
+}
+
+RecordingSetup read_setup(LineReader& in) {
+  RecordingSetup out;
+  for (std::size_t left = in.count("channels", 1, most_channels); in.ok() && left > 0; --left) {
+    Channel channel;
+    channel.name = in.text("channel");
+    channel.rate_hz = in.positive("rate_hz");
+    channel.unit = in.text("unit");
+    out.channels.push_back(std::move(channel));
+  }
+  out.features.family = read_word(in, "family", family_from, Family::smmrpfft);
+  out.features.combine = read_word(in, "combine", combine_from, Combine::mean);
+  out.window_s = in.positive("window_s");
+  out.step_s = in.positive("step_s");
+  return out;
+}
+
+Result<RecordingModel> read_body(std::string_view body) {
+  LineReader in(body);
+  Provenance provenance = read_provenance(in);
+  RecordingSetup setup = read_setup(in);
+  std::vector<std::string> labels = read_labels(in);
+  const Method method = read_word(in, "method", method_from, Method::lda);
+  if (!storable(method))
+    in.refuse("no model file holds this learner", {}, std::string(to_string(method)));
+  if (!in.ok()) return pass(in.status().error());
+  const std::size_t columns = columns_of(setup.channels, setup.features).size();
+  auto pipeline = Pipeline::read(in, method, columns, labels.size());
+  in.finish();
+  if (!in.ok() || !pipeline) return pass(in.status().error());
+  return RecordingModel{std::move(provenance), std::move(setup), std::move(labels), method,
+                        std::move(*pipeline)};
+}
+
+}  // namespace
+
+bool is_recording_model(std::string_view beginning) {
+  return beginning.starts_with(header_word);
+}
+
+Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
+                                             const RecordingSetup& setup,
+                                             const PipelineOptions& options,
+                                             Provenance provenance) {
+  if (!storable(options.method))
+    return fail(Errc::unsupported, "no model file holds what this learner learns", {},
+                "NB, kNN, LG, NN, MLP2, LDA or Cores", std::string(to_string(options.method)),
+                "weft evaluate trains and tests with it");
+  auto windows = cut_and_extract(recordings, setup.window_s, places_in(setup), setup.features);
+  if (!windows) return pass(windows.error());
+  const FeatureMatrix& matrix = windows->matrix;
+  if (matrix.size() == 0)
+    return fail(Errc::invalid_argument, "no recording is as long as a window", {},
+                std::to_string(setup.window_s) + " s", {}, "Take a shorter --window-s");
+  const std::set<std::string> sorted(matrix.labels.begin(), matrix.labels.end());
+  std::vector<std::string> labels(sorted.begin(), sorted.end());
+  std::vector<std::size_t> of_row;
+  for (const std::string& label : matrix.labels)
+    of_row.push_back(static_cast<std::size_t>(std::distance(sorted.begin(), sorted.find(label))));
+  auto pipeline = Pipeline::train({&matrix.values, of_row, labels.size()}, options);
+  if (!pipeline) return pass(pipeline.error());
+  RecordingSetup own = setup;
+  own.channels = recordings.front().channels;
+  return RecordingModel{std::move(provenance), std::move(own), std::move(labels), options.method,
+                        std::move(*pipeline)};
+}
+
+Status save_recording_model(const RecordingModel& model, std::ostream& out) {
+  LineWriter text;
+  write_provenance(text, model.provenance);
+  write_setup(text, model.setup);
+  write_labels(text, model.labels);
+  text.text("method", to_string(model.method));
+  model.pipeline.write(text);
+  out << sealed(recording_model_header, text.str());
+  if (!out.flush()) return fail(Errc::io, "cannot write the model");
+  return {};
+}
+
+Result<RecordingModel> load_recording_model(std::istream& in) {
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (in.bad()) return fail(Errc::io, "cannot read the model");
+  const std::string first = text.substr(0, text.find('\n'));
+  if (!is_recording_model(first))
+    return fail(Errc::parse, "not a model of recordings", {}, std::string(recording_model_header),
+                first.substr(0, 40));
+  if (first != recording_model_header)
+    return fail(Errc::unsupported, "a model file of another version", {},
+                std::string(recording_model_header), first.substr(0, 40),
+                "Train the model again with this version");
+  const auto body = unsealed(text, std::min(first.size() + 1, text.size()));
+  if (!body) return pass(body.error());
+  return read_body(*body);
+}
+
+Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& model,
+                                                         std::span<const Recording> recordings) {
+  const RecordingSetup& setup = model.setup;
+  for (const Recording& recording : recordings)
+    if (recording.channels != setup.channels)
+      return fail(Errc::invalid_argument, "the model was trained for another sensor",
+                  recording.file, words_of(setup.channels), words_of(recording.channels));
+  const auto windows =
+      cut_and_extract(recordings, setup.window_s, places_in(setup), setup.features);
+  if (!windows) return pass(windows.error());
+  std::vector<RecordingAnswer> out;
+  for (const Recording& recording : recordings)
+    out.push_back(
+        {recording.file, recording.label, 0, std::vector<std::size_t>(model.labels.size(), 0)});
+  for (std::size_t r = 0; r < windows->matrix.size(); ++r) {
+    const auto label = model.pipeline.classify(windows->matrix.values.row(r));
+    if (!label) return pass(label.error(), windows->matrix.files[r]);
+    ++out[windows->recording[r]].windows[*label];
+  }
+  for (RecordingAnswer& answer : out) {
+    const auto most = std::max_element(answer.windows.begin(), answer.windows.end());
+    if (*most == 0)
+      return fail(Errc::invalid_argument, "the recording is shorter than a window", answer.file,
+                  std::to_string(setup.window_s) + " s");
+    answer.label = static_cast<std::size_t>(most - answer.windows.begin());
+  }
+  return out;
+}
+
+}  // namespace weft::classifier::vibro

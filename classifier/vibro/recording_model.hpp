@@ -1,0 +1,62 @@
+#pragma once
+// A trained pipeline as a file, with what is needed to prepare recordings as those of the training
+// were: text, versioned, self-describing, closed by a checksum, like the model files of fabrics.
+
+#include <cstddef>
+#include <iosfwd>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "classifier/fabric/provenance.hpp"
+#include "classifier/vibro/extract.hpp"
+#include "classifier/vibro/learn/pipeline.hpp"
+
+namespace weft::classifier::vibro {
+
+/// How a recording becomes rows of features.
+struct RecordingSetup {
+  std::vector<Channel> channels;
+  FeatureChoice features;
+  double window_s = 2.0;
+  double step_s = 0.25;  ///< from one window to the next
+};
+
+struct RecordingModel {
+  Provenance provenance;
+  RecordingSetup setup;
+  std::vector<std::string> labels;  ///< sorted, of the pipeline's classes
+  Method method = Method::lda;
+  Pipeline pipeline;
+};
+
+/// First line of every file.
+inline constexpr std::string_view recording_model_header = "weft-recording-model 1";
+/// Whether a text that begins so is of this kind, of whatever version.
+bool is_recording_model(std::string_view beginning);
+
+/// Cuts, extracts and trains. Refuses a method that is not storable(), recordings without a window,
+/// and what cut_and_extract() and Pipeline refuse.
+Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
+                                             const RecordingSetup& setup,
+                                             const PipelineOptions& options, Provenance provenance);
+
+/// Errc::io when the stream fails.
+Status save_recording_model(const RecordingModel& model, std::ostream& out);
+/// The same answers, bit for bit. Errors: parse (not such a file), unsupported (another version),
+/// corrupt (cut short or altered; names the line where that is known).
+Result<RecordingModel> load_recording_model(std::istream& in);
+
+/// What a model says of a recording: the label that most of its windows have, the first of equals.
+struct RecordingAnswer {
+  std::string file;
+  std::string true_label;            ///< empty: not known
+  std::size_t label = 0;             ///< into RecordingModel::labels
+  std::vector<std::size_t> windows;  ///< per label: windows that were answered so
+};
+/// One per recording. Refuses other channels, by name, rate or unit, than the training had, and a
+/// recording shorter than a window.
+Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& model,
+                                                         std::span<const Recording> recordings);
+
+}  // namespace weft::classifier::vibro

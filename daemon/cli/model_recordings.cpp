@@ -1,0 +1,144 @@
+#include "daemon/cli/model_recordings.hpp"
+
+#include <array>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "classifier/vibro/recording_model.hpp"
+#include "daemon/cli/classify_command.hpp"
+#include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/evaluate_recordings.hpp"
+#include "daemon/cli/train_command.hpp"
+#include "daemon/dataset/atomic_file.hpp"
+#include "daemon/loop/wall_clock.hpp"
+#include "daemon/report/format.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+namespace vibro = classifier::vibro;
+using nlohmann::json;
+
+struct RecordingPlan {
+  vibro::RecordingSetup setup;
+  vibro::PipelineOptions pipeline;
+};
+
+Result<RecordingPlan> plan_for(const TrainArgs& args) {
+  const RecordingChoice& choice = args.recordings;
+  if (choice.methods.size() > 1)
+    return fail(Errc::invalid_argument, "a model has one learner", "--method", "one name",
+                joined(choice.methods, ","));
+  const auto features = features_of(choice);
+  if (!features) return pass(features.error());
+  const auto method = vibro::method_from(choice.methods.empty() ? "LDA" : choice.methods.front());
+  if (!method) return pass(method.error(), "--method");
+  RecordingPlan out;
+  out.setup.features = *features;
+  if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
+  out.setup.step_s = choice.step_s;
+  out.pipeline.method = *method;
+  out.pipeline.components = choice.components;
+  out.pipeline.learner.seed = args.training.seed;
+  out.pipeline.learner.threads = args.training.threads;
+  return out;
+}
+
+std::string words_of(const RecordingPlan& plan) {
+  return std::string(vibro::to_string(plan.pipeline.method)) + ", " +
+         std::string(vibro::to_string(plan.setup.features.family)) + " " +
+         std::string(vibro::to_string(plan.setup.features.combine)) + ", " +
+         general(plan.setup.window_s) + " s windows every " + general(plan.setup.step_s) + " s, " +
+         std::to_string(plan.pipeline.components) + " components, seed " +
+         std::to_string(plan.pipeline.learner.seed);
+}
+
+json by_label(const std::vector<std::string>& labels, const std::vector<std::size_t>& windows) {
+  json out = json::object();
+  for (std::size_t k = 0; k < labels.size(); ++k)
+    if (windows[k] > 0) out[labels[k]] = windows[k];
+  return out;
+}
+
+}  // namespace
+
+bool is_about_recordings(const TrainArgs& args) {
+  return !args.recordings.methods.empty() || is_recordings_file(args.dataset);
+}
+
+Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
+  if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
+  const auto plan = plan_for(args);
+  if (!plan) return pass(plan.error());
+  const auto set = open_recordings(args.dataset);
+  if (!set) return pass(set.error());
+  const double began_s = steady_wall_seconds();
+  const auto model = vibro::train_recording_model(
+      set->recordings, plan->setup, plan->pipeline,
+      {std::string(to_string(set->kind)), recordings_sha256(*set), WEFT_VERSION, words_of(*plan)});
+  if (!model) return pass(model.error(), args.dataset.string());
+  const double train_s = steady_wall_seconds() - began_s;
+  std::ostringstream text;
+  if (auto ok = vibro::save_recording_model(*model, text); !ok) return pass(ok.error());
+  if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
+  print(console,
+        bench_banner(set->kind) + args.out.string() + ": " + std::to_string(model->labels.size()) +
+            " textures, " + words_of(*plan) + ", trained on " +
+            std::to_string(set->recordings.size()) + " recordings in " + duration(train_s) + "\n",
+        {{"command", "train"},
+         {"kind", "recordings"},
+         {"file", args.out.string()},
+         {"bench", to_string(set->kind)},
+         {"dataset_sha256", model->provenance.dataset_sha256},
+         {"training", model->provenance.training},
+         {"method", vibro::to_string(model->method)},
+         {"labels", model->labels},
+         {"recordings", set->recordings.size()},
+         {"window_s", model->setup.window_s},
+         {"step_s", model->setup.step_s},
+         {"train_s", train_s}});
+  return exit_ok;
+}
+
+bool is_recording_model_file(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<char, 64> beginning{};
+  in.read(beginning.data(), beginning.size());
+  return vibro::is_recording_model({beginning.data(), static_cast<std::size_t>(in.gcount())});
+}
+
+Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) {
+  std::ifstream in(args.model, std::ios::binary);
+  const auto model = vibro::load_recording_model(in);
+  if (!model) return pass(model.error(), args.model.string());
+  const auto set = open_recordings(args.trials);
+  if (!set) return pass(set.error());
+  const auto answers = vibro::classify_recordings(*model, set->recordings);
+  if (!answers) return pass(answers.error(), args.trials.string());
+  std::string text = bench_banner(set->kind);
+  if (model->provenance.bench == "simulated") text += "The model was trained on SIMULATED data.\n";
+  json list = json::array();
+  for (const vibro::RecordingAnswer& a : *answers) {
+    std::size_t windows = 0;
+    for (const std::size_t n : a.windows) windows += n;
+    text += a.file + ": " + model->labels[a.label] + "  (" + std::to_string(a.windows[a.label]) +
+            " of " + std::to_string(windows) + " windows)\n";
+    list.push_back({{"file", a.file},
+                    {"label", model->labels[a.label]},
+                    {"windows", by_label(model->labels, a.windows)}});
+    if (!a.true_label.empty()) list.back()["true_label"] = a.true_label;
+  }
+  print(console, text,
+        {{"command", "classify"},
+         {"kind", "recordings"},
+         {"model", args.model.string()},
+         {"model_bench", model->provenance.bench},
+         {"method", vibro::to_string(model->method)},
+         {"bench", to_string(set->kind)},
+         {"recordings", std::move(list)}});
+  return exit_ok;
+}
+
+}  // namespace weft::daemon::cli

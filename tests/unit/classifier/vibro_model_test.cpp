@@ -1,0 +1,135 @@
+// Models of recordings as files: the same again, and what is refused.
+
+#include <catch2/catch.hpp>
+
+#include <sstream>
+
+#include "classifier/vibro/recording_model.hpp"
+#include "tests/unit/classifier/features_support.hpp"
+
+namespace weft::classifier::vibro {
+namespace {
+
+using classifier::testing::noise;
+
+// Noise of three levels, two recordings of each, of a microphone and of one axis.
+std::vector<Recording> three_levels(std::uint64_t seed) {
+  std::vector<Recording> out;
+  for (std::size_t l = 0; l < 3; ++l) {
+    for (std::size_t r = 0; r < 2; ++r) {
+      Recording own;
+      own.label = std::string(1, static_cast<char>('a' + l));
+      own.group = std::to_string(r + 1);
+      own.file = own.label + own.group;
+      own.channels = {{"S", 800.0, "1"}, {"X", 200.0, "count"}};
+      own.samples = {noise(8000, seed + 10 * l + r), noise(2000, seed + 100 + 10 * l + r)};
+      for (auto& channel : own.samples)
+        for (double& v : channel) v *= 1.0 + 2.0 * static_cast<double>(l);
+      out.push_back(std::move(own));
+    }
+  }
+  return out;
+}
+
+Result<RecordingModel> trained(Method method, std::size_t components = 3) {
+  RecordingSetup setup;
+  setup.features = {Family::smmrpfft, Combine::concat};
+  setup.window_s = 1.0;
+  setup.step_s = 0.5;
+  PipelineOptions options;
+  options.method = method;
+  options.components = components;
+  options.learner.trees = 5;
+  return train_recording_model(three_levels(1), setup, options,
+                               {"simulated", "abc", "1.2", "made up"});
+}
+
+std::string saved(const RecordingModel& model) {
+  std::ostringstream out;
+  REQUIRE(save_recording_model(model, out));
+  return out.str();
+}
+
+Result<RecordingModel> loaded(const std::string& text) {
+  std::istringstream in(text);
+  return load_recording_model(in);
+}
+
+TEST_CASE("A model of recordings is read as it was written and answers the same") {
+  const auto asked = three_levels(500);
+  for (const Method method : all_methods()) {
+    if (!storable(method)) continue;
+    for (const std::size_t components : {std::size_t{0}, std::size_t{3}}) {
+      INFO(to_string(method) << ", " << components << " components");
+      const auto model = trained(method, components);
+      REQUIRE(model);
+      const std::string text = saved(*model);
+      const auto again = loaded(text);
+      REQUIRE(again);
+      CHECK(saved(*again) == text);
+      CHECK(again->labels == std::vector<std::string>{"a", "b", "c"});
+      CHECK(again->setup.channels == model->setup.channels);
+      CHECK(again->provenance.bench == "simulated");
+      const auto want = classify_recordings(*model, asked),
+                 got = classify_recordings(*again, asked);
+      REQUIRE((want && got));
+      std::size_t right = 0;
+      for (std::size_t r = 0; r < asked.size(); ++r) {
+        CHECK((*got)[r].windows == (*want)[r].windows);
+        right += again->labels[(*got)[r].label] == asked[r].label ? 1 : 0;
+      }
+      CHECK(right == asked.size());
+    }
+  }
+}
+
+TEST_CASE("Learners that no model file holds are refused by name") {
+  for (const Method method : all_methods()) {
+    if (storable(method)) continue;
+    const auto model = trained(method);
+    REQUIRE(!model);
+    CHECK(model.error().code == Errc::unsupported);
+    CHECK(model.error().got == to_string(method));
+  }
+}
+
+TEST_CASE(
+    "A model file of recordings that is damaged, cut short or of another version is refused") {
+  const std::string text = saved(trained(Method::lda).value());
+  for (std::size_t at = recording_model_header.size() + 1; at < text.size(); at += 7) {
+    std::string bad = text;
+    bad[at] = bad[at] == 'x' ? 'y' : 'x';
+    INFO("byte " << at);
+    const auto model = loaded(bad);
+    REQUIRE(!model);
+    CHECK(model.error().code == Errc::corrupt);
+  }
+  for (const std::size_t size : {text.size() - 1, text.size() / 2, std::size_t{24}}) {
+    INFO(size << " bytes");
+    CHECK(!loaded(text.substr(0, size)));
+  }
+  std::string newer = text;
+  newer[newer.find('1')] = '2';
+  CHECK(loaded(newer).error().code == Errc::unsupported);
+  CHECK(loaded("weft-fabric-model 5\n").error().code == Errc::parse);
+  CHECK(loaded("").error().code == Errc::parse);
+}
+
+TEST_CASE("A model of recordings refuses another sensor and a recording without a window") {
+  const auto model = trained(Method::lda);
+  REQUIRE(model);
+  auto other = three_levels(2);
+  other[3].channels[1].rate_hz = 100.0;
+  const auto refused = classify_recordings(*model, other);
+  REQUIRE(!refused);
+  CHECK(refused.error().where.find("b2") != std::string::npos);
+  CHECK(refused.error().got.find("100") != std::string::npos);
+  auto brief = three_levels(2);
+  for (auto& channel : brief[2].samples) channel.resize(50);
+  const auto no_window = classify_recordings(*model, brief);
+  REQUIRE(!no_window);
+  CHECK(no_window.error().where.find("b1") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace weft::classifier::vibro
