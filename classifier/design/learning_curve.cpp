@@ -264,10 +264,14 @@ Result<RepetitionForecast> forecast_repetitions(const LearningCurve& curve,
   if (curve.points.size() < 2)
     return fail(Errc::invalid_argument, "one point is no learning curve", "curve", "2 points",
                 std::to_string(curve.points.size()));
-  if (options.predict <= least_trained || options.resamples == 0 || !(options.accuracy > 0) ||
-      !(options.accuracy < 1))
-    return fail(Errc::range, "repetitions, accuracy or resamples cannot be forecast", "forecast",
-                "3 repetitions or more, an accuracy between 0 and 1");
+  if (options.predict <= least_trained)
+    return fail(Errc::range, "no forecast for so few repetitions", "forecast",
+                std::to_string(least_trained + 1) + " or more", std::to_string(options.predict));
+  if (!(options.accuracy > 0) || !(options.accuracy < 1))
+    return fail(Errc::range, "no such accuracy to reach", "forecast", "above 0 and below 1",
+                std::to_string(options.accuracy));
+  if (options.resamples == 0)
+    return fail(Errc::range, "no resamples, no interval", "forecast", "1 or more", "0");
   return Forecaster(curve, options).run();
 }
 

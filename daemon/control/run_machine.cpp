@@ -1,5 +1,6 @@
 #include "daemon/control/run_machine.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace weft::daemon::control {
@@ -93,8 +94,11 @@ std::string_view to_string(RunState state) {
 }
 
 Deadlines Deadlines::of(double forecast_s, double trial_s) {
+  // Nanoseconds end after 292 years, and a deadline is counted from now.
   const auto seconds = [](double s) {
-    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
+    constexpr double longest_s = 100 * 365.25 * 86400;
+    return std::chrono::duration_cast<Duration>(
+        std::chrono::duration<double>(std::min(s, longest_s)));
   };
   return {.arming = 10min,
           .running = seconds(2 * forecast_s) + 10min,

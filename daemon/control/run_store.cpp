@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 
 namespace weft::daemon::control {
 namespace {
@@ -57,13 +58,25 @@ bool was_under_way(RunState state) {
   return state != RunState::queued && state != RunState::ended && state != RunState::interrupted;
 }
 
+/// Nothing where the recipe's is taken.
+Result<std::optional<std::uint64_t>> seed_from(const std::string& text) {
+  if (text.empty()) return std::optional<std::uint64_t>();
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, seed);
+  if (read.ec == std::errc() && read.ptr == end) return std::optional(seed);
+  return fail(Errc::corrupt, "a run with a seed that is none", "run", "0 to 2^64 - 1", text);
+}
+
 Result<StoredRun> read_run(const sqlite::Statement& row) {
   StoredRun run;
   run.number = row.integer(0);
   run.recipe = row.text(1);
   run.rig = row.text(2);
   run.folder = row.text(3);
-  if (const std::string seed = row.text(4); !seed.empty()) run.seed = std::stoull(seed);
+  const auto seed = seed_from(row.text(4));
+  if (!seed) return pass(seed.error());
+  run.seed = *seed;
   run.name = row.text(5);
   run.by = row.text(6);
   run.created_us = row.integer(7);
@@ -130,8 +143,7 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
   auto database = sqlite::Database::open(file, sqlite::Mode::create);
   if (!database) return pass(database.error(), file.string());
   if (const Status alone = database->execute(opening_sql); !alone) {
-    if (alone.error().got.find("locked") == std::string::npos)
-      return pass(alone.error(), file.string());
+    if (alone.error().code != Errc::wrong_state) return pass(alone.error(), file.string());
     return fail(Errc::wrong_state, "another weftd works in this folder", file.string(), {}, {},
                 "Stop it, or give this one a folder of its own");
   }

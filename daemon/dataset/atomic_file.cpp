@@ -47,14 +47,17 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
-// A rename is on the disk only when its folder is.
 Status sync_folder_of(const std::filesystem::path& path) {
-  if (const Descriptor folder(folder_of(path), O_RDONLY); folder.ok() && !folder.sync())
-    return system_error("cannot bring the folder to the disk", folder_of(path));
-  return {};
+  return sync_folder(folder_of(path));
 }
 
 }  // namespace
+
+Status sync_folder(const std::filesystem::path& folder) {
+  if (const Descriptor opened(folder, O_RDONLY); opened.ok() && !opened.sync())
+    return system_error("cannot bring the folder to the disk", folder);
+  return {};
+}
 
 // The process number keeps two writers of the same target apart.
 AtomicFile::AtomicFile(std::filesystem::path target)

@@ -36,6 +36,9 @@ enum class Readers {
 Status write_text_file(const std::filesystem::path& path, std::string_view text,
                        Readers readers = Readers::as_umask);
 
+/// A rename in a folder, or a removal, is on the disk only when this has returned. Errors: io.
+Status sync_folder(const std::filesystem::path& folder);
+
 /// Renames a finished folder, whose files are on the disk, beside itself; `target` must not be
 /// there. It is on the disk when this returns.
 Status publish_folder(const std::filesystem::path& temporary, const std::filesystem::path& target);

@@ -15,15 +15,18 @@ Errc code_of(int sqlite_code) {
       return Errc::corrupt;
     case SQLITE_NOTADB:
       return Errc::parse;
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return Errc::wrong_state;  // another process has it
     default:
       return Errc::io;
   }
 }
 
-tl::unexpected<Error> database_error(sqlite3* database, std::string what) {
+tl::unexpected<Error> database_error(sqlite3* database, const FilePath& file, std::string what) {
   const int code = sqlite3_extended_errcode(database);
   const bool full = (code & 0xFF) == SQLITE_FULL;
-  return fail(code_of(code), std::move(what), {}, {},
+  return fail(code_of(code), std::move(what), file ? *file : "", {},
               std::string(sqlite3_errmsg(database)) + " (SQLite " + std::to_string(code) + ")",
               full ? "Free some space on the disk" : "");
 }
@@ -119,14 +122,14 @@ Status Statement::run() {
 Result<bool> Statement::step() {
   sqlite3* database = sqlite3_db_handle(raw_.get());
   if (std::exchange(bind_result_, SQLITE_OK) != SQLITE_OK)
-    return database_error(database, "cannot bind a value");
+    return database_error(database, file_, "cannot bind a value");
   const int code = sqlite3_step(raw_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) {
     sqlite3_reset(raw_.get());
     return false;
   }
-  auto failure = database_error(database, "the campaign file refused a statement");
+  auto failure = database_error(database, file_, "the file refused a statement");
   sqlite3_reset(raw_.get());
   return failure;
 }
@@ -156,20 +159,20 @@ ByteView Statement::blob(int column) const {
   return bytes == nullptr ? ByteView{} : ByteView(bytes, size);
 }
 
-Result<Database> Database::open_named(const std::string& name, int flags) {
+Result<Database> Database::open_named(const std::filesystem::path& path, const std::string& name,
+                                      int flags) {
   sqlite3* raw = nullptr;
   const int code = sqlite3_open_v2(name.c_str(), &raw, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   Database database;
   database.raw_.reset(raw);
-  if (raw == nullptr) return fail(Errc::io, "no memory to open the campaign file");
-  if (code != SQLITE_OK) return database_error(raw, "cannot open the campaign file");
+  database.file_ = std::make_shared<const std::string>(path.string());
+  if (raw == nullptr) return fail(Errc::io, "no memory to open the file", path.string());
+  if (code != SQLITE_OK) return database_error(raw, database.file_, "cannot open the file");
   return database;
 }
 
 Result<Database> Database::open_untouched(const std::filesystem::path& path) {
-  auto database = open_named(untouched_uri(path), SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
-  if (!database) return pass(database.error(), path.string());
-  return database;
+  return open_named(path, untouched_uri(path), SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
 }
 
 Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
@@ -180,8 +183,8 @@ Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
   const int flags = mode == Mode::read_only    ? SQLITE_OPEN_READONLY
                     : mode == Mode::read_write ? SQLITE_OPEN_READWRITE
                                                : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-  auto database = open_named(path.string(), flags);
-  if (!database) return pass(database.error(), path.string());
+  auto database = open_named(path, path.string(), flags);
+  if (!database) return database;
   if (mode != Mode::read_only || !needs_rollback(database->raw_.get())) return database;
   auto writable = open(path, Mode::read_write);
   if (writable) static_cast<void>(writable->execute("PRAGMA schema_version; PRAGMA query_only=ON"));
@@ -210,7 +213,7 @@ void Database::count_log_pages(int* pages) {
 
 Status Database::execute(const char* sql) {
   if (sqlite3_exec(raw_.get(), sql, nullptr, nullptr, nullptr) != SQLITE_OK)
-    return database_error(raw_.get(), "the campaign file refused a statement");
+    return database_error(raw_.get(), file_, "the file refused a statement");
   return {};
 }
 
@@ -218,8 +221,8 @@ Result<Statement> Database::prepare(std::string_view sql) {
   sqlite3_stmt* raw = nullptr;
   if (sqlite3_prepare_v3(raw_.get(), sql.data(), static_cast<int>(sql.size()),
                          SQLITE_PREPARE_PERSISTENT, &raw, nullptr) != SQLITE_OK)
-    return database_error(raw_.get(), "cannot prepare a statement");
-  return Statement(raw);
+    return database_error(raw_.get(), file_, "cannot prepare a statement");
+  return Statement(raw, file_);
 }
 
 }  // namespace weft::daemon::sqlite

@@ -18,11 +18,14 @@ namespace weft::daemon::sqlite {
 
 enum class Mode { read_only, read_write, create };
 
+/// Whose errors these are, for people.
+using FilePath = std::shared_ptr<const std::string>;
+
 /// A prepared statement. Bound text and blobs must outlive the next run() or step().
 class Statement {
  public:
   Statement() = default;
-  explicit Statement(sqlite3_stmt* raw) : raw_(raw) {}
+  Statement(sqlite3_stmt* raw, FilePath file) : raw_(raw), file_(std::move(file)) {}
 
   Statement& bind(int index, std::int64_t value);
   Statement& bind(int index, double value);
@@ -47,6 +50,7 @@ class Statement {
     void operator()(sqlite3_stmt* raw) const { sqlite3_finalize(raw); }
   };
   std::unique_ptr<sqlite3_stmt, Finalize> raw_;
+  FilePath file_;
   int bind_result_ = SQLITE_OK;
 };
 
@@ -54,7 +58,8 @@ class Statement {
 class Database {
  public:
   /// A file that a kill left in the middle of a change is first put back as it was, also to be
-  /// read. Errors: io, parse; corrupt, where there is a write-ahead log but no file for it.
+  /// read. Errors: io, parse; wrong_state, where another process has it; corrupt, where there is a
+  /// write-ahead log but no file for it.
   static Result<Database> open(const std::filesystem::path& path, Mode mode);
   /// Without its log, to be read: takes no lock and leaves the folder as it is. Errors: io.
   static Result<Database> open_untouched(const std::filesystem::path& path);
@@ -76,8 +81,10 @@ class Database {
   struct Close {
     void operator()(sqlite3* raw) const { sqlite3_close_v2(raw); }
   };
-  static Result<Database> open_named(const std::string& name, int flags);
+  static Result<Database> open_named(const std::filesystem::path& path, const std::string& name,
+                                     int flags);
   std::unique_ptr<sqlite3, Close> raw_;
+  FilePath file_;
 };
 
 }  // namespace weft::daemon::sqlite

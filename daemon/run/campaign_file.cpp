@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/certificate/certificate.hpp"
+#include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/recorder/campaign_writer.hpp"
@@ -53,7 +54,7 @@ Status forget_end(const std::filesystem::path& folder) {
   if (error)
     return fail(Errc::io, "cannot set certificate and data set aside", folder.string(), {},
                 error.message());
-  return {};
+  return sync_folder(folder);  // before the campaign goes on: the old end must not come back
 }
 
 Result<Recorder> created(const std::filesystem::path& file, const CheckedRequest& checked,

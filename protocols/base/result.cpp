@@ -36,7 +36,11 @@ std::string_view to_string(Errc code) {
 }
 
 Error&& Error::in(std::string_view context) && {
-  where = where.empty() ? std::string(context) : std::string(context) + ": " + where;
+  const std::string outer(context);
+  if (where.empty())
+    where = outer;
+  else if (where != outer && !where.starts_with(outer + ": "))  // else it is said already
+    where = outer + ": " + where;
   return std::move(*this);
 }
 

@@ -48,6 +48,13 @@ TEST_CASE("an error reads as a sentence with its place in front") {
         "m1.json: /speed_mm_s: speed too high (expected <= 4, got 5). Lower it.");
 }
 
+TEST_CASE("a place that an error has already is not said twice") {
+  const Error there = Error{Errc::io, "no room", "a.sqlite", {}, {}, {}}.in("a.sqlite");
+  CHECK(there.where == "a.sqlite");
+  CHECK(Error(there).in("run").in("run").where == "run: a.sqlite");
+  CHECK(Error(there).in("a").where == "a: a.sqlite");
+}
+
 TEST_CASE("seconds round to the nearest nanosecond") {
   CHECK(from_seconds(1e-9) == Duration(1));
   CHECK(from_seconds(-0.25) == Duration(-250000000));

@@ -170,6 +170,13 @@ TEST_CASE("A forecast of a noiseless curve lies on its law, and says how many ar
   const auto never = forecast_repetitions(curve, options);
   CHECK_FALSE(never->enough);
   CHECK(never->reached_share == 0);
-  options.accuracy = 1.5;
-  CHECK_FALSE(forecast_repetitions(curve, options));
+  ForecastOptions impossible = options;
+  impossible.accuracy = 1.5;
+  CHECK(forecast_repetitions(curve, impossible).error().expected == "above 0 and below 1");
+  impossible = options;
+  impossible.predict = 2;
+  CHECK(forecast_repetitions(curve, impossible).error().expected == "3 or more");
+  impossible = options;
+  impossible.resamples = 0;
+  CHECK(forecast_repetitions(curve, impossible).error().got == "0");
 }

@@ -9,6 +9,47 @@ using test::DeskBench;
 using test::leave_interrupted;
 using test::TemporaryFolder;
 
+TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
+  const test::TemporaryFolder folder;
+  const auto file = folder / "weftd.sqlite";
+  {
+    auto store = control::RunStore::open(file);
+    REQUIRE(store);
+    control::StoredRun run;
+    REQUIRE(store->add(run));
+  }
+  for (const std::string_view seed : {"many", "12 ", "99999999999999999999"}) {
+    {
+      auto database = sqlite::Database::open(file, sqlite::Mode::read_write);
+      REQUIRE(database);
+      auto change = database->prepare("UPDATE run SET seed = ?");
+      REQUIRE(change);
+      REQUIRE(change->bind(1, seed).run());
+    }
+    const auto read = control::RunStore::open(file);
+    REQUIRE_FALSE(read);
+    CHECK(read.error().code == Errc::corrupt);
+    CHECK(read.error().got == seed);
+  }
+}
+
+TEST_CASE("a database that another has says which file, and that it is in use") {
+  const test::TemporaryFolder folder;
+  const auto file = folder / "weftd.sqlite";
+  auto first = control::RunStore::open(file);
+  REQUIRE(first);
+  const auto second = control::RunStore::open(file);
+  REQUIRE_FALSE(second);
+  CHECK(second.error().message == "another weftd works in this folder");
+  auto other = sqlite::Database::open(file, sqlite::Mode::read_write);
+  REQUIRE(other);
+  const Status refused = other->execute("CREATE TABLE more (one INTEGER)");
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::wrong_state);
+  CHECK(refused.error().where == file.string());
+  CHECK(refused.error().message == "the file refused a statement");
+}
+
 TEST_CASE("what escapes from a run's thread is a fault of that run; the next waits for a word") {
   const TemporaryFolder folder;
   DeskBench bench(folder);

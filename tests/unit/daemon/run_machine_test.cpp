@@ -153,3 +153,9 @@ TEST_CASE("Any sequence of orders, reports and time ends once the run's thread e
     CHECK(on_ended().next.state == RunState::ended);
   }
 }
+
+TEST_CASE("A plan of centuries has its deadlines ahead") {
+  const Deadlines centuries = Deadlines::of(1e11, 1e11);
+  CHECK(centuries.running > Deadlines::of(1e9, 1).running);
+  CHECK(centuries.trial > Deadlines::of(1, 1e9).trial);
+}
