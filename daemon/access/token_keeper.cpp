@@ -23,9 +23,15 @@ Result<TokenKeeper> TokenKeeper::open(const std::filesystem::path& file) {
 
 void TokenKeeper::refresh() {
   const Stamp now = stamp_of(file_);
-  if (now == as_of_) return;
+  if (now == as_of_ && !problem_) return;
+  auto tokens = TokenFile::load(file_);
+  if (!tokens) {
+    problem_ = tokens.error();
+    return;
+  }
+  tokens_ = std::move(*tokens);
   as_of_ = now;
-  if (auto tokens = TokenFile::load(file_)) tokens_ = std::move(*tokens);
+  problem_.reset();
 }
 
 std::optional<TokenEntry> TokenKeeper::find(std::string_view token, std::int64_t now_us) {
@@ -37,6 +43,14 @@ bool TokenKeeper::stands(const TokenEntry& entry, std::int64_t now_us) const {
   if (entry.expires_us <= now_us) return false;
   return std::ranges::find(tokens_.entries(), entry.sha256, &TokenEntry::sha256) !=
          tokens_.entries().end();
+}
+
+Status TokenKeeper::remove(std::string_view name) {
+  const Status changed =
+      TokenFile::change(file_, TokenFile::Wait::not_at_all,
+                        [name](TokenFile& tokens) { return tokens.remove(name); });
+  if (changed) refresh();
+  return changed;
 }
 
 Result<std::string> TokenKeeper::add(std::string name, Role role, std::int64_t expires_us,

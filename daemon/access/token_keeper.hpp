@@ -26,9 +26,13 @@ class TokenKeeper {
   /// Errors: TokenFile::change()'s, and add()'s.
   Result<std::string> add(std::string name, Role role, std::int64_t expires_us,
                           std::int64_t now_us);
+  /// Errors: TokenFile::change()'s, and remove()'s.
+  Status remove(std::string_view name);
   /// Reads the file where it is another one. One that cannot be used changes nothing: what was
-  /// known stays good.
+  /// known stays good, problem() says so, and the next call tries again.
   void refresh();
+  /// Why the file, as it is now, could not be read; nothing where it could.
+  [[nodiscard]] const std::optional<Error>& problem() const { return problem_; }
 
  private:
   /// Of the file; all 0 where there is none.
@@ -44,6 +48,7 @@ class TokenKeeper {
   std::filesystem::path file_;
   TokenFile tokens_;
   Stamp as_of_;
+  std::optional<Error> problem_;
 };
 
 }  // namespace weft::daemon::access

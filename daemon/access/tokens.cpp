@@ -65,8 +65,8 @@ class TokenLock {
     while (flock(lock.descriptor_, how) != 0) {
       if (errno == EINTR) continue;
       if (errno == EWOULDBLOCK)
-        return fail(Errc::timeout, "another program changes the tokens just now", file.string(), {},
-                    {}, "Ask again");
+        return fail(Errc::wrong_state, "another program changes the tokens just now", file.string(),
+                    {}, {}, "Ask again");
       return fail(Errc::io, "cannot lock the tokens", file.string(), {},
                   std::generic_category().message(errno));
     }
@@ -121,7 +121,7 @@ Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t exp
                                  [&](const TokenEntry& entry) { return entry.name == name; });
   if (name.empty() || taken)
     return fail(Errc::invalid_argument, taken ? "there is one of this name" : "no name", "token",
-                "a new name", name, "Remove the old one first");
+                "a new name", name, "weft token remove takes the old one away");
   auto token = random_token();
   if (!token) return pass(token.error());
   entries_.push_back({std::move(name), role, sha256_hex(*token), expires_us});
@@ -136,7 +136,9 @@ Status TokenFile::remove(std::string_view name) {
   const auto gone =
       std::erase_if(entries_, [&](const TokenEntry& entry) { return entry.name == name; });
   if (gone > 0) return {};
-  return fail(Errc::not_found, "no token of this name", "token", {}, std::string(name));
+  std::string known;
+  for (const TokenEntry& entry : entries_) known += (known.empty() ? "" : ", ") + entry.name;
+  return fail(Errc::not_found, "no token of this name", "token", known, std::string(name));
 }
 
 Status TokenFile::save() const {

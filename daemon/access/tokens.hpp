@@ -42,8 +42,8 @@ class TokenFile {
     not_at_all
   };
   /// Loads the file, lets `work` change it and saves it, while no other program does the same: a
-  /// lock on `file`.lock, which stays. Errors: those of load(), `work` and save(); timeout, where
-  /// it is held and nobody waits.
+  /// lock on `file`.lock, which stays. Errors: those of load(), `work` and save(); wrong_state,
+  /// where it is held and nobody waits.
   static Status change(const std::filesystem::path& file, Wait wait,
                        const std::function<Status(TokenFile&)>& work);
 

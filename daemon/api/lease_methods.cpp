@@ -1,3 +1,4 @@
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/parts.hpp"
@@ -25,17 +26,22 @@ json lease_json(const Services& services, const Lease& lease) {
           {"note", lease.note}, {"expires_us", services.utc_us() + left.count() / 1000}};
 }
 
-Outcome told(const Services& services, const Result<Lease>& lease, std::string_view what,
-             const rpc::Caller& caller) {
+/// What `change` does with the leases is told once it is in the journal; where it cannot be kept
+/// they stay as they were.
+Outcome changed(const Services& services, const Call& call, std::string_view what,
+                const std::function<Result<Lease>(access::Leases&)>& change) {
+  access::Leases after = *services.leases;
+  const auto lease = change(after);
   if (!lease) return refused(lease.error());
   json payload = lease_json(services, *lease);
-  payload["by"] = by(caller);
-  services.hub->publish("lease:" + lease->scope, json{{std::string(what), payload}},
-                        services.utc_us());
+  payload["by"] = by(call.caller);
   if (const Status ok = services.log->journal(services.utc_us(), "", "lease." + std::string(what),
-                                              by(caller), text_of(payload));
+                                              by(call.caller), text_of(payload));
       !ok)
     return refused(ok.error());
+  *services.leases = std::move(after);
+  services.hub->publish("lease:" + lease->scope, json{{std::string(what), payload}},
+                        services.utc_us());
   return text_of(lease_json(services, *lease));
 }
 
@@ -48,10 +54,11 @@ Outcome acquire(const Services& services, const Call& call) {
   if (const std::string scope = call.params.value("scope", rig); scope != rig)
     return refused({Errc::not_found, "nothing of that name is leased here", "/params/scope", rig,
                     scope, "Leave it out for this rig"});
-  const auto lease = services.leases->acquire(
-      {rig, call.caller.user, call.caller.session, call.params.value("note", ""), ttl_of(call)},
-      services.now());
-  return told(services, lease, "acquired", call.caller);
+  return changed(services, call, "acquired", [&](access::Leases& leases) {
+    return leases.acquire(
+        {rig, call.caller.user, call.caller.session, call.params.value("note", ""), ttl_of(call)},
+        services.now());
+  });
 }
 
 Outcome list_leases(const Services& services) {
@@ -97,8 +104,9 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                "the lease that is over",
                rpc::Memory::while_running},
               [s, id_of](const Call& call) {
-                return told(*s, s->leases->release(id_of(call), call.caller.user, s->now()),
-                            "released", call.caller);
+                return changed(*s, call, "released", [&](access::Leases& leases) {
+                  return leases.release(id_of(call), call.caller.user, s->now());
+                });
               });
   methods.add({"lease.break",
                "takes it away from whoever holds it; told to all",
@@ -109,8 +117,9 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                rpc::Memory::while_running},
               [s, id_of](const Call& call) {
                 const std::string reason = call.params.at("reason").get<std::string>();
-                return told(*s, s->leases->break_lease(id_of(call), reason, s->now()), "broken",
-                            call.caller);
+                return changed(*s, call, "broken", [&](access::Leases& leases) {
+                  return leases.break_lease(id_of(call), reason, s->now());
+                });
               });
   methods.add({"lease.list", "who holds what", {}, {}, {}, "leases"},
               [s](const Call&) { return list_leases(*s); });

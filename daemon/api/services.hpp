@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "daemon/access/leases.hpp"
 #include "daemon/access/role.hpp"
@@ -45,6 +47,9 @@ struct Services {
   /// A new token, kept. Errors: TokenFile's.
   std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us)>
       add_token = {};
+  std::function<Status(std::string_view name)> remove_token = {};
+  /// Why the file of tokens cannot be read; nothing where it can.
+  std::function<std::optional<Error>()> tokens_problem = {};
   std::string http_url = {};  ///< "http://127.0.0.1:8080"; empty where HTTP is not served
 };
 

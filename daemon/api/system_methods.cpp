@@ -91,17 +91,17 @@ json lines_json(const std::vector<control::RunStore::Line>& lines) {
   return out;
 }
 
-Outcome log_tail(const Services& services, const Call& call) {
+Result<std::size_t> lines_wanted(const Call& call) {
   const std::int64_t most = call.params.value("most", std::int64_t{100});
-  if (most < 1 || most > most_lines)
-    return refused({Errc::range,
-                    "too many lines",
-                    "/params/most",
-                    "1 to " + std::to_string(most_lines),
-                    std::to_string(most),
-                    {}});
-  const auto lines =
-      services.log->tail(call.params.value("run", ""), static_cast<std::size_t>(most));
+  if (most >= 1 && most <= most_lines) return static_cast<std::size_t>(most);
+  return fail(Errc::range, "how many lines", "/params/most", "1 to " + std::to_string(most_lines),
+              call.params.at("most").dump());
+}
+
+Outcome log_tail(const Services& services, const Call& call) {
+  const auto most = lines_wanted(call);
+  if (!most) return refused(most.error());
+  const auto lines = services.log->tail(call.params.value("run", ""), *most);
   if (!lines) return refused(lines.error());
   return text_of({{"lines", lines_json(*lines)}});
 }
@@ -126,19 +126,12 @@ Outcome log_query(const Services& services, const Call& call) {
   if (!until) return refused(until.error());
   const auto from = number_in(call, "from", wanted.from);
   if (!from) return refused(from.error());
-  const auto most = number_in(call, "most", 100);
+  const auto most = lines_wanted(call);
   if (!most) return refused(most.error());
-  if (*most < 1 || *most > most_lines)
-    return refused({Errc::range,
-                    "how many lines",
-                    "/params/most",
-                    "1 to " + std::to_string(most_lines),
-                    std::to_string(*most),
-                    {}});
   wanted.since_us = *since;
   wanted.until_us = *until;
   wanted.from = *from;
-  wanted.most = static_cast<std::size_t>(*most);
+  wanted.most = *most;
   const auto page = services.log->query(wanted);
   if (!page) return refused(page.error());
   return text_of(
@@ -151,10 +144,14 @@ std::string readiness_json(const Services& services) {
   json blockers = json::array();
   add_rig_file_blocker(services, blockers);
   add_standing_blocker(services.desk->standing(), blockers);
-  if (!services.desk->standing_is_kept())
+  if (!services.desk->is_kept())
     blockers.push_back(blocker("storage.io", services.data.string(),
-                               "How the rig stands could not be written down: see that the disk "
-                               "has room; it is tried again"));
+                               "How the rig stands, or what became of a run, could not be written "
+                               "down: see that the disk has room; it is tried again"));
+  if (const auto problem = services.tokens_problem ? services.tokens_problem() : std::nullopt)
+    blockers.push_back(
+        blocker("tokens.unreadable", problem->where,
+                "A token that was removed since may still be good: " + to_string(*problem)));
   if (const control::RunLine& line = services.desk->line(); line.held())
     blockers.push_back(blocker("queue.paused", "queue",
                                "Paused by " + line.held_by + ": queue.start lets the next begin"));

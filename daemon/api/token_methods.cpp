@@ -36,12 +36,16 @@ Outcome add(const Services& services, const Call& call) {
                     {}});
   const std::int64_t expires_us = services.utc_us() + days * day_us;
   const auto token = services.add_token(name, *role, expires_us);
+  if (!token && token.error().code == Errc::invalid_argument && !name.empty())
+    return tl::unexpected(rpc::rpc_error(rpc::code::state + 13, "token.name_taken", token.error()));
   if (!token) return refused(token.error());
   const json told{{"name", name}, {"role", wanted}, {"expires_us", expires_us}};
   if (const Status ok = services.log->journal(services.utc_us(), "", "token.added", by(call.caller),
                                               text_of(told));
-      !ok)
+      !ok) {
+    static_cast<void>(services.remove_token(name));  // nobody was told it
     return refused(ok.error());
+  }
   json out = told;
   out["token"] = *token;
   return text_of(out);

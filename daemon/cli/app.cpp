@@ -67,6 +67,7 @@ struct Commands {
   CallArgs call;
   PageArgs page;
   TokenAddArgs token_add;
+  TokenRemoveArgs token_remove;
   QueueListArgs queue_list;
   QueueAddArgs queue_add;
   QueueRemoveArgs queue_remove;
@@ -164,6 +165,7 @@ void add_daemon_commands(CLI::App& root, Commands& all) {
   CLI::App* token = root.add_subcommand("token", "tokens of the daemon's TCP clients");
   token->fallthrough()->require_subcommand(1);
   add(*token, all, "add", "makes one and prints it, once", all.token_add, run_token_add);
+  add(*token, all, "remove", "takes one away", all.token_remove, run_token_remove);
 }
 
 /// The command line told to other programs.

@@ -118,6 +118,10 @@ void add_options(CLI::App& command, TokenAddArgs& args) {
       ->check(CLI::Range(1, 3660))
       ->capture_default_str();
 }
+void add_options(CLI::App& command, TokenRemoveArgs& args) {
+  command.add_option("NAME", args.name, "whose it is")->required();
+  command.add_option("--tokens", args.file, "the daemon's file of tokens")->required();
+}
 
 Result<int> run_status(const StatusArgs& args, Console& console) {
   auto daemon = opened(args);
@@ -262,6 +266,15 @@ Result<int> run_token_add(const TokenAddArgs& args, Console& console) {
   if (!changed) return pass(changed.error());
   print(console, made + "\n",
         {{"token", made}, {"name", args.name}, {"role", args.role}, {"expires_us", expires_us}});
+  return exit_ok;
+}
+
+Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console) {
+  const Status changed = access::TokenFile::change(
+      args.file, access::TokenFile::Wait::until_free,
+      [&args](access::TokenFile& tokens) { return tokens.remove(args.name); });
+  if (!changed) return pass(changed.error(), args.file.string());
+  print(console, args.name + " has no token any more\n", {{"removed", args.name}});
   return exit_ok;
 }
 

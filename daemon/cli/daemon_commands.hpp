@@ -57,6 +57,10 @@ struct TokenAddArgs {
   std::string role = "operator";
   int days = 30;
 };
+struct TokenRemoveArgs {
+  std::filesystem::path file;
+  std::string name;
+};
 
 void add_options(CLI::App& command, StatusArgs& args);
 void add_options(CLI::App& command, StartArgs& args);
@@ -72,6 +76,7 @@ void add_options(CLI::App& command, LogArgs& args);
 void add_options(CLI::App& command, CallArgs& args);
 void add_options(CLI::App& command, PageArgs& args);
 void add_options(CLI::App& command, TokenAddArgs& args);
+void add_options(CLI::App& command, TokenRemoveArgs& args);
 
 Result<int> run_status(const StatusArgs& args, Console& console);
 /// Takes a lease of the rig, puts the run in line; with --wait until it has ended: exit_ok only
@@ -96,5 +101,7 @@ Result<int> run_call(const CallArgs& args, Console& console);
 Result<int> run_page(const PageArgs& args, Console& console);
 /// Makes a token for TCP and prints it, once.
 Result<int> run_token_add(const TokenAddArgs& args, Console& console);
+/// Takes one away; within a second or so it is good for nothing more.
+Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console);
 
 }  // namespace weft::daemon::cli

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int most_tries = 100;
-constexpr std::string_view name_taken = "token";  // where that error is
+constexpr std::string_view name_taken = "token.name_taken";
 
 std::string own_name() {
   const passwd* const entry = getpwuid(getuid());
@@ -30,7 +30,7 @@ Result<json> new_token(client::Client& daemon, const PageArgs& args) {
     json params = terms;
     params["name"] = i == 1 ? name : name + "-" + std::to_string(i);
     made = call(daemon, "token.add", params);
-    if (made || !args.name.empty() || made.error().where != name_taken) break;
+    if (made || !args.name.empty() || daemon.refusal() != name_taken) break;
   }
   return made;
 }

@@ -14,8 +14,9 @@ tl::unexpected<Error> gone() {
 }
 
 /// The daemon's error as one of ours.
-tl::unexpected<Error> said_no(const json& error) {
+tl::unexpected<Error> said_no(const json& error, std::string& kind) {
   const json data = error.value("data", json::object());
+  kind = data.value("kind", "");
   return fail(Errc::wrong_state, error.value("message", "refused"), data.value("where", ""),
               data.value("expected", ""), data.value("got", ""), data.value("hint", ""));
 }
@@ -79,7 +80,7 @@ Result<std::string> Client::call(std::string_view method, std::string_view param
     } else if (const json answers = message.value("id", json());
                answers == id || (answers.is_null() && message.contains("error"))) {
       // Without an id: the last word before the connection ends, as when a token's time is over.
-      if (message.contains("error")) return said_no(message["error"]);
+      if (message.contains("error")) return said_no(message["error"], refusal_);
       return message.at("result").dump();
     }
   }
@@ -94,7 +95,7 @@ Result<std::string> Client::next_event() {
     if (message.value("method", "") == "event")
       events_.push_back(message.at("params").dump());
     else if (message.contains("error"))
-      return said_no(message["error"]);
+      return said_no(message["error"], refusal_);
   }
   std::string first = std::move(events_.front());
   events_.pop_front();

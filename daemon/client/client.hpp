@@ -24,6 +24,8 @@ class Client {
   /// The result as JSON. The daemon's error keeps its message, place and hint.
   /// Events that come meanwhile are kept for next_event().
   Result<std::string> call(std::string_view method, std::string_view params_json = "{}");
+  /// The kind of the daemon's newest error, "token.name_taken"; empty before the first.
+  [[nodiscard]] const std::string& refusal() const { return refusal_; }
   /// The params of the next event as JSON; waits for it. Errors: io, when the daemon is gone; what
   /// it says before it closes the connection.
   Result<std::string> next_event();
@@ -38,6 +40,7 @@ class Client {
   std::unique_ptr<Channel> channel_;
   std::string held_;
   std::deque<std::string> events_;
+  std::string refusal_;
   std::int64_t next_id_ = 1;
 };
 

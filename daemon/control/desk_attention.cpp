@@ -31,8 +31,7 @@ void RunDesk::ask(Run& run, const recipes::AskOperator& asked) {
                                {"text", asked.ask.text},
                                {"trial", asked.ask.trial},
                                {"people_s", asked.ask.people_s}};
-  static_cast<void>(store_.journal(around_.utc_us(), run.view.stored.id(), "asked", "auto:recipe",
-                                   payload.dump()));
+  note(run.view.stored.id(), "asked", "auto:recipe", payload.dump());
 }
 
 std::chrono::nanoseconds RunDesk::wall_ahead() const {
@@ -58,8 +57,7 @@ Result<RunView> RunDesk::confirm(std::string_view id, std::string_view step, std
     return fail(Errc::wrong_state, "this is not what is asked for now", "/params/step", asked,
                 std::string(step), "run.get tells what is asked, under \"attention\"");
   const nlohmann::json payload{{"step", asked}};
-  static_cast<void>(
-      store_.journal(around_.utc_us(), run->view.stored.id(), "confirmed", by, payload.dump()));
+  note(run->view.stored.id(), "confirmed", by, payload.dump());
   apply(*run, *next, by);
   return run->view;
 }

@@ -29,15 +29,28 @@ void RunDesk::take_up_line() {
   RunLine found = line_;
   if (!found.runs.empty() && !found.held()) found.held_by = after_restart;
   if (found.runs.empty() && found.held_by == after_restart) found.held_by.clear();
-  static_cast<void>(line_becomes(std::move(found), after_restart));
+  line_is(std::move(found), after_restart);
 }
 
-Status RunDesk::line_becomes(RunLine next, std::string_view by) {
+Status RunDesk::line_becomes(RunLine next, const Wish& wish) {
   next.revision = line_.revision + 1;
-  Status kept = store_.keep(next);
+  const Status kept = store_.together([&] {
+    Status done = store_.keep(next);
+    return done ? store_.journal(around_.utc_us(), wish.run, wish.kind, wish.by, wish.payload_json)
+                : done;
+  });
+  if (!kept) return kept;
+  line_kept_ = true;
   line_ = std::move(next);
+  if (around_.lined) around_.lined(line_, wish.by);
+  return {};
+}
+
+void RunDesk::line_is(RunLine next, std::string_view by) {
+  next.revision = line_.revision + 1;
+  line_ = std::move(next);
+  keep_line();
   if (around_.lined) around_.lined(line_, by);
-  return kept;
 }
 
 Status RunDesk::move(std::string_view id, std::size_t place, std::string_view by) {
@@ -50,9 +63,8 @@ Status RunDesk::move(std::string_view id, std::size_t place, std::string_view by
   RunLine next = line_;
   next.put(run->view.stored.number, place);
   const nlohmann::json payload{{"place", next.place_of(run->view.stored.number)}};
-  static_cast<void>(store_.journal(around_.utc_us(), id, "moved", by, payload.dump()));
-  Status kept = line_becomes(std::move(next), by);
-  begin_next();
+  const Status kept = line_becomes(std::move(next), {id, "moved", by, payload.dump()});
+  if (kept) begin_next();
   return kept;
 }
 
@@ -61,17 +73,15 @@ Status RunDesk::hold_line(std::string_view by) {
     return fail(Errc::wrong_state, "the queue is paused already", "queue", {}, line_.held_by);
   RunLine next = line_;
   next.held_by = by;
-  static_cast<void>(store_.journal(around_.utc_us(), "", "queue_paused", by));
-  return line_becomes(std::move(next), by);
+  return line_becomes(std::move(next), {"", "queue_paused", by});
 }
 
 Status RunDesk::start_line(std::string_view by) {
   if (!line_.held()) return fail(Errc::wrong_state, "the queue is not paused", "queue");
   RunLine next = line_;
   next.held_by.clear();
-  static_cast<void>(store_.journal(around_.utc_us(), "", "queue_started", by));
-  Status kept = line_becomes(std::move(next), by);
-  begin_next();
+  const Status kept = line_becomes(std::move(next), {"", "queue_started", by});
+  if (kept) begin_next();
   return kept;
 }
 

@@ -141,7 +141,7 @@ void RunDesk::settled(Run& run, Recovery choice, std::string_view by,
     run.view.trials_planned = summary->trials_planned;
   }
   const nlohmann::json payload{{"choice", to_string(choice)}};
-  static_cast<void>(store_.journal(around_.utc_us(), stored.id(), "recovered", by, payload.dump()));
+  note(stored.id(), "recovered", by, payload.dump());
   apply(run, on_ended(), by);
   tell_end(run);
   told(run.view);

@@ -27,6 +27,7 @@ struct RunDesk::Run {
   std::optional<RunOrders> orders;  ///< of this turn; nothing before the first
   std::jthread thread;
   recipes::Ticket asked = 0;           ///< of what a person is asked for
+  bool kept = true;                    ///< the store has it as it is
   bool at_work = false;                ///< the thread has not told its end
   std::atomic<bool> took_rig = false;  ///< set by the thread
   struct Curious {

@@ -152,10 +152,6 @@ void RunDesk::stand(const RigStanding& standing, std::string_view by) {
   if (around_.stands) around_.stands(standing_, by);
 }
 
-void RunDesk::keep_standing() {
-  standing_kept_ = store_.keep(standing_).has_value();
-}
-
 void RunDesk::begin_next() {
   if (active() || line_.held()) return;
   const auto next = std::find_if(line_.runs.begin(), line_.runs.end(), [this](std::int64_t number) {
@@ -223,12 +219,11 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     run.view.stored.state = step.next.state;
     const json payload{{"state", to_string(step.next.state)}};
     keep(run);
-    static_cast<void>(
-        store_.journal(around_.utc_us(), run.view.stored.id(), "state", by, payload.dump()));
+    note(run.view.stored.id(), "state", by, payload.dump());
     RunLine line = line_;
     if (waited) std::erase(line.runs, run.view.stored.number);
     if (step.next.state == RunState::queued) line.put(run.view.stored.number, 0);
-    if (line != line_) static_cast<void>(line_becomes(std::move(line), by));
+    if (line != line_) line_is(std::move(line), by);
   }
   if (step.lost) {
     run.view.stored.outcome = "failed";
@@ -283,17 +278,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
 void RunDesk::note_rejected(Run& run, const TrialProgress& line) {
   run.view.last_rejection = line.error ? to_string(*line.error) : "";
   const json payload{{"trial", line.done}, {"error", run.view.last_rejection}};
-  static_cast<void>(store_.journal(around_.utc_us(), run.view.stored.id(), "take_rejected",
-                                   "auto:repeat_bad", payload.dump()));
-}
-
-void RunDesk::keep(Run& run) {
-  StoredRun& stored = run.view.stored;
-  if (run.view.trials_planned > 0) {
-    stored.trials_done = static_cast<std::int64_t>(run.view.trials_done);
-    stored.trials_planned = static_cast<std::int64_t>(run.view.trials_planned);
-  }
-  static_cast<void>(store_.update(stored));
+  note(run.view.stored.id(), "take_rejected", "auto:repeat_bad", payload.dump());
 }
 
 /// Of a run that the daemon's death cut: its file knows.
@@ -342,7 +327,7 @@ void RunDesk::halt(std::string_view by) {
     if (step) apply(*run, *step, by);
   }
   stand({RigStanding::Fact::latched, std::string(by)}, by);
-  static_cast<void>(store_.journal(around_.utc_us(), "", "halt", by));
+  note("", "halt", by);
 }
 
 Status RunDesk::reset(std::string_view reason, std::string_view by) {
@@ -400,7 +385,7 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
 }
 
 void RunDesk::tick() {
-  if (!standing_kept_) keep_standing();
+  keep_again();
   constexpr std::chrono::seconds set_otherwise{1};
   const auto ahead = wall_ahead();
   const bool clock_was_set = std::chrono::abs(ahead - wall_ahead_) > set_otherwise;

@@ -142,9 +142,9 @@ class RunDesk {
   /// Where it is not safe nothing begins before reset(), but for the run that left it unknown, once
   /// somebody goes on with that: it ends the doubt or leaves it. Outlives the daemon.
   [[nodiscard]] const RigStanding& standing() const { return standing_; }
-  /// False: it could not be written down, and would be forgotten with the daemon. tick() tries
-  /// again.
-  [[nodiscard]] bool standing_is_kept() const { return standing_kept_; }
+  /// False: how the rig stands, a run, the line or a line of the journal could not be written down,
+  /// and would be forgotten with the daemon. tick() tries again.
+  [[nodiscard]] bool is_kept() const;
 
   [[nodiscard]] Result<RunView> get(std::string_view id) const;
   [[nodiscard]] std::vector<RunView> all() const;
@@ -161,13 +161,26 @@ class RunDesk {
   struct Run;
   void begin_next();
   void take_up_line();
-  Status line_becomes(RunLine next, std::string_view by);
+  /// By somebody's wish, with a line of the journal: as it was where that cannot be kept.
+  struct Wish {
+    std::string_view run, kind, by;
+    std::string payload_json = "{}";
+  };
+  Status line_becomes(RunLine next, const Wish& wish);
+  /// By what has happened to its runs.
+  void line_is(RunLine next, std::string_view by);
   Run* numbered(std::int64_t number) const;
   void moved(Run& run, const RunMoment& moment);
   void ask(Run& run, const recipes::AskOperator& asked);
   [[nodiscard]] bool may_begin(const Run& run) const;
   void stand(const RigStanding& standing, std::string_view by);
   void keep_standing();
+  void keep_line();
+  void keep_again();
+  /// A line of the journal; lines stay in order where the disk refuses them for a while.
+  void note(std::string_view run, std::string_view kind, std::string_view by,
+            std::string payload_json = "{}");
+  void write_notes();
   /// What a run is told by, of a plan that may have a million trials.
   struct PlanKnown {
     std::size_t trials = 0;
@@ -197,7 +210,8 @@ class RunDesk {
   std::vector<std::unique_ptr<Run>> runs_;  // oldest first
   RunLine line_;
   RigStanding standing_;
-  bool standing_kept_ = true;
+  bool standing_kept_ = true, line_kept_ = true;
+  std::deque<RunStore::Line> notes_;       // not in the journal yet
   std::int64_t asks_ = 0;                  ///< so many names of asks are taken, in other lives too
   std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were told last
   std::string

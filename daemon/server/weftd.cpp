@@ -78,7 +78,8 @@ class Daemon {
   Onlooker onlooker_;
   RisingUtc utc_;
   access::TokenKeeper tokens_;
-  Clock tokens_seen_{};  ///< when the file was looked at
+  Clock tokens_seen_{};         ///< when the file was looked at
+  bool tokens_unread_ = false;  ///< the journal has it that the file cannot be read
   access::IdempotencyCache answered_;
   const std::string epoch_ = new_epoch();
   access::Leases leases_{epoch_};
@@ -148,7 +149,9 @@ void Daemon::wire(const DaemonOptions& options) {
                .add_token =
                    [this](std::string name, access::Role role, std::int64_t expires_us) {
                      return tokens_.add(std::move(name), role, expires_us, utc_us());
-                   }};
+                   },
+               .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
+               .tokens_problem = [this] { return tokens_.problem(); }};
   pace_ = options.pace;
   shared_.methods = &methods_;
   shared_.hub = &hub_;
@@ -286,13 +289,19 @@ void Daemon::show_samples() {
   if (run && frame) api::pass_on(hub_, *frame, *run, utc_us());
 }
 
-/// A token that was removed ends what it was good for, within a second.
+// A token that was removed ends what it was good for, within a second; where that cannot be seen it
+// is said.
 void Daemon::look_at_tokens() {
   using namespace std::chrono_literals;
   const Clock now = steady_wall_now();
   if (now - tokens_seen_ < 1s) return;
   tokens_seen_ = now;
   tokens_.refresh();
+  const auto& problem = tokens_.problem();
+  if (problem && !std::exchange(tokens_unread_, true))
+    static_cast<void>(log_.journal(utc_us(), "", "tokens.unreadable", "auto:daemon",
+                                   nlohmann::json{{"error", to_string(*problem)}}.dump()));
+  if (!problem) tokens_unread_ = false;
 }
 
 void Daemon::tick() {

@@ -64,7 +64,8 @@ class SmallDaemon {
         .pace = &pace_,
         .add_token = [](const std::string&, access::Role, std::int64_t) -> Result<std::string> {
           return std::string("wft_0");
-        }};
+        },
+        .remove_token = [](std::string_view) -> Status { return {}; }};
     api::add_methods(methods_, services_);
     shared_ = {&methods_, &hub_, &answered_, "e1", {}, {}, {}, [] { return Clock(); }};
     shared_.token_owner = [](std::string_view) -> Result<server::TokenOwner> {

@@ -99,7 +99,7 @@ def a_token_ends(folder, ports, local, lease):
     return staying, other
 
 
-def tokens_come_and_go(folder, ports, staying, other):
+def tokens_come_and_go(folder, ports, local, staying, other):
     """What weft token add wrote is good at once; what is no more in the file ends within a second or so."""
     tcp, web = ports
     added = token_of(WEFT, folder / "tokens.json", "added", "observer")
@@ -112,7 +112,14 @@ def tokens_come_and_go(folder, ports, staying, other):
     assert ask(web, other).status == 401 and ask(web, third).status == 200
     (folder / "tokens.json").chmod(0o644)  # for everybody to read: it is not taken, and what was known stays good
     assert ask(web, third).status == 200
+    assert "tokens.unreadable" in [b["kind"] for b in local.call("system.ready")["blockers"]], "nobody is told"
+    while not local.call("log.query", kind="tokens.unreadable")["lines"]:
+        time.sleep(0.1)  # the daemon looks once a second
     (folder / "tokens.json").chmod(0o600)
+    removed = introduced(tcp, third)
+    subprocess.run([WEFT, "token", "remove", "third", "--tokens", folder / "tokens.json"], check=True, capture_output=True)
+    assert last_words(removed)[0]["data"]["kind"] == "access.token" and ask(web, third).status == 401
+    assert "tokens.unreadable" not in [b["kind"] for b in local.call("system.ready")["blockers"]]
 
 
 def files_of_tokens(folder):
@@ -178,7 +185,7 @@ def main():
         try:
             lease = client.call("lease.acquire", ttl_ms=600_000, idem="lease")["lease"]
             staying, other = a_token_ends(folder, ports, client, lease)
-            tokens_come_and_go(folder, ports, staying, other)
+            tokens_come_and_go(folder, ports, client, staying, other)
             first = before_its_death(client, lease)
             daemon.end(signal.SIGKILL)
             daemon, ports, client = begin(folder)

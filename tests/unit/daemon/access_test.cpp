@@ -1,5 +1,6 @@
 // Leases, keys against doing things twice, and tokens.
 
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -196,6 +197,51 @@ TEST_CASE(
   keeper->refresh();
   CHECK_FALSE(keeper->stands(*found, 1));
   CHECK(keeper->add("another", Role::admin, 1000, 1));
+}
+
+TEST_CASE("A file of tokens that could not be read is told of, and read as soon as it can be") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "tokens.json";
+  auto tokens = TokenFile::load(file);
+  REQUIRE(tokens);
+  const auto token = tokens->add("notebook", Role::operator_, 1000);
+  REQUIRE(token);
+  REQUIRE(tokens->save());
+  auto keeper = TokenKeeper::open(file);
+  REQUIRE(keeper);
+  const auto found = keeper->find(*token, 1);
+  REQUIRE(found);
+  REQUIRE(tokens->remove("notebook"));
+  REQUIRE(tokens->save());
+  rlimit descriptors{};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &descriptors) == 0);
+  const rlimit none{0, descriptors.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
+  keeper->refresh();
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &descriptors) == 0);
+  CHECK(keeper->stands(*found, 1));
+  REQUIRE(keeper->problem());
+  CHECK_THAT(to_string(*keeper->problem()), Catch::Contains("tokens.json"));
+  keeper->refresh();
+  CHECK_FALSE(keeper->problem());
+  CHECK_FALSE(keeper->stands(*found, 1));
+}
+
+TEST_CASE("A token that is removed is no more, and who asks for another name is told the names") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "tokens.json";
+  auto keeper = TokenKeeper::open(file);
+  REQUIRE(keeper);
+  const auto token = keeper->add("notebook", Role::operator_, 1000, 1);
+  REQUIRE(token);
+  REQUIRE(keeper->add("ada", Role::admin, 1000, 1));
+  const Status unknown = keeper->remove("bob");
+  REQUIRE_FALSE(unknown);
+  CHECK(unknown.error().code == Errc::not_found);
+  CHECK(unknown.error().expected == "notebook, ada");
+  REQUIRE(keeper->remove("notebook"));
+  CHECK_FALSE(keeper->find(*token, 1));
+  CHECK(TokenFile::load(file)->entries().size() == 1);
 }
 
 TEST_CASE("A token is good until it expires, and its file holds only its digest") {

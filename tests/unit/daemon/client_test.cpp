@@ -128,6 +128,7 @@ TEST_CASE("a change that was refused is told as refused, and its lease given bac
   const auto run = cli::under_lease(client, {"a test"}, "run.start", json::object());
   REQUIRE_FALSE(run);
   CHECK(run.error().message == "not now");
+  CHECK(client.refusal() == "state.conflict");
   CHECK(heard.back() == "lease.release");
 }
 

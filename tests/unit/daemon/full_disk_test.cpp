@@ -1,0 +1,154 @@
+// What the daemon does while its disk is full, and once it has room again.
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/services.hpp"
+#include "tests/unit/daemon/desk_bench.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+using control::RunState;
+using nlohmann::json;
+using test::DeskBench;
+using test::TemporaryFolder;
+
+namespace {
+
+/// While it lives this process' files do not grow: what SQLite writes is refused.
+class FullDisk {
+ public:
+  FullDisk() : was_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &limit_);
+    const rlimit one_byte{1, limit_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &one_byte);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &limit_);
+    static_cast<void>(std::signal(SIGXFSZ, was_));
+  }
+
+ private:
+  rlimit limit_{};
+  void (*was_)(int);
+};
+
+std::size_t lines_of(control::RunStore& store, std::string_view kind) {
+  const auto lines = store.tail("", 1000);
+  REQUIRE(lines);
+  return static_cast<std::size_t>(
+      std::count_if(lines->begin(), lines->end(), [&](const auto& l) { return l.kind == kind; }));
+}
+
+}  // namespace
+
+TEST_CASE("what became of a run while the disk was full is written down once it has room") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  bench.desk->halt("test");  // nothing begins
+  const std::string id = bench.submit().stored.id();
+  CHECK(bench.desk->is_kept());
+  const std::size_t told = lines_of(bench.store, "state");
+  {
+    const FullDisk full;
+    CHECK(bench.desk->withdraw(id, "ada"));
+    bench.desk->tick();
+    CHECK_FALSE(bench.desk->is_kept());
+  }
+  CHECK(bench.store.load()->front().state == RunState::queued);
+  CHECK(bench.store.line()->runs.size() == 1);
+  bench.desk->tick();
+  CHECK(bench.desk->is_kept());
+  CHECK(bench.store.load()->front().state == RunState::ended);
+  CHECK(bench.store.load()->front().outcome == "stopped");
+  CHECK(bench.store.line()->runs.empty());
+  CHECK(lines_of(bench.store, "state") == told + 1);
+}
+
+TEST_CASE("a wish for the line that cannot be kept changes nothing") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  bench.desk->halt("test");
+  bench.submit();
+  const std::string second = bench.submit().stored.id();
+  const control::RunLine before = bench.desk->line();
+  {
+    const FullDisk full;
+    CHECK_FALSE(bench.desk->move(second, 0, "ada"));
+    CHECK_FALSE(bench.desk->hold_line("ada"));
+  }
+  CHECK(bench.desk->line() == before);
+  CHECK(bench.store.line().value() == before);
+  CHECK(lines_of(bench.store, "moved") == 0);
+  REQUIRE(bench.desk->hold_line("ada"));
+  {
+    const FullDisk full;
+    CHECK_FALSE(bench.desk->start_line("ada"));
+  }
+  CHECK(bench.desk->line().held());
+  CHECK(lines_of(bench.store, "queue_started") == 0);
+  REQUIRE(bench.desk->start_line("ada"));
+  CHECK(lines_of(bench.store, "queue_started") == 1);
+}
+
+TEST_CASE("leases and tokens whose line of the journal cannot be kept are as they were") {
+  const TemporaryFolder folder;
+  auto store = control::RunStore::open(folder / "weftd.sqlite");
+  REQUIRE(store);
+  server::Hub hub;
+  access::Leases leases("9c1d40b2");
+  std::vector<std::string> tokens;
+  api::Services services;
+  services.hub = &hub;
+  services.leases = &leases;
+  services.log = &*store;
+  services.rig_name = "bench";
+  services.now = [] { return std::chrono::nanoseconds{}; };
+  services.utc_us = [] { return std::int64_t{0}; };
+  services.add_token = [&](std::string name, access::Role, std::int64_t) -> Result<std::string> {
+    if (std::find(tokens.begin(), tokens.end(), name) != tokens.end())
+      return fail(Errc::invalid_argument, "there is one of this name", "token");
+    tokens.push_back(std::move(name));
+    return "wft_0";
+  };
+  services.remove_token = [&](std::string_view name) -> Status {
+    std::erase(tokens, name);
+    return {};
+  };
+  rpc::Methods methods;
+  api::add_lease_methods(methods, services);
+  api::add_token_methods(methods, services);
+  const auto call = [&](std::string_view method, const json& params) {
+    rpc::Outcome answer;
+    const rpc::Caller ada{"s-1", "test", "ada", access::Role::admin, true};
+    methods.find(method).value()->handler({params, ada}, [&](rpc::Outcome o) { answer = o; });
+    return answer;
+  };
+  {
+    const FullDisk full;
+    CHECK_FALSE(call("lease.acquire", json::object()));
+    CHECK_FALSE(call("token.add", {{"name", "page"}}));
+  }
+  CHECK(leases.all({}).empty());
+  CHECK(tokens.empty());
+  const auto taken = call("lease.acquire", json::object());
+  REQUIRE(taken);
+  const json lease{{"lease", json::parse(*taken).at("lease")}, {"reason", "a test"}};
+  for (const char* method : {"lease.release", "lease.break"}) {
+    const FullDisk full;
+    CHECK_FALSE(call(method, lease));
+    CHECK(leases.all({}).size() == 1);
+  }
+  CHECK(call("lease.release", lease));
+  CHECK(leases.all({}).empty());
+  REQUIRE(call("token.add", {{"name", "page"}}));
+  const auto again = call("token.add", {{"name", "page"}});
+  REQUIRE_FALSE(again);
+  CHECK(again.error().kind == "token.name_taken");
+}
