@@ -167,7 +167,7 @@ TEST_CASE("What changes the tokens has them alone, and whoever must not wait is 
   };
   const Status outer = TokenFile::change(file, TokenFile::Wait::until_free, [&](TokenFile& tokens) {
     CHECK(TokenFile::change(file, TokenFile::Wait::not_at_all, add_one).error().code ==
-          Errc::timeout);
+          Errc::wrong_state);
     return add_one(tokens);
   });
   REQUIRE(outer);
