@@ -8,6 +8,7 @@
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/certificate/file_print.hpp"
 #include "daemon/dataset/atomic_file.hpp"
+#include "daemon/dataset/digest.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/recorder/recorder.hpp"
@@ -75,8 +76,9 @@ Status write_export_list(const fs::path& folder, const std::vector<ExportedFile>
 }
 
 /// What export_campaign() makes, written to `file` by `format`; what is known of it by then.
-Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file) {
-  auto digest = write_hdf5(dataset, file);
+Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file,
+                                   const StopAsked& stop_asked) {
+  auto digest = write_hdf5(dataset, file, {.stop_asked = stop_asked});
   if (!digest) return pass(digest.error());
   ExportedFile made;
   made.trials = dataset.trials.size();
@@ -85,12 +87,14 @@ Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file)
 }
 
 Result<ExportedFile> write_as_features(const Dataset& dataset, const std::string& exploration,
-                                       const fs::path& file) {
+                                       const fs::path& file, const StopAsked& stop_asked) {
   const auto rows = write_feature_table(dataset, exploration, file);
   if (!rows) return pass(rows.error());
+  auto digest = digest_of(dataset, stop_asked);
+  if (!digest) return pass(digest.error());
   ExportedFile made;
   made.trials = *rows;
-  made.dataset_sha256 = dataset_sha256(dataset);
+  made.dataset_sha256 = std::move(digest->dataset_sha256);
   return made;
 }
 
@@ -147,8 +151,9 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& w
   if (!exploration) return pass(exploration.error());
   const std::string name = features ? "features-" + *exploration + ".csv" : dataset_file_name;
   AtomicFile file(folder / export_folder_name / name);
-  auto made = features ? write_as_features(*dataset, *exploration, file.temporary())
-                       : write_as_hdf5(*dataset, file.temporary());
+  auto made = features
+                  ? write_as_features(*dataset, *exploration, file.temporary(), wish.stop_asked)
+                  : write_as_hdf5(*dataset, file.temporary(), wish.stop_asked);
   if (!made) return pass(made.error());
   const auto print = print_of(file.temporary(), {}, wish.stop_asked);
   if (!print) return pass(print.error());

@@ -1,6 +1,7 @@
 // The canonical serialisation behind the digests, specified in docs/dataset.md, "Digest".
+#include "daemon/dataset/digest.hpp"
+
 #include "daemon/dataset/counts.hpp"
-#include "daemon/dataset/dataset.hpp"
 #include "daemon/dataset/sha256.hpp"
 
 namespace weft::daemon {
@@ -83,6 +84,10 @@ std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& reco
 }
 
 DatasetDigest digest_of(const Dataset& dataset) {
+  return *digest_of(dataset, {});  // nothing else stops it
+}
+
+Result<DatasetDigest> digest_of(const Dataset& dataset, const StopAsked& stop_asked) {
   DatasetDigest digest;
   Sha256 hash;
   hash.text("weft dataset 1\n");
@@ -99,6 +104,7 @@ DatasetDigest digest_of(const Dataset& dataset) {
   }
   hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    if (stop_asked && stop_asked()) return pass(stopped_early("digests"));
     const Sha256Digest trial = trial_digest(dataset.trials[i], dataset.records[i]);
     hash.update(trial);
     digest.trial_sha256.push_back(to_hex(trial));

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <new>
 
+#include "daemon/dataset/digest.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_layout.hpp"
 #include "daemon/dataset/hdf5_reader.hpp"
@@ -310,24 +311,33 @@ Status read_vibrations(Reader& in, Dataset& dataset) {
   return read_blocks(in, "/sound", 1, info.sound, dataset, &TrialRecord::sound);
 }
 
+/// What the file says that its content's digests are.
+Status read_digests(Reader& in, const Dataset& dataset, DatasetDigest& out) {
+  out.trial_sha256 = in.texts("/trials/sha256");
+  in.require(out.trial_sha256.size() == dataset.trials.size(), "/trials/sha256", "another length");
+  out.dataset_sha256 = in.text_attribute("/", "dataset_sha256");
+  return in.status();
+}
+
 /// Trial by trial first, so that the error can say which.
-Status verify_digests(Reader& in, const Dataset& dataset) {
-  const auto expected = in.texts("/trials/sha256");
-  in.require(expected.size() == dataset.trials.size(), "/trials/sha256", "another length");
-  const std::string whole = in.text_attribute("/", "dataset_sha256");
-  if (!in.status()) return in.status();
-  const DatasetDigest got = digest_of(dataset);
+Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
+                      const StopAsked& stop_asked) {
+  const auto got = digest_of(dataset, stop_asked);
+  if (!got) return pass(got.error());
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
-    if (got.trial_sha256[i] != expected[i])
+    if (got->trial_sha256[i] != expected.trial_sha256[i])
       return fail(Errc::corrupt, "the trial was altered: its SHA-256 disagrees",
-                  "trial " + dataset.trials[i].file, expected[i], got.trial_sha256[i]);
-  if (got.dataset_sha256 != whole)
+                  "trial " + dataset.trials[i].file, expected.trial_sha256[i],
+                  got->trial_sha256[i]);
+  if (got->dataset_sha256 != expected.dataset_sha256)
     return fail(Errc::corrupt, "the data set was altered: its SHA-256 disagrees", "dataset_sha256",
-                whole, got.dataset_sha256);
+                expected.dataset_sha256, got->dataset_sha256);
   return {};
 }
 
-Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOptions& options) {
+/// All that is done inside the library.
+Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOptions& options,
+                             DatasetDigest& told) {
   const hdf5::QuietErrors quiet;
   auto in = Reader::open(path);
   if (!in) return pass(std::move(in).error());
@@ -346,11 +356,19 @@ Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOption
   }
   if (done && options.streams) done = read_streams(*in, dataset);
   if (done && options.streams) done = read_vibrations(*in, dataset);
-  if (done) {
-    done = check(dataset);
-    if (!done) done.error().code = Errc::corrupt;
-  }
-  if (done && options.streams && options.verify_digest) done = verify_digests(*in, dataset);
+  if (done && options.streams && options.verify_digest) done = read_digests(*in, dataset, told);
+  if (!done) return pass(std::move(done).error(), path.string());
+  return dataset;
+}
+
+Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOptions& options) {
+  DatasetDigest told;
+  auto dataset = read_columns(path, options, told);
+  if (!dataset) return dataset;
+  Status done = check(*dataset);
+  if (!done) done.error().code = Errc::corrupt;
+  if (done && options.streams && options.verify_digest)
+    done = verify_digests(told, *dataset, options.stop_asked);
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
 }

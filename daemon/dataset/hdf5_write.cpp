@@ -1,8 +1,10 @@
 // Dataset to HDF5 file; layout in docs/dataset.md, "HDF5 layout".
+#include <array>
 #include <limits>
 
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/counts.hpp"
+#include "daemon/dataset/digest.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_layout.hpp"
 #include "daemon/dataset/hdf5_writer.hpp"
@@ -312,28 +314,37 @@ void write_vibrations(Writer& out, const Dataset& dataset) {
                {"/sound", &TrialRecord::sound, &DatasetInfo::sound, 1, "Pa", sound_quanta_per_pa});
 }
 
-}  // namespace
-
-Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
-                               const Hdf5Options& options) {
-  if (auto fine = check(dataset); !fine) return pass(std::move(fine).error(), path.string());
+/// The file, whole and closed. Nothing of HDF5 is left open behind it.
+Status write_columns(const Dataset& dataset, const DatasetDigest& digest,
+                     const std::filesystem::path& path, const Hdf5Options& options) {
   const hdf5::QuietErrors quiet;
-  DatasetDigest digest = digest_of(dataset);
-  AtomicFile atomic(path);
-  Writer out = Writer::create(atomic.temporary(), options.deflate_level);
+  Writer out = Writer::create(path, options.deflate_level);
   write_root(out, dataset, digest.dataset_sha256);
   write_provenance(out, dataset.info);
   write_selection(out, dataset.info);
   write_trial_table(out, dataset, digest);
   write_factors(out, dataset);
-  write_taxels(out, dataset);
-  write_phase_runs(out, dataset);
-  write_wrench(out, dataset);
-  write_stages(out, dataset);
-  write_vibrations(out, dataset);
-  if (auto done = out.close(); !done) return pass(std::move(done).error(), path.string());
+  constexpr std::array groups{write_taxels, write_phase_runs, write_wrench, write_stages,
+                              write_vibrations};
+  for (const auto write_group : groups) {
+    if (options.stop_asked && options.stop_asked()) return pass(stopped_early("columns"));
+    write_group(out, dataset);
+  }
+  return out.close();
+}
+
+}  // namespace
+
+Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
+                               const Hdf5Options& options) {
+  if (auto fine = check(dataset); !fine) return pass(std::move(fine).error(), path.string());
+  auto digest = digest_of(dataset, options.stop_asked);
+  if (!digest) return pass(std::move(digest).error(), path.string());
+  AtomicFile atomic(path);
+  if (auto done = write_columns(dataset, *digest, atomic.temporary(), options); !done)
+    return pass(std::move(done).error(), path.string());
   if (auto done = atomic.publish(); !done) return pass(std::move(done).error());
-  return std::move(digest.dataset_sha256);
+  return std::move(digest->dataset_sha256);
 }
 
 }  // namespace weft::daemon

@@ -3,9 +3,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <cstdlib>
+#include <thread>
 
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_handle.hpp"
@@ -311,4 +313,45 @@ TEST_CASE("a sweep's factors are in campaign file, data set and digest, and in n
   const TemporaryFolder plain;
   REQUIRE(write_hdf5(recorded(plain), folder / "p.h5"));
   CHECK(read_hdf5(folder / "p.h5")->info.factors.empty());
+}
+
+TEST_CASE("one thread exports while another ends a run, and both files are whole") {
+  const TemporaryFolder folder;
+  const Dataset exported = recorded(folder, 6, 200), ended = recorded(folder, 5, 150);
+  const auto write_again = [&](const Dataset& dataset, const char* name) {
+    for (int i = 0; i < 40; ++i) {
+      const auto written = write_hdf5(dataset, folder / name);
+      if (!written || !read_hdf5(folder / name)) return false;
+    }
+    return true;
+  };
+  bool other = false;
+  {
+    const std::jthread thread([&] { other = write_again(exported, "export.h5"); });
+    CHECK(write_again(ended, "dataset.h5"));
+  }
+  CHECK(other);
+  CHECK(same_content(read_hdf5(folder / "export.h5").value(), exported));
+  CHECK(same_content(read_hdf5(folder / "dataset.h5").value(), ended));
+}
+
+TEST_CASE("digests are made and given up while another thread has the library") {
+  const TemporaryFolder folder;
+  const Dataset dataset = recorded(folder);
+  REQUIRE(write_hdf5(dataset, folder / "whole.h5"));
+  std::atomic<int> looks = 0;
+  const auto give_up = [&looks] { return ++looks == 2; };
+  std::optional<Error> refused;
+  {
+    const std::lock_guard alone(hdf5::library());
+    std::thread([&] {
+      refused = write_hdf5(dataset, folder / "stopped.h5", {.stop_asked = give_up}).error();
+    }).join();
+  }
+  REQUIRE(refused);
+  CHECK(refused->code == Errc::wrong_state);
+  CHECK(looks == 2);
+  CHECK_FALSE(std::filesystem::exists(folder / "stopped.h5"));
+  const auto once = [] { return true; };
+  CHECK(read_hdf5(folder / "whole.h5", {.stop_asked = once}).error().code == Errc::wrong_state);
 }
