@@ -74,6 +74,8 @@ def source_of(document):
     """The whole module, as text."""
     nouns = {}
     for method in document["methods"]:
+        if method["name"].startswith("$/"):  # of the protocol, for a connection's own use
+            continue
         noun, _, verb = method["name"].partition(".")
         nouns.setdefault(noun, []).append((verb, method))
     out = [HEAD.format(version=document["info"]["version"])]

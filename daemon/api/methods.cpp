@@ -5,9 +5,12 @@ namespace weft::daemon::api {
 
 void add_methods(rpc::Methods& methods, const Services& services) {
   server::add_session_open(methods);
+  server::add_cancel(methods);
+  add_session_methods(methods, services);
   add_system_methods(methods, services);
   add_lease_methods(methods, services);
   add_recipe_methods(methods, services);
+  add_recipe_put(methods, services);
   add_run_methods(methods, services);
   add_queue_methods(methods, services);
   add_rig_methods(methods, services);

@@ -17,6 +17,7 @@
 #include "daemon/run/bench_pace.hpp"
 #include "daemon/run/onlooker.hpp"
 #include "daemon/server/hub.hpp"
+#include "daemon/server/sessions.hpp"
 
 namespace weft::daemon::api {
 
@@ -44,6 +45,7 @@ struct Services {
   Errand file_errand;          ///< on a thread of its own again, the only one that uses `files`
   DataFiles* files = nullptr;  ///< the data sets' files
   BenchPace* pace = nullptr;   ///< of a simulated bench
+  server::Sessions* sessions = nullptr;
   /// A new token, kept. Errors: TokenFile's.
   std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us)>
       add_token = {};
@@ -70,6 +72,8 @@ void add_data_methods(rpc::Methods& methods, const Services& services);
 void add_plan_methods(rpc::Methods& methods, const Services& services);
 void add_hand_over_methods(rpc::Methods& methods, const Services& services);
 void add_sim_methods(rpc::Methods& methods, const Services& services);
+void add_session_methods(rpc::Methods& methods, const Services& services);
+void add_recipe_put(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
 
 /// Tells a frame of `run` under "stream:force", "stream:stages" and "stream:taxels".

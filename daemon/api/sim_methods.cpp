@@ -34,6 +34,34 @@ Outcome set_pace(const Services& services, const Call& call) {
   return text_of({{"pace", pace}});
 }
 
+/// What the emulator refuses, it refuses of the fault's own fields.
+Error of_params(Error error) {
+  if (error.where.starts_with('/') && error.where != "/rig") error.where = "/params" + error.where;
+  return error;
+}
+
+/// The call without what is not the fault's.
+json fault_of(const Call& call) {
+  json out = call.params;
+  out.erase("idem");
+  return out;
+}
+
+void befall(const Services& services, const Call& call, bool ends, const rpc::Responder& respond) {
+  if (auto free = nobody_else_holds(services, call.caller); !free)
+    return respond(tl::unexpected(free.error()));
+  json fault = fault_of(call);
+  if (ends && !fault.contains("fault")) fault["fault"] = "";
+  const auto run = services.desk->active();
+  services.desk->befall({fault.dump(), ends, by(call.caller), {}},
+                        [respond, run, fault](const Status& done) {
+                          if (!done) return respond(refused(of_params(done.error())));
+                          json told = fault;
+                          told["run"] = run ? json(*run) : json();
+                          respond(text_of(told));
+                        });
+}
+
 json of_axes(const recipes::Joints& joints, bool linear, double per_unit) {
   json out = json::object();
   for (const recipes::Axis axis : recipes::all_axes)
@@ -80,6 +108,35 @@ void add_sim_methods(rpc::Methods& methods, const Services& services) {
                  "bench seconds per second, 1 to 1000000; 0: as fast as it can"}},
                "pace"},
               [s](const Call& call) { return set_pace(*s, call); });
+  constexpr rpc::ParamSpec device_param{"device", ParamType::text, true,
+                                        "its name, see device.list"};
+  methods.add(
+      {"sim.inject",
+       "lets a fault befall a device of the simulated or emulated bench of the run under way, once "
+       "its devices are up; kinds: sim/devices/README.md",
+       Role::engineer,
+       Effect::change,
+       {device_param,
+        {"fault", ParamType::text, true, "its kind, \"drop\""},
+        {"start_s", ParamType::number, false, "from now, on the bench's clock [s], 0"},
+        {"duration_s", ParamType::number, false, "[s]; for ever where it is left out"},
+        {"probability", ParamType::number, false, "0 to 1 of each message or reading, 1"},
+        {"amount", ParamType::number, false, "how much, in the unit of the kind"},
+        {"towards", ParamType::text, false, "host (default) or device, of faults of the wire"}},
+       "the fault, run"},
+      rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+        befall(*s, call, false, respond);
+      }));
+  methods.add(
+      {"sim.clear",
+       "ends such faults of a device, also those of its rig file",
+       Role::engineer,
+       Effect::change,
+       {device_param, {"fault", ParamType::text, false, "its kind; all where it is left out"}},
+       "device, fault, run"},
+      rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+        befall(*s, call, true, respond);
+      }));
 }
 
 }  // namespace weft::daemon::api

@@ -12,6 +12,15 @@ using rpc::Call;
 using rpc::Outcome;
 using rpc::ParamType;
 
+/// How many events. Errors: range.
+Result<std::uint64_t> credit_of(const json& params, const char* name, std::int64_t least) {
+  constexpr auto most = static_cast<std::int64_t>(server::Subscription::most_credit);
+  const auto events = params.at(name).get<std::int64_t>();
+  if (events >= least && events <= most) return static_cast<std::uint64_t>(events);
+  return fail(Errc::range, "how many events", "/params/" + std::string(name),
+              std::to_string(least) + " to " + std::to_string(most), std::to_string(events));
+}
+
 Result<server::Wish> wish_of(const json& params) {
   constexpr std::size_t most_topics = 64;
   server::Wish wish;
@@ -38,6 +47,11 @@ Result<server::Wish> wish_of(const json& params) {
   if (wish.max_hz != 0 && !(wish.max_hz >= slowest_hz && wish.max_hz <= 1000))
     return fail(Errc::range, "rate out of range", "/params/max_hz", "0 or 0.001 to 1000 Hz",
                 std::to_string(wish.max_hz));
+  if (params.contains("credit")) {
+    const auto credit = credit_of(params, "credit", 0);
+    if (!credit) return pass(credit.error());
+    wish.credit = *credit;
+  }
   return wish;
 }
 
@@ -79,6 +93,18 @@ Outcome open(const Services& services, const Call& call) {
          R"(,"snapshot":)" + made->snapshot_json + "}";
 }
 
+Outcome grant(const Call& call) {
+  const std::string id = call.params.at("sub").get<std::string>();
+  server::Subscription* const mine =
+      call.conversation == nullptr ? nullptr : call.conversation->subscription(id);
+  if (mine == nullptr)
+    return refused({Errc::not_found, "no such subscription of yours", "/params/sub", {}, id, {}});
+  const auto events = credit_of(call.params, "events", 1);
+  if (!events) return refused(events.error());
+  if (const Status ok = mine->grant(*events); !ok) return refused(ok.error());
+  return text_of({{"sub", id}, {"credit", *mine->credit()}});
+}
+
 Outcome close(const Call& call) {
   const std::string id = call.params.at("sub").get<std::string>();
   if (call.conversation == nullptr || !call.conversation->unsubscribe(id))
@@ -97,10 +123,21 @@ void add_subscription_methods(rpc::Methods& methods, const Services& services) {
                {{"topics", ParamType::list, true, "\"run:R-000318\"; \"run:*\" for all of a kind"},
                 {"mode", ParamType::text, false, "latest (merged) or every (bounded, gaps told)"},
                 {"max_hz", ParamType::number, false, "of latest, 20 [Hz]"},
+                {"credit", ParamType::integer, false,
+                 "so many events, and no more before sub.credit; what waits longer than the bound "
+                 "is a gap that is told"},
                 {"from_seq", ParamType::integer, false, "all events after this one instead"},
                 {"epoch", ParamType::text, false, "of the daemon that numbered from_seq"}},
                "sub, seq, snapshot"},
               [s](const Call& call) { return open(*s, call); });
+  methods.add({"sub.credit",
+               "lets a subscription that was opened with credit send more events",
+               {},
+               {},
+               {{"sub", ParamType::text, true, "its name, \"u3\""},
+                {"events", ParamType::integer, true, "so many more, 1 to 1000000"}},
+               "sub, credit"},
+              [](const Call& call) { return grant(call); });
   methods.add({"sub.close",
                "no more of it",
                {},

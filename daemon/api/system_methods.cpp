@@ -63,7 +63,8 @@ void add_standing_blocker(const control::RigStanding& standing, json& blockers) 
   using Fact = control::RigStanding::Fact;
   if (standing.fact == Fact::latched)
     blockers.push_back(blocker("rig.latched", "rig",
-                               "Halted by " + standing.why + ": look at the rig, then rig.reset"));
+                               (standing.emergency ? "Emergency stop by " : "Halted by ") +
+                                   standing.why + ": look at the rig, then rig.reset"));
   if (standing.fact == Fact::unknown)
     blockers.push_back(blocker("rig.unknown", standing.why,
                                "Nobody knows where that run left the rig: look at it, then "

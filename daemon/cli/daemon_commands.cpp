@@ -96,6 +96,9 @@ void add_options(CLI::App& command, AbortArgs& args) {
 void add_options(CLI::App& command, HaltArgs& args) {
   add_socket(command, args);
 }
+void add_options(CLI::App& command, EstopArgs& args) {
+  add_socket(command, args);
+}
 void add_options(CLI::App& command, WatchArgs& args) {
   add_run(command, args);
 }
@@ -193,19 +196,30 @@ Result<int> run_abort(const AbortArgs& args, Console& console) {
   return ordered(args, "run.abort", json::object(), console);
 }
 
-Result<int> run_halt(const HaltArgs& args, Console& console) {
+namespace {
+
+Result<int> latched(const SocketArgs& args, bool emergency, Console& console) {
   auto found = reached(args);
   if (!found) return pass(found.error());
   Client& daemon = found->client;
   if (found->is_local) {
-    if (Status sent = daemon.halt(); !sent) return pass(sent.error());
-  } else if (const auto halted = call(daemon, "rig.halt"); !halted) {
+    if (Status sent = daemon.halt(emergency); !sent) return pass(sent.error());
+  } else if (const auto halted = call(daemon, emergency ? "rig.estop" : "rig.halt"); !halted) {
     return pass(halted.error());  // the raw line is for the local socket
   }
   const auto rig = call(daemon, "rig.state");
   if (!rig) return pass(rig.error());
   print(console, "rig " + rig->value("rig", "") + "\n", *rig);
   return rig->value("rig", "") == "latched" ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+Result<int> run_halt(const HaltArgs& args, Console& console) {
+  return latched(args, false, console);
+}
+Result<int> run_estop(const EstopArgs& args, Console& console) {
+  return latched(args, true, console);
 }
 
 Result<int> run_watch(const WatchArgs& args, Console& console) {

@@ -38,6 +38,7 @@ struct RecoverArgs : ResumeArgs {
 struct StopArgs : RunOrderArgs {};
 struct AbortArgs : RunOrderArgs {};
 struct HaltArgs : SocketArgs {};
+struct EstopArgs : SocketArgs {};
 struct WatchArgs : RunOrderArgs {};
 struct LogArgs : RunOrderArgs {
   std::int64_t most = 100;
@@ -71,6 +72,7 @@ void add_options(CLI::App& command, RecoverArgs& args);
 void add_options(CLI::App& command, StopArgs& args);
 void add_options(CLI::App& command, AbortArgs& args);
 void add_options(CLI::App& command, HaltArgs& args);
+void add_options(CLI::App& command, EstopArgs& args);
 void add_options(CLI::App& command, WatchArgs& args);
 void add_options(CLI::App& command, LogArgs& args);
 void add_options(CLI::App& command, CallArgs& args);
@@ -92,6 +94,7 @@ Result<int> run_confirm(const ConfirmArgs& args, Console& console);
 Result<int> run_stop(const StopArgs& args, Console& console);
 Result<int> run_abort(const AbortArgs& args, Console& console);
 Result<int> run_halt(const HaltArgs& args, Console& console);
+Result<int> run_estop(const EstopArgs& args, Console& console);
 /// A line for each change, until the run has ended.
 Result<int> run_watch(const WatchArgs& args, Console& console);
 Result<int> run_log(const LogArgs& args, Console& console);

@@ -102,8 +102,8 @@ Result<std::string> Client::next_event() {
   return first;
 }
 
-Status Client::halt() {
-  return send_line("!halt");
+Status Client::halt(bool emergency) {
+  return send_line(emergency ? "!estop" : "!halt");
 }
 
 }  // namespace weft::daemon::client

@@ -29,8 +29,8 @@ class Client {
   /// The params of the next event as JSON; waits for it. Errors: io, when the daemon is gone; what
   /// it says before it closes the connection.
   Result<std::string> next_event();
-  /// The raw line "!halt".
-  Status halt();
+  /// The raw line "!halt", or "!estop".
+  Status halt(bool emergency = false);
 
  private:
   explicit Client(std::unique_ptr<Channel> channel) : channel_(std::move(channel)) {}

@@ -144,14 +144,6 @@ bool RunDesk::may_begin(const Run& run) const {
   return standing_.fact == RigStanding::Fact::safe || run.view.stored.id() == trusted_;
 }
 
-void RunDesk::stand(const RigStanding& standing, std::string_view by) {
-  trusted_.clear();  // it was for how the rig stood then
-  if (standing == standing_ && standing.fact != RigStanding::Fact::latched) return;
-  standing_ = standing;  // every halt is told
-  keep_standing();
-  if (around_.stands) around_.stands(standing_, by);
-}
-
 void RunDesk::begin_next() {
   if (active() || line_.held()) return;
   const auto next = std::find_if(line_.runs.begin(), line_.runs.end(), [this](std::int64_t number) {
@@ -261,6 +253,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     stored.error = to_string(summary.error());
   }
   run.at_work = false;
+  refuse_faults(run);
   trusted_.clear();
   if (!run.took_rig)
     stored.rig_fact = to_string(standing_.fact);  // what it was
@@ -319,36 +312,6 @@ Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_vie
   if (!step) return pass(step.error(), run->view.stored.id());
   apply(*run, *step, by);
   return run->view;
-}
-
-void RunDesk::halt(std::string_view by) {
-  for (const auto& run : runs_) {  // motion first, then what has to reach the disk
-    const auto step = on_order(run->view.machine, run->limits, Order::halt, around_.now());
-    if (step) apply(*run, *step, by);
-  }
-  stand({RigStanding::Fact::latched, std::string(by)}, by);
-  note("", "halt", by);
-}
-
-Status RunDesk::reset(std::string_view reason, std::string_view by) {
-  if (standing_.fact == RigStanding::Fact::safe)
-    return fail(Errc::wrong_state, "the rig is neither latched nor unknown", "rig");
-  if (reason.size() < 3)
-    return fail(Errc::invalid_argument, "a reset needs a reason", "/params/reason", "a few words",
-                std::string(reason));
-  if (const auto run = active())
-    return fail(Errc::wrong_state, "a run has not ended yet", *run, "ended", {},
-                "Wait for it; one that does not answer ends with the daemon");
-  const std::string payload = json{{"reason", reason}}.dump();
-  const Status kept = store_.together([&] {
-    Status done = store_.keep(RigStanding{});
-    return done ? store_.journal(around_.utc_us(), "", "reset", by, payload) : done;
-  });
-  if (!kept) return kept;
-  stand({}, by);
-  if (line_.held_by == after_restart) static_cast<void>(start_line(by));
-  begin_next();
-  return {};
 }
 
 Result<RunView> RunDesk::get(std::string_view id) const {

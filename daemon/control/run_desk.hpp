@@ -65,6 +65,8 @@ enum class Recovery {
 };
 std::string_view to_string(Recovery choice);
 
+using FaultTold = std::function<void(const Status&)>;
+
 /// Used by one thread, which `post` calls back to.
 class RunDesk {
  public:
@@ -138,7 +140,14 @@ class RunDesk {
   Status start_line(std::string_view by);
   /// Stops motion now, whatever runs, and latches the rig until reset().
   void halt(std::string_view by);
+  /// As halt(), and the latch is an emergency stop's: RigStanding::emergency. A halt after it
+  /// leaves it one.
+  void emergency_stop(std::string_view by);
   Status reset(std::string_view reason, std::string_view by);
+  /// Lets a fault befall the bench of the run under way, once its devices are up, or ends some; it
+  /// is in the run's journal and the daemon's. `told` is called once, on the desk's thread. Errors:
+  /// wrong_state, without a run; BenchSession::befall()'s.
+  void befall(FaultOrder order, FaultTold told);
   /// Where it is not safe nothing begins before reset(), but for the run that left it unknown, once
   /// somebody goes on with that: it ends the doubt or leaves it. Outlives the daemon.
   [[nodiscard]] const RigStanding& standing() const { return standing_; }
@@ -173,6 +182,7 @@ class RunDesk {
   void moved(Run& run, const RunMoment& moment);
   void ask(Run& run, const recipes::AskOperator& asked);
   [[nodiscard]] bool may_begin(const Run& run) const;
+  void latch(std::string_view by, bool emergency);
   void stand(const RigStanding& standing, std::string_view by);
   void keep_standing();
   void keep_line();
@@ -190,6 +200,7 @@ class RunDesk {
   static PlanKnown known_of(const recipes::Plan& plan);
   void plan_known(Run& run, const PlanKnown& plan);
   void tell_end(Run& run);
+  static void refuse_faults(Run& run);
   [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
   void apply(Run& run, const RunStep& step, std::string_view by);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);

@@ -54,6 +54,9 @@ Result<RunState> state_from(const std::string& name) {
 constexpr std::array facts{RigStanding::Fact::safe, RigStanding::Fact::unknown,
                            RigStanding::Fact::latched};
 
+/// The fact of a rig that an emergency stop has latched.
+constexpr std::string_view emergency_name = "estop";
+
 bool was_under_way(RunState state) {
   return state != RunState::queued && state != RunState::ended && state != RunState::interrupted;
 }
@@ -181,6 +184,7 @@ Result<RigStanding> RunStore::standing() {
   if (!row) return pass(row.error());
   if (!*row) return RigStanding{};
   const std::string name = query->text(0);
+  if (name == emergency_name) return RigStanding{RigStanding::Fact::latched, query->text(1), true};
   const auto* found =
       std::find_if(facts.begin(), facts.end(), [&](auto fact) { return to_string(fact) == name; });
   if (found == facts.end())
@@ -191,7 +195,8 @@ Result<RigStanding> RunStore::standing() {
 Status RunStore::keep(const RigStanding& standing) {
   auto change = database_.prepare("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)");
   if (!change) return pass(change.error());
-  change->bind(1, to_string(standing.fact)).bind(2, standing.why);
+  change->bind(1, standing.emergency ? emergency_name : to_string(standing.fact))
+      .bind(2, standing.why);
   return change->run();
 }
 

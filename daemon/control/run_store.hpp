@@ -50,6 +50,8 @@ struct RigStanding {
   };
   Fact fact = Fact::safe;
   std::string why;  ///< who halted it, or which run left it so
+  /// Latched by an emergency stop, which more than an operator's word releases.
+  bool emergency = false;
   friend bool operator==(const RigStanding&, const RigStanding&) = default;
 };
 std::string_view to_string(RigStanding::Fact fact);

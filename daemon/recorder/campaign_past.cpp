@@ -26,6 +26,7 @@ Result<std::vector<PastAttempt>> load_attempts(sqlite::Database& database) {
 bool disturbs(const JournalEntry& entry) {
   if (entry.kind == "resumed")
     return entry.payload_json.find("\"plays_again\":true") == std::string::npos;
+  if (entry.kind == fault_kind) return true;
   if (entry.kind != "order") return false;
   return entry.payload_json.find("\"pause") != std::string::npos ||
          entry.payload_json.find("\"resume\"") != std::string::npos;

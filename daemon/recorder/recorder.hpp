@@ -158,6 +158,9 @@ struct CampaignProgress {
 };
 /// The journal's line that says so.
 inline constexpr const char* discarded_kind = "discarded";
+/// The journal's line of a fault that somebody let befall the bench, or of its end: what came after
+/// does not come again by itself.
+inline constexpr const char* fault_kind = "fault";
 Result<CampaignProgress> load_progress(const std::filesystem::path& path);
 
 /// A line of the journal.

@@ -33,6 +33,8 @@ std::string_view schema_type(ParamType type) {
       return "object";
     case ParamType::list:
       return "array";
+    case ParamType::id:
+      return "string or integer";
   }
   return "string";
 }
@@ -51,6 +53,8 @@ bool matches(ParamType type, const json& value) {
       return value.is_object();
     case ParamType::list:
       return value.is_array();
+    case ParamType::id:
+      return value.is_string() || value.is_number_integer();
   }
   return false;
 }
@@ -65,11 +69,16 @@ std::string meant_or_known(std::string_view word, const std::vector<std::string_
   return known.empty() ? "It takes none" : "Known: " + recipes::one_of(known);
 }
 
+json type_json(ParamType type) {
+  if (type == ParamType::id) return {"string", "integer"};
+  return schema_type(type);
+}
+
 json param_json(const ParamSpec& param) {
   return {{"name", param.name},
           {"description", param.summary},
           {"required", param.required},
-          {"schema", {{"type", schema_type(param.type)}}}};
+          {"schema", {{"type", type_json(param.type)}}}};
 }
 
 json method_json(const MethodSpec& spec) {

@@ -19,7 +19,15 @@ class Conversation;
 
 namespace weft::daemon::rpc {
 
-enum class ParamType { text, integer, number, flag, object, list };
+enum class ParamType {
+  text,
+  integer,
+  number,
+  flag,
+  object,
+  list,
+  id  ///< of a request: a text or a whole number
+};
 
 struct ParamSpec {
   std::string_view name;

@@ -1,5 +1,7 @@
 #include "daemon/run/bench_session.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "daemon/loop/real_loop.hpp"
 #include "daemon/loop/real_time.hpp"
 #include "daemon/run/monitor.hpp"
@@ -9,6 +11,12 @@
 namespace weft::daemon {
 namespace {
 
+Status befallen(sim::Rig& rig, const FaultOrder& order, TimePoint now) {
+  if (!order.ends) return rig.inject(order.json, now);
+  const auto end = nlohmann::json::parse(order.json);
+  return rig.clear_faults(end.at("device").get<std::string>(), end.at("fault").get<std::string>());
+}
+
 class SimulatedSession final : public BenchSession {
  public:
   explicit SimulatedSession(std::unique_ptr<SimulatedBench> bench) : simulated_(std::move(bench)) {}
@@ -17,6 +25,9 @@ class SimulatedSession final : public BenchSession {
   void run_until(const std::function<bool()>& done) override { simulated_->loop.run_until(done); }
   void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) override {
     done(simulated_->rig->mount(fabric, patch_seed, simulated_->loop.now()));
+  }
+  void befall(const FaultOrder& order) override {
+    order.told(befallen(*simulated_->rig, order, simulated_->loop.now()));
   }
   sim::Rig* plant() override { return simulated_->rig.get(); }
   [[nodiscard]] SessionLoad load() const override {
@@ -66,6 +77,10 @@ class PortSession final : public BenchSession {
     if (console_) return console_->mount(fabric, patch_seed, std::move(done));
     person_(loop_, fabric, std::move(done));
   }
+  void befall(const FaultOrder& order) override {
+    if (!console_) return BenchSession::befall(order);
+    console_->befall(order.json, order.ends, order.told);
+  }
   [[nodiscard]] std::string advice() const override { return real_time_.advice(); }
 
  private:
@@ -96,6 +111,10 @@ Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& re
 }
 
 }  // namespace
+
+void BenchSession::befall(const FaultOrder& order) {
+  order.told(fail(Errc::unsupported, "nothing lets faults befall a real bench", "bench"));
+}
 
 Status bring_up(BenchSession& session, const StopAsked& stop_asked) {
   std::optional<Status> up;

@@ -8,6 +8,7 @@
 
 #include "daemon/dataset/stop_asked.hpp"
 #include "daemon/run/bench.hpp"
+#include "daemon/run/run_orders.hpp"
 #include "daemon/run/supervisor.hpp"
 #include "recipes/engine/rig_limits.hpp"
 #include "sim/rig/rig.hpp"
@@ -31,6 +32,9 @@ class BenchSession {
   /// Lets time pass until `done()`; on a simulated bench also until nothing is left to happen.
   virtual void run_until(const std::function<bool()>& done) = 0;
   virtual void mount(std::string_view fabric, std::uint64_t patch_seed, MountDone done) = 0;
+  /// Lets a fault befall an emulated device, or ends some. Told: unsupported, of a real bench;
+  /// sim::Rig::inject()'s and clear_faults()'s.
+  virtual void befall(const FaultOrder& order);
   [[nodiscard]] virtual SessionLoad load() const { return {}; }
   /// Whether its time is the world's: then nothing may hold the loop up.
   [[nodiscard]] virtual bool real_time() const { return false; }

@@ -8,7 +8,6 @@
 #include "daemon/run/campaign_file.hpp"
 #include "daemon/run/campaign_folder.hpp"
 #include "daemon/run/error_check.hpp"
-#include "daemon/run/level_file.hpp"
 #include "daemon/run/resume.hpp"
 #include "daemon/run/run_pace.hpp"
 #include "daemon/run/supervisor.hpp"
@@ -20,13 +19,6 @@ using nlohmann::json;
 
 double seconds_since(std::chrono::nanoseconds begin) {
   return std::chrono::duration<double>(steady_wall_now() - begin).count();
-}
-
-std::string all_problems(const std::vector<recipes::Diagnostic>& problems) {
-  std::string text =
-      std::to_string(problems.size()) + (problems.size() == 1 ? " problem:" : " problems:");
-  for (const recipes::Diagnostic& problem : problems) text += "\n  " + recipes::to_string(problem);
-  return text;
 }
 
 bool signalled(const CampaignHooks& hooks) {
@@ -107,7 +99,8 @@ class Run {
       pass_over(supervisor, past.played_again);
       tell_step(supervisor);
       if (supervisor.state().trial >= past.played_again) go_on_in_sight();
-      obey(supervisor, recording);
+      take_faults(supervisor, recording, past.played_again);
+      obey(supervisor, recording, past.played_again);
       return supervisor.result().has_value();
     });
     log_.journal_to(nullptr);
@@ -152,16 +145,35 @@ class Run {
   }
 
   // A clock that jumps to the next timer would jump over a pause: there the orders are waited for.
-  void obey(Supervisor& supervisor, TrialRecording& recording) {
+  void obey(Supervisor& supervisor, TrialRecording& recording, std::size_t played_again) {
     if (hooks_->orders == nullptr) return;
     constexpr std::chrono::milliseconds between_looks{100};
     const recipes::Step step = supervisor.state().step;
     const bool stands = step == recipes::Step::held || step == recipes::Step::awaiting_operator;
     if (stands && session_->plant() != nullptr)
-      while (!signalled(*hooks_) && !hooks_->orders->wait(between_looks)) continue;
+      while (!signalled(*hooks_) && !hooks_->orders->wait(between_looks))
+        take_faults(supervisor, recording, played_again);
     while (const auto given = hooks_->orders->take()) {
       note(*given, supervisor, recording);
       supervisor.request(event_of(*given));
+    }
+  }
+
+  // While the past is played again they wait: it had none.
+  void take_faults(const Supervisor& supervisor, TrialRecording& recording,
+                   std::size_t played_again) {
+    while (hooks_->orders != nullptr && supervisor.state().trial >= played_again) {
+      auto given = hooks_->orders->take_fault();
+      if (!given) return;
+      const auto tell = given->told;
+      given->told = [this, tell, &recording,
+                     line = json{{"fault", json::parse(given->json)},
+                                 {"ends", given->ends},
+                                 {"by", given->by}}](const Status& done) {
+        if (done) recording.journal(session_->loop().now(), fault_kind, line.dump());
+        tell(done);
+      };
+      session_->befall(*given);
     }
   }
 
@@ -302,31 +314,6 @@ class Run {
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
 
-/// The rig file, with the level that was found where one is named.
-Result<std::string> rig_text_of(const CampaignRequest& request) {
-  Result<std::string> rig = read_text_file(request.rig);
-  if (!rig || request.level.empty()) return rig;
-  const Result<std::string> level = read_text_file(request.level);
-  if (!level) return pass(level.error());
-  const auto oldest = request.resume ? std::chrono::seconds{} : request.oldest_level;
-  Result<std::string> both = with_level(*rig, *level, utc_now(), oldest);
-  if (!both) return pass(both.error(), request.level.string());
-  return both;
-}
-
-/// Level, integrator and step, written into the rig file that is run and recorded.
-Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRequest& checked,
-                                       RigFile& rig) {
-  auto chosen = choose_simulation(rig, request.rig, checked.plan, request.fidelity);
-  if (!chosen) return pass(chosen.error());
-  Result<RigFile> settled = parse_rig_file(chosen->rig_text);
-  if (!settled) return pass(settled.error());
-  settled->drivers = rig.drivers;
-  rig = std::move(*settled);
-  checked.rig_text = std::move(chosen->rig_text);
-  return std::move(chosen->note);
-}
-
 /// The campaign that the folder holds, where it is to be gone on with.
 Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
                                           const std::filesystem::path& campaign,
@@ -345,68 +332,6 @@ std::string ended_early_words(const CampaignSummary& summary) {
   if (summary.trials_ended_early == 0) return {};
   return ", " + std::to_string(summary.trials_ended_early) +
          " of them with slides that ended early, which are in no data set";
-}
-
-namespace {
-
-/// Without the models.
-Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
-  Result<std::string> rig_text = rig_text_of(request);
-  if (!rig_text) return pass(rig_text.error());
-  Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
-  if (!limits) return pass(limits.error(), request.rig.string());
-  Result<std::string> recipe = read_text_file(request.recipe, recipes::max_recipe_bytes);
-  if (!recipe) return pass(recipe.error());
-  recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
-  if (!report.plan)
-    return fail(Errc::invalid_argument, all_problems(report.problems), request.recipe.string());
-  return CheckedRequest{std::move(*report.plan), std::move(*recipe), *rig_text,
-                        std::move(report.warnings)};
-}
-
-}  // namespace
-
-Result<CheckedRequest> check_request(const CampaignRequest& request) {
-  Result<CheckedRequest> checked = check_recipe_and_rig(request);
-  if (!checked) return checked;
-  auto models = load_live_models(checked->plan, request.recipe.parent_path());
-  if (!models) return pass(models.error(), request.recipe.string());
-  checked->models = std::move(*models);
-  return checked;
-}
-
-Result<CheckedRequest> check_quickly(const CampaignRequest& request) {
-  Result<CheckedRequest> checked = check_recipe_and_rig(request);
-  if (!checked) return checked;
-  const Status fit = check_live_models(checked->plan, request.recipe.parent_path());
-  if (!fit) return pass(fit.error(), request.recipe.string());
-  return checked;
-}
-
-std::uint64_t disk_forecast(const recipes::Plan& plan) {
-  const recipes::RigLimits& limits = plan.limits;
-  RecordingForecast forecast;
-  forecast.trials = static_cast<std::uint32_t>(plan.trials.size()) * recipes::most_takes(plan);
-  forecast.trial_duration_s = plan.forecast.duration_s / static_cast<double>(plan.trials.size());
-  forecast.taxels = limits.taxels;
-  forecast.axes = recipes::axis_count;
-  forecast.taxel_rate_hz = limits.taxel_rate_hz;
-  forecast.wrench_rate_hz = limits.wrench_rate_hz;
-  forecast.stage_rate_hz = limits.stage_rate_hz();
-  forecast.acceleration_rate_hz = limits.acceleration_rate_hz;
-  forecast.sound_rate_hz = limits.sound_rate_hz;
-  return forecast_bytes(forecast);
-}
-
-Result<SettledRequest> settled_request(const CampaignRequest& request) {
-  Result<CheckedRequest> checked = check_request(request);
-  if (!checked) return pass(checked.error());
-  Result<RigFile> rig = parse_rig_file(checked->rig_text);
-  if (!rig) return pass(rig.error(), request.rig.string());
-  use_plugins(*rig, request.rig, request.plugins);
-  Result<SimulationNote> simulation = settle_fidelity(request, *checked, *rig);
-  if (!simulation) return pass(simulation.error(), request.rig.string());
-  return SettledRequest{std::move(*checked), std::move(*rig), std::move(*simulation)};
 }
 
 Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks) {

@@ -26,11 +26,21 @@ RigConsole::RigConsole(std::unique_ptr<Link> link) : link_(std::move(link)) {
 }
 
 void RigConsole::mount(std::string_view fabric, std::uint64_t patch_seed, Answer done) {
-  const std::string order =
-      json{{"order", "mount"}, {"fabric", fabric}, {"patch_seed", patch_seed}}.dump() + "\n";
+  send(json{{"order", "mount"}, {"fabric", fabric}, {"patch_seed", patch_seed}}.dump(),
+       std::move(done));
+}
+
+void RigConsole::befall(std::string_view fault_json, bool ends, Answer done) {
+  json order = json::parse(fault_json);
+  order["order"] = ends ? "clear" : "fault";
+  send(order.dump(), std::move(done));
+}
+
+void RigConsole::send(const std::string& order, Answer done) {
   waiting_.push_back(std::move(done));
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(order.data());
-  if (Status sent = link_->write({bytes, order.size()}); !sent) answer(std::move(sent));
+  const std::string line = order + "\n";
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(line.data());
+  if (Status sent = link_->write({bytes, line.size()}); !sent) answer(std::move(sent));
 }
 
 void RigConsole::take(ByteView bytes) {

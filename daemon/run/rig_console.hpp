@@ -18,8 +18,12 @@ class RigConsole {
 
   /// Puts a patch of a fabric on the emulated plate. Errors told: those of weft-rig; io.
   void mount(std::string_view fabric, std::uint64_t patch_seed, Answer answer);
+  /// Lets a fault befall a device, or ends some: `fault_json` as FaultOrder has it. Errors told:
+  /// likewise.
+  void befall(std::string_view fault_json, bool ends, Answer answer);
 
  private:
+  void send(const std::string& order, Answer answer);
   void take(ByteView bytes);
   void answer(Status status);
 

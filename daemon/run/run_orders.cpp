@@ -53,6 +53,21 @@ void RunOrders::give(GivenOrder order) {
   arrived_.notify_all();
 }
 
+void RunOrders::give(FaultOrder order) {
+  const std::lock_guard lock(mutex_);
+  faults_.push_back(std::move(order));
+  any_fault_ = true;
+}
+
+std::optional<FaultOrder> RunOrders::take_fault() {
+  if (!any_fault_.load(std::memory_order_relaxed)) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  FaultOrder first = std::move(faults_.front());
+  faults_.pop_front();
+  any_fault_ = !faults_.empty();
+  return first;
+}
+
 std::optional<GivenOrder> RunOrders::take() {
   if (!any_.load(std::memory_order_relaxed)) return std::nullopt;
   const std::lock_guard lock(mutex_);

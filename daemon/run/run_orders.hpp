@@ -5,11 +5,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "protocols/base/result.hpp"
 #include "recipes/engine/engine.hpp"
 
 namespace weft::daemon {
@@ -23,6 +25,14 @@ struct GivenOrder {
   recipes::Ticket confirms = 0;  ///< of what was asked, where it is a confirmation
 };
 
+/// A fault for a device of a simulated or emulated bench, or the end of some.
+struct FaultOrder {
+  std::string json;   ///< an entry of `simulation.faults`; of an end "device" and "fault", or ""
+  bool ends = false;  ///< those faults of the device
+  std::string by;
+  std::function<void(const Status&)> told;  ///< what came of it; on any thread
+};
+
 /// The engine's event for it.
 recipes::Event event_of(const GivenOrder& given);
 
@@ -30,10 +40,12 @@ recipes::Event event_of(const GivenOrder& given);
 class RunOrders {
  public:
   void give(GivenOrder order);
+  void give(FaultOrder order);
   /// The next one. Costs one load of an atomic when there is none.
   std::optional<GivenOrder> take();
-  /// True when there is one, false when none came in time. For a run whose clock does not pass by
-  /// itself.
+  std::optional<FaultOrder> take_fault();
+  /// True when there is an order, false when none came in time. For a run whose clock does not pass
+  /// by itself.
   bool wait(std::chrono::milliseconds most);
   /// Whether one that ends the run has been given, taken or not.
   [[nodiscard]] bool ends_run() const { return ends_.load(std::memory_order_relaxed); }
@@ -42,7 +54,8 @@ class RunOrders {
   std::mutex mutex_;
   std::condition_variable arrived_;
   std::deque<GivenOrder> waiting_;
-  std::atomic<bool> any_ = false;
+  std::deque<FaultOrder> faults_;
+  std::atomic<bool> any_ = false, any_fault_ = false;
   std::atomic<bool> ends_ = false;
 };
 

@@ -1,5 +1,6 @@
 #include "daemon/server/conversation.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "daemon/dataset/sha256.hpp"
@@ -13,7 +14,7 @@ using rpc::Outcome;
 using rpc::rpc_error;
 namespace code = rpc::code;
 
-constexpr std::string_view halt_line = "!halt";
+constexpr std::string_view halt_line = "!halt", emergency_line = "!estop";
 
 bool speaks(std::string_view wanted) {
   return wanted.empty() || wanted == "1.x" || wanted == protocol_version;
@@ -84,15 +85,37 @@ void add_session_open(rpc::Methods& methods) {
   });
 }
 
+void add_cancel(rpc::Methods& methods) {
+  methods.add(
+      {"$/cancel",
+       "ends the wait for an answer on this connection: the call is answered with the error "
+       "request.cancelled",
+       access::Role::observer,
+       rpc::Effect::read,
+       {{"id", rpc::ParamType::id, true, "of the request that waits"}},
+       "cancelled"},
+      [](const rpc::Call& call) -> Outcome {
+        const std::string id =
+            call.params.at("id").dump(-1, ' ', false, json::error_handler_t::replace);
+        const Status done = call.conversation == nullptr
+                                ? fail(Errc::unsupported, "a call by POST ends with its connection")
+                                : call.conversation->cancel(id);
+        if (!done) return tl::unexpected(rpc::from(done.error()));
+        return R"({"cancelled":)" + id + "}";
+      });
+}
+
 Conversation::Conversation(Shared& shared, Peer peer, std::string session, Send send)
     : shared_(&shared), peer_(std::move(peer)), send_(std::move(send)) {
   caller_.session = std::move(session);
   caller_.user = peer_.user;
   caller_.local = peer_.local;
+  shared_->sessions.add(*this, caller_.session);
 }
 
 Conversation::~Conversation() {
   alive_.reset();
+  shared_->sessions.remove(caller_.session);
 }
 
 void Conversation::greet() {
@@ -107,13 +130,18 @@ void Conversation::greet() {
 }
 
 void Conversation::hear(std::string_view line) {
-  if (line == halt_line) {
-    if (peer_.local) return halt();
-    return send_(rpc::error_line(
-        "null",
-        rpc_error(
-            code::access + 5, "access.local_only",
-            {Errc::wrong_state, "!halt is for the local socket", {}, {}, {}, "Call rig.halt"})));
+  const bool emergency = line == emergency_line && shared_->emergency_stop;
+  if (line == halt_line || emergency) {
+    if (peer_.local)
+      return emergency ? halt("estop", shared_->emergency_stop) : halt("halt", shared_->halt);
+    return send_(
+        rpc::error_line("null", rpc_error(code::access + 5, "access.local_only",
+                                          {Errc::wrong_state,
+                                           std::string(line) + " is for the local socket",
+                                           {},
+                                           {},
+                                           {},
+                                           emergency ? "Call rig.estop" : "Call rig.halt"})));
   }
   if (line.find_first_not_of(" \t") == std::string_view::npos) return;
   const auto request = rpc::parse_request(line);
@@ -122,11 +150,12 @@ void Conversation::hear(std::string_view line) {
 }
 
 // Whoever pulls the line is told, subscribed or not (design/API.md, 3).
-void Conversation::halt() {
-  shared_->halt(caller_);
+void Conversation::halt(std::string_view kind,
+                        const std::function<void(const rpc::Caller&)>& stop) {
+  stop(caller_);
   const json latched{{"topic", "rig"},
                      {"seq", shared_->hub->seq()},
-                     {"delta", {{"latched", "halt"}, {"by", caller_.session}}}};
+                     {"delta", {{"latched", kind}, {"by", caller_.session}}}};
   send_(json{{"jsonrpc", "2.0"}, {"method", "event"}, {"params", latched}}.dump());
 }
 
@@ -153,13 +182,13 @@ void Conversation::handle(const rpc::Request& request) {
 
 std::optional<rpc::RpcError> Conversation::refusal(const rpc::MethodSpec& spec) const {
   if (caller_.role < spec.role) return too_low(caller_.role, spec.role, spec.name);
-  if (pending_ < most_pending) return std::nullopt;
+  if (pending_.size() < most_pending) return std::nullopt;
   return rpc_error(code::request + 29, "request.too_many",
                    {Errc::wrong_state,
                     "too many requests wait for their answers",
                     {},
                     "at most " + std::to_string(most_pending),
-                    std::to_string(pending_),
+                    std::to_string(pending_.size()),
                     {}},
                    true);
 }
@@ -217,15 +246,34 @@ void Conversation::dispatch(const rpc::Methods::Entry& entry, const rpc::Request
     if (look.found != Found::fresh)
       return answer(request.id_json, tl::unexpected(key_in_use(look.found, key)));
   }
-  ++pending_;
-  const auto respond = [this, alive = std::weak_ptr(alive_), shared = shared_, key,
-                        user = caller_.user, id = request.id_json](const Outcome& outcome) {
+  const std::uint64_t number = next_request_++;
+  const Pending& asked =
+      pending_.emplace(number, Pending{request.id_json, entry.spec.effect == rpc::Effect::change})
+          .first->second;
+  const auto respond = [this, alive = std::weak_ptr(alive_), shared = shared_, key, number,
+                        user = caller_.user](const Outcome& outcome) {
     if (!key.empty()) shared->answered->answered(user, key, outcome);
     if (alive.expired()) return;
-    --pending_;
-    answer(id, outcome);
+    if (const auto waited = pending_.extract(number)) answer(waited.mapped().id_json, outcome);
   };
-  entry.handler({*request.params, caller_, peer_.stays ? this : nullptr, alive_}, respond);
+  entry.handler({*request.params, caller_, peer_.stays ? this : nullptr, asked.listener}, respond);
+}
+
+Status Conversation::cancel(const std::string& id_json) {
+  const auto found = std::find_if(pending_.begin(), pending_.end(),
+                                  [&](const auto& one) { return one.second.id_json == id_json; });
+  if (found == pending_.end())
+    return fail(Errc::not_found, "no call of this id waits for its answer", "/params/id", {},
+                recipes::clipped(id_json), "It may have been answered meanwhile");
+  if (found->second.changes)
+    return fail(Errc::wrong_state, "a change is done all the same", "/params/id",
+                "a call that changes nothing", recipes::clipped(id_json),
+                "See what takes it back: run.withdraw, run.abort, handover.cancel");
+  pending_.erase(found);
+  answer(id_json, tl::unexpected(
+                      rpc_error(code::request + 31, "request.cancelled",
+                                {Errc::wrong_state, "the caller waits no more", {}, {}, {}, {}})));
+  return {};
 }
 
 void Conversation::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {
@@ -235,6 +283,7 @@ void Conversation::answer(const std::optional<std::string>& id_json, const Outco
 }
 
 std::optional<rpc::RpcError> Conversation::over() const {
+  if (ended_) return ended_;
   if (!owner_ || !shared_->token_stands || shared_->token_stands(*owner_)) return std::nullopt;
   return rpc_error(code::access + 1, "access.token",
                    {Errc::wrong_state,
@@ -254,6 +303,11 @@ bool Conversation::unsubscribe(std::string_view id) {
   if (found == subscriptions_.end()) return false;
   subscriptions_.erase(found);
   return true;
+}
+
+Subscription* Conversation::subscription(std::string_view id) const {
+  const auto found = subscriptions_.find(id);
+  return found == subscriptions_.end() ? nullptr : found->second.get();
 }
 
 void Conversation::pump(const std::function<bool()>& room) {

@@ -15,6 +15,7 @@
 #include "daemon/rpc/method.hpp"
 #include "daemon/server/http_file.hpp"
 #include "daemon/server/hub.hpp"
+#include "daemon/server/sessions.hpp"
 
 namespace weft::daemon::server {
 
@@ -54,12 +55,18 @@ struct Shared {
   std::function<void(std::string_view path, const FileTold& told)> file = {};
   /// Whether what token_owner() told is so still. Left out: for ever.
   std::function<bool(const TokenOwner&)> token_stands = {};
+  /// The raw line "!estop", likewise. Left out: it is refused.
+  std::function<void(const rpc::Caller&)> emergency_stop = {};
+  Sessions sessions = {};
 };
 
 /// The first request of every client.
 const rpc::MethodSpec& session_open();
 /// Puts it into the table, so that rpc.discover tells of it and a second one is refused as such.
 void add_session_open(rpc::Methods& methods);
+
+/// "$/cancel": a call that waits for its answer is answered "request.cancelled" instead.
+void add_cancel(rpc::Methods& methods);
 
 class Conversation {
  public:
@@ -80,8 +87,14 @@ class Conversation {
   /// Sends what subscriptions hold, as long as `room()` says so.
   void pump(const std::function<bool()>& room);
 
-  /// Why nothing more is said or heard here: the token that the client came with is not good any
-  /// more. What it asked for until then is done; nothing that it would be told is.
+  /// Ends it, for a reason that the client is told once what is said already has been sent.
+  void end(rpc::RpcError why) { ended_ = std::move(why); }
+  /// Answers a call that waits with "request.cancelled"; what its method would still say is said to
+  /// nobody. Errors: not_found; wrong_state of one that changes something, for it is done all the
+  /// same.
+  Status cancel(const std::string& id_json);
+  /// Why nothing more is said or heard here: it was ended, or the token that the client came with
+  /// is not good any more. What it asked for until then is done; nothing that it would be told is.
   [[nodiscard]] std::optional<rpc::RpcError> over() const;
 
   [[nodiscard]] const rpc::Caller& caller() const { return caller_; }
@@ -90,9 +103,12 @@ class Conversation {
   void subscribe(std::shared_ptr<Subscription> subscription);
   bool unsubscribe(std::string_view id);
   [[nodiscard]] std::size_t subscriptions() const { return subscriptions_.size(); }
+  /// Null where there is none of that name.
+  [[nodiscard]] Subscription* subscription(std::string_view id) const;
+  [[nodiscard]] std::size_t pending() const { return pending_.size(); }
 
  private:
-  void halt();
+  void halt(std::string_view kind, const std::function<void(const rpc::Caller&)>& stop);
   void handle(const rpc::Request& request);
   rpc::Outcome introduce(const nlohmann::json& params);
   [[nodiscard]] std::optional<rpc::RpcError> refusal(const rpc::MethodSpec& spec) const;
@@ -105,7 +121,16 @@ class Conversation {
   Send send_;
   bool introduced_ = false;
   std::optional<TokenOwner> owner_;  ///< of the token that it came with
-  std::size_t pending_ = 0;
+  /// A request whose answer is not said yet. Who looks for its listener finds none when it has
+  /// gone.
+  struct Pending {
+    std::optional<std::string> id_json;
+    bool changes = false;
+    std::shared_ptr<const bool> listener = std::make_shared<const bool>(true);
+  };
+  std::map<std::uint64_t, Pending> pending_;  // by number
+  std::uint64_t next_request_ = 0;
+  std::optional<rpc::RpcError> ended_;
   std::map<std::string, std::shared_ptr<Subscription>, std::less<>> subscriptions_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

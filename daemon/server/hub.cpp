@@ -61,7 +61,22 @@ void Subscription::offer(const std::shared_ptr<const Event>& event) {
   }
 }
 
+Status Subscription::grant(std::uint64_t events) {
+  if (!wish_.credit)
+    return fail(Errc::wrong_state, "this subscription waits for no credit", "/params/sub",
+                "one that was opened with credit", id_);
+  *wish_.credit = std::min(*wish_.credit, most_credit - events) + events;
+  return {};
+}
+
 std::string Subscription::take(Clock now) {
+  if (wish_.credit && *wish_.credit == 0) return {};
+  std::string event = taken(now);
+  if (wish_.credit && !event.empty()) --*wish_.credit;
+  return event;
+}
+
+std::string Subscription::taken(Clock now) {
   if (wish_.mode == Mode::every) {
     if (waiting_.empty()) return {};
     const auto event = std::move(waiting_.front());

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,8 @@ struct Wish {
   std::vector<std::string> topics;  ///< "run:R-000318", or "run:*" for all that begin so
   Mode mode = Mode::latest;
   double max_hz = 20;  ///< of `latest`; 0: as fast as it can be sent
+  /// So many events are sent until more are granted; left out: all.
+  std::optional<std::uint64_t> credit = {};
 };
 
 struct Event;  // one numbered delta
@@ -38,6 +41,7 @@ struct Event;  // one numbered delta
 class Subscription {
  public:
   static constexpr std::size_t most_waiting = 1024;
+  static constexpr std::uint64_t most_credit = 1'000'000;  ///< [events]
 
   Subscription(std::string id, Wish wish);
   ~Subscription();
@@ -46,9 +50,14 @@ class Subscription {
   [[nodiscard]] bool wants(std::string_view topic) const;
   /// The next event's params as JSON, or empty when there is none to send at `now`.
   std::string take(Clock now);
+  /// What may still be sent; nothing where all may be.
+  [[nodiscard]] std::optional<std::uint64_t> credit() const { return wish_.credit; }
+  /// Lets more be sent. Errors: wrong_state, of one that was opened without credit.
+  Status grant(std::uint64_t events);
 
  private:
   friend class Hub;
+  std::string taken(Clock now);
   void offer(const std::shared_ptr<const Event>& event);
 
   std::string id_;

@@ -102,9 +102,15 @@ class Daemon {
 // What changes of the topic "rig"; null where a reason is gone.
 nlohmann::json rig_delta(const control::RigStanding& standing, std::string_view by) {
   using Fact = control::RigStanding::Fact;
-  nlohmann::json delta{
-      {"rig", to_string(standing.fact)}, {"latched_by", nullptr}, {"left_by", nullptr}, {"by", by}};
-  if (standing.fact == Fact::latched) delta["latched_by"] = standing.why;
+  nlohmann::json delta{{"rig", to_string(standing.fact)},
+                       {"latch", nullptr},
+                       {"latched_by", nullptr},
+                       {"left_by", nullptr},
+                       {"by", by}};
+  if (standing.fact == Fact::latched) {
+    delta["latch"] = standing.emergency ? "estop" : "halt";
+    delta["latched_by"] = standing.why;
+  }
   if (standing.fact == Fact::unknown) delta["left_by"] = standing.why;
   return delta;
 }
@@ -167,6 +173,10 @@ void Daemon::wire(const DaemonOptions& options) {
   shared_.halt = [this](const rpc::Caller& caller) {
     services_.desk->halt(caller.session + " (" + caller.user + ")");
   };
+  shared_.emergency_stop = [this](const rpc::Caller& caller) {
+    services_.desk->emergency_stop(caller.session + " (" + caller.user + ")");
+  };
+  services_.sessions = &shared_.sessions;
   shared_.now = [] { return steady_wall_now(); };
   shared_.file = [this](std::string_view path, const Shared::FileTold& told) {
     api::open_served_file(services_, path, told);

@@ -62,6 +62,7 @@ class SmallDaemon {
         .file_errand = at_once,
         .files = &files_,
         .pace = &pace_,
+        .sessions = &shared_.sessions,
         .add_token = [](const std::string&, access::Role, std::int64_t) -> Result<std::string> {
           return std::string("wft_0");
         },
@@ -73,6 +74,9 @@ class SmallDaemon {
     };
     shared_.readiness_json = [this] { return api::readiness_json(services_); };
     shared_.halt = [this](const rpc::Caller& caller) { desk_.halt(caller.session); };
+    shared_.emergency_stop = [this](const rpc::Caller& caller) {
+      desk_.emergency_stop(caller.session);
+    };
     client_ = std::make_unique<server::Conversation>(
         shared_, std::move(peer), "s-1", [this](std::string line) { said(std::move(line)); });
     client_->greet();

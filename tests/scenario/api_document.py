@@ -18,7 +18,7 @@ from weftd_support import PATIENCE_S, Client, Daemon
 SKIPPED = 77
 TITLES = {"system": "The daemon", "session": "Who you are", "lease": "Leases", "rig": "The rig", "device": "Devices", "handover": "Hand-overs", "recipe": "Recipes",
           "run": "Runs", "queue": "The queue", "classify": "Votes", "data": "Data sets", "sim": "The simulation", "sub": "Events", "log": "Journal", "token": "Tokens",
-          "rpc": "This document"}
+          "rpc": "This document", "$/cancel": "Calls that wait"}
 
 
 @contextlib.contextmanager
@@ -38,6 +38,10 @@ def sentence(text):
     return text[:1].upper() + text[1:]
 
 
+def kind(types):
+    return types if isinstance(types, str) else " or ".join(types)
+
+
 def rows(methods):
     for method in methods:
         yield f"### {method['name']}\n"
@@ -47,7 +51,7 @@ def rows(methods):
             yield "| parameter | type | |\n|---|---|---|"
             for p in method["params"]:
                 needed = ", needed" if p["required"] else ""
-                yield f"| `{p['name']}` | {p['schema']['type']}{needed} | {p['description']} |"
+                yield f"| `{p['name']}` | {kind(p['schema']['type'])}{needed} | {p['description']} |"
             yield ""
 
 

@@ -175,3 +175,28 @@ TEST_CASE("What is passed on goes to who listens now, is in no snapshot and not 
   REQUIRE(again);
   CHECK(take_all(*again->subscription, 0ns).size() == 2);
 }
+
+TEST_CASE("A subscription with credit tells no more events than were granted, in either mode") {
+  Hub hub;
+  Wish some = wish(Mode::every);
+  some.credit = 1;
+  const Opened every = hub.open(some);
+  some.mode = Mode::latest;
+  some.max_hz = 0;
+  const Opened latest = hub.open(some);
+  const Opened free = hub.open(wish(Mode::every));
+  for (int rep = 1; rep <= 3; ++rep) hub.publish("run:1", {{"rep", rep}}, rep);
+  hub.publish("run:2", {{"rep", 9}}, 4);
+  CHECK(take_all(*every.subscription, 0ns).size() == 1);
+  CHECK(take_all(*latest.subscription, 0ns).front()["delta"] == json{{"rep", 3}});
+  REQUIRE(every.subscription->grant(2));
+  const auto more = take_all(*every.subscription, 0ns);
+  REQUIRE(more.size() == 2);
+  CHECK(more[0]["delta"] == json{{"rep", 2}});
+  CHECK(*every.subscription->credit() == 0);
+  REQUIRE(latest.subscription->grant(Subscription::most_credit));
+  CHECK(take_all(*latest.subscription, 0ns).size() == 1);
+  REQUIRE(latest.subscription->grant(Subscription::most_credit));
+  CHECK(*latest.subscription->credit() == Subscription::most_credit);
+  CHECK(free.subscription->grant(1).error().code == weft::Errc::wrong_state);
+}

@@ -347,6 +347,17 @@ class RecipeMethods:
         """
         return self._call("recipe.plan", {"recipe": recipe, "seed": seed, "from": from_, "most": most})
 
+    def put(self, *, recipe: str, content: JsonObject, if_digest: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+        """Puts a recipe that recipe.check accepts into the daemon's folder.
+
+        recipe: its name
+        content: the recipe; see recipe.schema
+        if_digest: of the one that it replaces, as recipe.check has it; needed where there is one
+        idem: key of this change: asked again, the first answer comes
+        Result: recipe, digest, replaced (digest, or null), trials. Least role: engineer. Changes something.
+        """
+        return self._call("recipe.put", {"recipe": recipe, "content": content, "if_digest": if_digest, "idem": idem})
+
     def schema(self) -> JsonObject:
         """JSON Schema of a recipe.
 
@@ -369,15 +380,23 @@ class RigMethods:
         """
         return self._call("rig.describe", {})
 
+    def estop(self) -> JsonObject:
+        """As rig.halt, and only an engineer resets it; needs no lease and no role. It is a stop by software: no rig has a power
+        path that it could cut.
+
+        Result: latched, latch. Least role: observer.
+        """
+        return self._call("rig.estop", {})
+
     def halt(self) -> JsonObject:
         """Stops motion where it is and latches the rig; needs no lease and no role.
 
-        Result: latched. Least role: observer.
+        Result: latched, latch. Least role: observer.
         """
         return self._call("rig.halt", {})
 
     def reset(self, *, reason: str, idem: Optional[str] = None) -> JsonObject:
-        """Somebody has looked at the rig: it may move again.
+        """Somebody has looked at the rig: it may move again; after an emergency stop an engineer.
 
         reason: what was looked at
         idem: key of this change: asked again, the first answer comes
@@ -388,7 +407,7 @@ class RigMethods:
     def state(self) -> JsonObject:
         """The rig's own fact.
 
-        Result: rig, run, latched_by, left_by. Least role: observer.
+        Result: rig, run, latch (halt or estop), latched_by, left_by. Least role: observer.
         """
         return self._call("rig.state", {})
 
@@ -542,6 +561,25 @@ class SessionMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
+    def close(self, *, session: Optional[str] = None, reason: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+        """Ends a session once its answer is sent: your own, or an admin another's with a reason; what it has started goes on,
+        and its leases until their time is over.
+
+        session: its name, "s-41"; yours
+        reason: for who is there and for the journal
+        idem: key of this change: asked again, the first answer comes
+        Result: closed. Least role: observer. Changes something.
+        """
+        return self._call("session.close", {"session": session, "reason": reason, "idem": idem})
+
+    def list(self) -> JsonObject:
+        """Who is connected and has introduced himself.
+
+        Result: sessions: session, user, client, role, local (through the Unix socket), subscriptions, waiting_calls. Least
+        role: observer.
+        """
+        return self._call("session.list", {})
+
     def open(self, *, client: str, version: Optional[str] = None, protocol: Optional[str] = None, token: Optional[str] = None,
              want: Optional[List[Any]] = None) -> JsonObject:
         """Introduces the client and settles protocol and role; the first request.
@@ -570,6 +608,16 @@ class SimMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
+    def clear(self, *, device: str, fault: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+        """Ends such faults of a device, also those of its rig file.
+
+        device: its name, see device.list
+        fault: its kind; all where it is left out
+        idem: key of this change: asked again, the first answer comes
+        Result: device, fault, run. Least role: engineer. Changes something.
+        """
+        return self._call("sim.clear", {"device": device, "fault": fault, "idem": idem})
+
     def clock(self, *, pace: float, idem: Optional[str] = None) -> JsonObject:
         """How fast the time of a simulated bench passes, now and in later runs; the daemon begins with --pace.
 
@@ -578,6 +626,25 @@ class SimMethods:
         Result: pace. Least role: operator. Changes something.
         """
         return self._call("sim.clock", {"pace": pace, "idem": idem})
+
+    def inject(self, *, device: str, fault: str, start_s: Optional[float] = None, duration_s: Optional[float] = None,
+               probability: Optional[float] = None, amount: Optional[float] = None, towards: Optional[str] = None,
+               idem: Optional[str] = None) -> JsonObject:
+        """Lets a fault befall a device of the simulated or emulated bench of the run under way, once its devices are up; kinds:
+        sim/devices/README.md.
+
+        device: its name, see device.list
+        fault: its kind, "drop"
+        start_s: from now, on the bench's clock [s], 0
+        duration_s: [s]; for ever where it is left out
+        probability: 0 to 1 of each message or reading, 1
+        amount: how much, in the unit of the kind
+        towards: host (default) or device, of faults of the wire
+        idem: key of this change: asked again, the first answer comes
+        Result: the fault, run. Least role: engineer. Changes something.
+        """
+        return self._call("sim.inject", {"device": device, "fault": fault, "start_s": start_s, "duration_s": duration_s,
+                                         "probability": probability, "amount": amount, "towards": towards, "idem": idem})
 
 
 class SubMethods:
@@ -594,18 +661,29 @@ class SubMethods:
         """
         return self._call("sub.close", {"sub": sub})
 
-    def open(self, *, topics: List[Any], mode: Optional[str] = None, max_hz: Optional[float] = None, from_seq: Optional[int] = None,
-             epoch: Optional[str] = None) -> JsonObject:
+    def credit(self, *, sub: str, events: int) -> JsonObject:
+        """Lets a subscription that was opened with credit send more events.
+
+        sub: its name, "u3"
+        events: so many more, 1 to 1000000
+        Result: sub, credit. Least role: observer.
+        """
+        return self._call("sub.credit", {"sub": sub, "events": events})
+
+    def open(self, *, topics: List[Any], mode: Optional[str] = None, max_hz: Optional[float] = None, credit: Optional[int] = None,
+             from_seq: Optional[int] = None, epoch: Optional[str] = None) -> JsonObject:
         """Events from now on: a snapshot, then what changes.
 
         topics: "run:R-000318"; "run:*" for all of a kind
         mode: latest (merged) or every (bounded, gaps told)
         max_hz: of latest, 20 [Hz]
+        credit: so many events, and no more before sub.credit; what waits longer than the bound is a gap that is told
         from_seq: all events after this one instead
         epoch: of the daemon that numbered from_seq
         Result: sub, seq, snapshot. Least role: observer.
         """
-        return self._call("sub.open", {"topics": topics, "mode": mode, "max_hz": max_hz, "from_seq": from_seq, "epoch": epoch})
+        return self._call("sub.open", {"topics": topics, "mode": mode, "max_hz": max_hz, "credit": credit, "from_seq": from_seq,
+                                       "epoch": epoch})
 
 
 class SystemMethods:
