@@ -355,3 +355,19 @@ TEST_CASE("digests are made and given up while another thread has the library") 
   const auto once = [] { return true; };
   CHECK(read_hdf5(folder / "whole.h5", {.stop_asked = once}).error().code == Errc::wrong_state);
 }
+
+TEST_CASE("columns are written with the library to oneself, digests made with it free") {
+  const TemporaryFolder folder;
+  const Dataset dataset = recorded(folder);
+  std::size_t free = 0, taken = 0;
+  const auto look = [&] {
+    std::thread([&] {
+      const std::unique_lock other(hdf5::library(), std::try_to_lock);
+      ++(other.owns_lock() ? free : taken);
+    }).join();
+    return false;
+  };
+  REQUIRE(write_hdf5(dataset, folder / "d.h5", {.stop_asked = look}));
+  CHECK(free == dataset.trials.size());
+  CHECK(taken > 0);
+}
