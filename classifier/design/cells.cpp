@@ -67,8 +67,8 @@ ClusteredShare by_replicate(const WeighedCell& cell) {
   for (const CellTrial& trial : all_trials(cell))
     right[trial.replicate].push_back(trial.right ? 1 : 0);
   ClusteredShare out;
-  for (const auto& [replicate, answers] : right) out.of_cluster.push_back(mean_of(answers));
-  out.each = static_cast<double>(cell.asked()) / static_cast<double>(right.size());
+  for (const auto& [replicate, answers] : right)
+    out.clusters.push_back({mean_of(answers), static_cast<double>(answers.size())});
   return out;
 }
 

@@ -5,23 +5,41 @@
 
 namespace weft::classifier::design {
 
+namespace {
+
+/// Of the share's clusters, as they would be of a single answer: n var(share).
+double between_clusters(const ClusteredShare& one) {
+  const double share = one.share(), count = static_cast<double>(one.clusters.size());
+  double squares = 0;
+  for (const ClusteredShare::Cluster& cluster : one.clusters)
+    squares += std::pow(cluster.answers * (cluster.share - share), 2);
+  return squares * count / (count - 1) / one.asked();
+}
+
+}  // namespace
+
 double ClusteredShare::share() const {
-  return mean_of(of_cluster);
+  double right = 0;
+  for (const Cluster& cluster : clusters) right += cluster.share * cluster.answers;
+  return right / asked();
 }
 
 double ClusteredShare::asked() const {
-  return each * static_cast<double>(of_cluster.size());
+  double sum = 0;
+  for (const Cluster& cluster : clusters) sum += cluster.answers;
+  return sum;
 }
 
 double design_effect(std::span<const ClusteredShare> shares) {
   double between = 0, independent = 0, most = 1;
   for (const ClusteredShare& one : shares) {
     const double asked = one.asked();
-    if (one.of_cluster.size() < 2 || asked <= 1) continue;
-    between += one.each * std::pow(deviation_of(one.of_cluster), 2);
+    if (one.clusters.size() < 2 || asked <= 1) continue;
+    between += between_clusters(one);
     // p (1 - p) of a sample is too small by 1 / n in the mean
     independent += one.share() * (1 - one.share()) * asked / (asked - 1);
-    most = std::max(most, one.each);
+    for (const ClusteredShare::Cluster& cluster : one.clusters)
+      most = std::max(most, cluster.answers);
   }
   return independent > 0 ? std::clamp(between / independent, 1.0, most) : 1.0;
 }

@@ -241,17 +241,16 @@ Result<LearningCurve> learning_curve(const FeatureMatrix& matrix, const CurveOpt
     out.points[job.size].error_by_tested[job.tested] += job.error;
     ++counted[job.size][job.tested];
   }
+  const double each = static_cast<double>(out.trials) / static_cast<double>(groups.size());
   std::vector<ClusteredShare> shares;
   for (std::size_t s = 0; s < trained.size(); ++s) {
     CurvePoint& point = out.points[s];
-    std::vector<double> right;
+    ClusteredShare& right = shares.emplace_back();
     for (std::size_t g = 0; g < groups.size(); ++g) {
       point.error_by_tested[g] /= counted[s][g];
-      right.push_back(1 - point.error_by_tested[g]);
+      right.clusters.push_back({1 - point.error_by_tested[g], each});
     }
-    point.accuracy = mean_of(right);
-    shares.push_back(
-        {std::move(right), static_cast<double>(out.trials) / static_cast<double>(groups.size())});
+    point.accuracy = right.share();
   }
   const double effect = design_effect(shares);
   for (std::size_t s = 0; s < trained.size(); ++s)

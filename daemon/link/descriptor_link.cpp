@@ -1,5 +1,6 @@
 #include "daemon/link/descriptor_link.hpp"
 
+#include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -49,6 +50,9 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
 
   void close(const std::string& why) {
     gone = true;
+    // A far end that has closed is not reset: it may still read what was said to it last.
+    const linger tidily{0, 0};
+    ::setsockopt(descriptor.native_handle(), SOL_SOCKET, SO_LINGER, &tidily, sizeof tidily);
     asio::error_code ignored;
     descriptor.close(ignored);
     if (const Link::Closed tell = std::exchange(closed, {}))

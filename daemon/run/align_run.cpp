@@ -10,11 +10,6 @@
 namespace weft::daemon {
 namespace {
 
-/// Nobody has to mount anything: the surface is what lies on the bench.
-void nothing_to_mount(Loop&, std::string_view, MountDone done) {
-  done({});
-}
-
 }  // namespace
 
 AlignRun::AlignRun(const recipes::AlignPlan& plan, Loop& loop, Bench& bench)
@@ -102,7 +97,7 @@ Result<AlignSummary> run_alignment(const AlignRequest& request) {
   const auto& [rig, limits] = *opened;
   const auto plan = recipes::plan_alignment(limits, request.settings);
   if (!plan) return pass(plan.error(), request.rig.string());
-  auto session = open_session({rig, request.rig, limits, request.seed, nothing_to_mount});
+  auto session = open_session({rig, request.rig, limits, request.seed});
   if (!session) return pass(session.error());
   const auto stop_asked = [&] { return request.stop != nullptr && request.stop->load(); };
   const DeviceLog log((*session)->bench(), (*session)->loop(), request.device_log);

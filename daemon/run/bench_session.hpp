@@ -44,15 +44,11 @@ class BenchSession {
   [[nodiscard]] virtual std::string advice() const { return {}; }
 };
 
-/// Asks a person to put `fabric` on the plate, and calls `done` when that was confirmed.
-using PersonMounts = std::function<void(Loop& loop, std::string_view fabric, MountDone done)>;
-
 struct SessionRequest {
   const RigFile& rig;
   std::filesystem::path rig_path;  ///< the cloth table is found relative to it
   const recipes::RigLimits& limits;
-  std::uint64_t seed = 0;    ///< of a simulated bench's sensors
-  PersonMounts person = {};  ///< real benches only
+  std::uint64_t seed = 0;  ///< of a simulated bench's sensors
 };
 
 /// Opens and homes. Errors: the bench's; wrong_state when it was stopped; timeout, when the bench
@@ -60,8 +56,7 @@ struct SessionRequest {
 Status bring_up(BenchSession& session, const StopAsked& stop_asked);
 
 /// Makes devices and links; nothing has been said to a device yet.
-/// Errors: what the rig file, its cloth table or a port refuse; unsupported, when a real bench has
-/// nobody to mount its fabrics.
+/// Errors: what the rig file, its cloth table or a port refuse.
 Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request);
 
 }  // namespace weft::daemon

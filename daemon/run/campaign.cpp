@@ -345,7 +345,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (hooks.planned) hooks.planned(checked.plan);
   const auto began = steady_wall_now();
   const auto session =
-      open_session({rig, request.rig, checked.plan.limits, checked.plan.seed, hooks.person_mounts});
+      open_session({rig, request.rig, checked.plan.limits, checked.plan.seed});
   if (!session) return pass(session.error(), request.rig.string());
   const std::filesystem::path campaign_file = request.out / "campaign.sqlite";
   const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));

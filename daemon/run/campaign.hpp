@@ -114,7 +114,6 @@ struct RunMoment {
 struct CampaignHooks {
   ProgressSink progress;
   DeviceLogSink device_log;    ///< warnings and errors of the drivers
-  PersonMounts person_mounts;  ///< real benches only; without it they are refused
   /// Looked at between events, and may be set by a signal handler. True: the trial under way is
   /// aborted, the probe retracted and the campaign ended, with everything recorded so far kept.
   const std::atomic<bool>* stop = nullptr;

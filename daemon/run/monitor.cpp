@@ -15,6 +15,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -65,26 +66,40 @@ int open_line(const SerialSettings& line) {
   return port;
 }
 
-int open_socket(const Endpoint& end) {
+/// Where a TCP port is, as connect() takes it; empty for another link, or when nobody knows the
+/// host.
+Bytes address_of(const LinkSettings& link) {
+  const auto* tcp = std::get_if<TcpPort>(&link);
+  if (tcp == nullptr) return {};
+  const Endpoint& end = tcp->end;
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
   if (::getaddrinfo(end.host.c_str(), std::to_string(end.port).c_str(), &wanted, &found) != 0)
-    return -1;
-  const int socket = ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    return {};
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(found->ai_addr);
+  Bytes address(bytes, bytes + found->ai_addrlen);
+  ::freeaddrinfo(found);
+  return address;
+}
+
+int open_socket(const Bytes& bytes) {
+  if (bytes.empty()) return -1;
+  sockaddr_storage address{};
+  std::memcpy(&address, bytes.data(), bytes.size());
+  const int socket = ::socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const timeval limit{1, 0};
   ::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
-  const bool connected = ::connect(socket, found->ai_addr, found->ai_addrlen) == 0;
-  ::freeaddrinfo(found);
-  if (connected) return socket;
+  if (::connect(socket, reinterpret_cast<const sockaddr*>(&address),
+                static_cast<socklen_t>(bytes.size())) == 0)
+    return socket;
   ::close(socket);
   return -1;
 }
 
 void send(const EmergencyStop& stop) {
   const auto* line = std::get_if<SerialSettings>(&stop.link);
-  const auto* tcp = std::get_if<TcpPort>(&stop.link);
-  const int port = line != nullptr ? open_line(*line) : tcp != nullptr ? open_socket(tcp->end) : -1;
+  const int port = line != nullptr ? open_line(*line) : open_socket(stop.address);
   if (port < 0) return;
   const ssize_t sent = ::write(port, stop.message.data(), stop.message.size());
   if (sent > 0 && line != nullptr) ::tcdrain(port);
@@ -99,6 +114,16 @@ Seen look(int line, int wait_ms) {
   if (::poll(&end, 1, wait_ms) <= 0) return Seen::nothing;
   char byte = 0;
   return ::read(line, &byte, 1) == 1 && byte == goodbye ? Seen::farewell : Seen::end;
+}
+
+/// Keeps standard input, output and error and this end of the pipe, and returns it. Whatever else
+/// the host had open stays the host's alone: a lock of a folder is let go and a client's connection
+/// ends when the host closes it, not when the monitor goes.
+int keep_only(int line) {
+  constexpr int kept = STDERR_FILENO + 1;
+  if (line != kept) ::dup2(line, kept);
+  ::close_range(kept + 1, ~0U, 0);
+  return kept;
 }
 
 void become_monitor() {
@@ -136,7 +161,7 @@ std::vector<EmergencyStop> emergency_stops(const RigFile& rig) {
   std::vector<EmergencyStop> stops;
   for (const DeviceEntry& device : rig.devices)
     if (device.driver == "thorlabs_apt")
-      stops.push_back({device.link, apt_stop(device.config_json)});
+      stops.push_back({device.link, apt_stop(device.config_json), address_of(device.link)});
   return stops;
 }
 
@@ -155,9 +180,9 @@ Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops
   const pid_t child = ::fork();
   if (child < 0) return failed("the monitor could not be started");
   if (child == 0) {
-    ::close(line[1]);
+    const int host_line = keep_only(line[0]);
     become_monitor();
-    if (host_is_lost(*shared, line[0], host, patience))
+    if (host_is_lost(*shared, host_line, host, patience))
       for (const EmergencyStop& stop : stops) send(stop);
     ::_exit(0);
   }

@@ -18,10 +18,12 @@ namespace weft::daemon {
 struct EmergencyStop {
   LinkSettings link;
   Bytes message;
+  Bytes address;  ///< of a TCP port: its sockaddr, found before anything can hang
 };
 
 /// For every device of the rig file that can be stopped by one message to a serial line or a TCP
-/// port: the stages. Others are left out; their motions are finite anyhow.
+/// port: the stages. Others are left out; their motions are finite anyhow. Looks host names up,
+/// which may take a while.
 std::vector<EmergencyStop> emergency_stops(const RigFile& rig);
 
 /// Thread-bound. While watched, the loop owes a beat within `patience`. If none comes the monitor
@@ -30,7 +32,8 @@ class Monitor {
  public:
   static constexpr Duration default_patience = std::chrono::seconds(2);
 
-  /// Forks: call it before there are threads, ports or a real-time priority.
+  /// Forks: call it before the bench has ports or a real-time priority. Threads of a daemon may be
+  /// there: the monitor keeps none of their descriptors and waits for none of their locks.
   /// Errors: io.
   static Result<std::unique_ptr<Monitor>> start(std::vector<EmergencyStop> stops,
                                                 Duration patience = default_patience);

@@ -9,7 +9,9 @@
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/handover/hand_over_file.hpp"
 #include "daemon/recorder/log_check.hpp"
+#include "daemon/report/format.hpp"
 #include "daemon/run/campaign_folder.hpp"
+#include "protocols/base/units.hpp"
 #include "recipes/engine/motion.hpp"
 #include "recipes/engine/operator_steps.hpp"
 
@@ -44,16 +46,13 @@ Status same_models(const std::filesystem::path& campaign, const CheckedRequest& 
                    live_models_json(checked.plan, checked.models));
 }
 
-std::string number(double value, int digits) {
-  std::string text = std::to_string(value);
-  return text.substr(0, text.find('.') + 1 + static_cast<std::size_t>(digits));
+std::string place(recipes::Axis axis, double target) {
+  return recipes::is_linear(axis) ? fixed(target / m_per_mm, 3) + " mm"
+                                  : fixed(target / rad_per_deg, 3) + " deg";
 }
 
-std::string place(recipes::Axis axis, double target) {
-  constexpr double degrees = 57.29577951308232;
-  const bool linear = recipes::is_linear(axis);
-  return std::string(recipes::to_string(axis)) + " to " +
-         number(linear ? target * 1e3 : target * degrees, 3) + (linear ? " mm" : " deg");
+std::string axis_to(recipes::Axis axis, double target) {
+  return std::string(recipes::to_string(axis)) + " to " + place(axis, target);
 }
 
 std::string trial_words(const recipes::Plan& plan, std::size_t index) {
@@ -69,15 +68,15 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
   const recipes::Exploration& exploration = plan.explorations[trial.exploration];
   const auto above = recipes::above_start(plan, exploration);
   if (!above) return pass(above.error());
-  will.push_back("move " + place(recipes::Axis::z, plan.limits.clear_z_m()));
+  will.push_back("move " + axis_to(recipes::Axis::z, plan.limits.clear_z_m()));
   will.push_back("mount " + plan.fabrics[trial.fabric]);
   std::string across;
   for (const recipes::AxisMove& move : recipes::transfer(plan, *above))
-    across += (across.empty() ? "move " : ", ") + place(move.axis, move.target);
+    across += (across.empty() ? "move " : ", ") + axis_to(move.axis, move.target);
   will.push_back(across);
   will.push_back("take the force sensor's zero");
-  will.push_back("lower z until contact, at most " +
-                 place(recipes::Axis::z, recipes::lowest_z_m(plan.limits)).substr(2));
+  will.push_back("lower z until contact, at most to " +
+                 place(recipes::Axis::z, recipes::lowest_z_m(plan.limits)));
   const std::string legs = std::to_string(exploration.path_m().size()) + " legs of slide, ";
   will.push_back("run the repetition: rest, press, " + (exploration.slides() ? legs : "") + "rest");
   return {};

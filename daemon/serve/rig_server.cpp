@@ -9,6 +9,7 @@ namespace {
 
 using nlohmann::json;
 constexpr std::size_t longest_order = 65536;
+constexpr std::string_view net_ft = "ati_netft";
 /// How soon hosts see that a plug was pulled or is in again.
 constexpr Duration plug_period = std::chrono::milliseconds(10);
 
@@ -63,6 +64,18 @@ json carry_out(const json& order, sim::Rig& rig, TimePoint now) {
 
 }  // namespace
 
+void serve_on_tcp_too(RigFile& rig, std::uint16_t first) {
+  std::uint16_t port = first;
+  const auto next = [&port] { return TcpPort{{"127.0.0.1", port++}}; };
+  for (DeviceEntry& device : rig.devices)
+    if (device.driver != net_ft) device.also.emplace_back(next());
+  for (DeviceEntry& device : rig.devices) {
+    if (device.driver != net_ft) continue;  // its stream is of datagrams
+    if (!device.http) device.http = next();
+    if (!device.commands) device.commands = next();
+  }
+}
+
 Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFile& file,
                                                      std::string_view fabrics_json,
                                                      std::uint64_t seed) {
@@ -104,6 +117,8 @@ Status RigServer::serve(const DeviceEntry& device) {
     where += (where.empty() ? " on " : " and ") + std::visit(Words{}, place);
   }
   devices_.push_back({device.name, join_links(std::move(ends)), {}});
+  devices_.back().place->on_new_host(
+      [rig = rig_.get(), name = device.name] { rig->meet_new_host(name); });
   lines_.push_back(device.name + where);
   if (Status s = rig_->attach(device.name, *devices_.back().place, *loop_); !s) return s;
   if (Status s = serve_pages(device); !s) return s;

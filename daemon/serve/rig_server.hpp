@@ -12,6 +12,11 @@
 
 namespace weft::daemon {
 
+/// Adds to what the rig file says: every device also on TCP, on 127.0.0.1 from `first` on in the
+/// file's order, and behind them the pages and the command port of each Net F/T box, whose records
+/// stay on UDP.
+void serve_on_tcp_too(RigFile& rig, std::uint16_t first);
+
 /// Thread-bound to its loop, which outlives it.
 class RigServer {
  public:

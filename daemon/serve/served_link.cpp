@@ -39,12 +39,19 @@ class JoinedLinks final : public ServedPlace {
     receiver_ = std::move(receiver);
     for (const auto& place : places_)
       place->on_receive([this, from = place.get()](ByteView bytes, TimePoint at) {
-        asking_ = from;
+        asking_ = spoke_last_ = from;
         if (receiver_) receiver_(bytes, at);
         asking_ = nullptr;
       });
   }
   void on_closed(Closed) override {}  // a device outlives its hosts
+  /// Where another place has spoken since, its conversation goes on.
+  void on_new_host(std::function<void()> came) override {
+    for (const auto& place : places_)
+      place->on_new_host([this, came, from = place.get()] {
+        if (spoke_last_ == from) came();
+      });
+  }
   Status set_plugged(bool in) override {
     Status first;
     for (const auto& place : places_)
@@ -55,6 +62,7 @@ class JoinedLinks final : public ServedPlace {
  private:
   std::vector<std::unique_ptr<ServedPlace>> places_;
   Link* asking_ = nullptr;
+  Link* spoke_last_ = nullptr;
   Receiver receiver_;
 };
 

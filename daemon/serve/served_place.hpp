@@ -1,6 +1,8 @@
 #pragma once
 // What every place where a device is served can do besides moving bytes.
 
+#include <functional>
+
 #include "drivers/api/link.hpp"
 
 namespace weft::daemon {
@@ -11,6 +13,9 @@ class ServedPlace : public Link {
   /// Out: what a host sees when the plug is pulled. In: the same place again, for hosts to open
   /// anew. Nothing is done when it is so already. Errors: io, when the place cannot be had again.
   virtual Status set_plugged(bool in) = 0;
+  /// Called when another host has the place. Only a TCP port knows: on a terminal and a datagram
+  /// port hosts come and go unseen.
+  virtual void on_new_host(std::function<void()>) {}
 };
 
 }  // namespace weft::daemon

@@ -58,10 +58,12 @@ class NewestHost final : public ServedPlace {
   }
   void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
   void on_closed(Closed) override {}  // a device outlives its hosts
+  void on_new_host(std::function<void()> came) override { came_ = std::move(came); }
 
  private:
   void welcome(std::unique_ptr<Link> host) {
     host_ = std::move(host);
+    if (came_) came_();
     host_->on_receive([this](ByteView bytes, TimePoint at) {
       if (receiver_) receiver_(bytes, at);
     });
@@ -70,6 +72,7 @@ class NewestHost final : public ServedPlace {
   RealLoop* loop_;
   Endpoint at_;
   Receiver receiver_;
+  std::function<void()> came_;
   std::unique_ptr<Link> host_;
   std::unique_ptr<TcpDoor> door_;
 };

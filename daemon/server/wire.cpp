@@ -32,6 +32,7 @@ class PlainWire final : public Wire {
   }
   void close() override {
     asio::error_code ignored;
+    socket_.shutdown(Socket::shutdown_both, ignored);  // the client hears it whoever has a copy
     socket_.close(ignored);
   }
 

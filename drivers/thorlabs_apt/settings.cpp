@@ -1,6 +1,7 @@
 #include "drivers/thorlabs_apt/settings.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 
 #include "drivers/api/config.hpp"
@@ -91,6 +92,13 @@ void read_timing(ConfigReader& config, StageSettings& settings) {
 }
 
 }  // namespace
+
+std::string StageSettings::with_unit(double si) const {
+  char text[384];  // the largest double has 309 digits
+  std::snprintf(text, sizeof text, "%.4f %s", si / si_per_unit(*model),
+                model->axis == Axis::linear ? "mm" : "deg");
+  return text;
+}
 
 const char stage_config_schema[] = R"({
   "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -2,6 +2,7 @@
 // The configuration of one stage, checked and turned into SI and counts once.
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "protocols/apt/stage_scale.hpp"
@@ -38,6 +39,10 @@ struct StageSettings {
   Duration home_timeout{};
   Duration reply_timeout{};
   Duration poll_period{};  ///< zero: only on PollCommand
+
+  /// A length [m] or an angle [rad] of the stage as the rig file has it: "12.3456 mm", "4.0000
+  /// deg".
+  [[nodiscard]] std::string with_unit(double si) const;
 };
 
 /// JSON Schema of the configuration.

@@ -22,10 +22,6 @@ constexpr std::uint8_t enable = 1;
 constexpr auto stop_now = static_cast<std::uint8_t>(StopMode::immediate);
 constexpr auto stop_profiled = static_cast<std::uint8_t>(StopMode::profiled);
 
-std::string with_unit(double value, const StageSettings& settings) {
-  return std::to_string(value) + (settings.model->axis == Axis::linear ? " m" : " rad");
-}
-
 tl::unexpected<Error> link_failed() {
   return fail(Errc::io, "the link refused the command");
 }
@@ -120,9 +116,9 @@ Result<std::uint32_t> StageDriver::run(const MoveCommand& move) {
   if (!target) return pass(target.error());
   if (*target < settings_.travel_low_counts || *target > settings_.travel_high_counts)
     return fail(Errc::range, "the target is outside the travel", {},
-                with_unit(to_si(settings_.travel_low_counts), settings_) + " to " +
-                    with_unit(to_si(settings_.travel_high_counts), settings_),
-                with_unit(move.target, settings_));
+                settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +
+                    settings_.with_unit(to_si(settings_.travel_high_counts)),
+                settings_.with_unit(move.target));
   const double distance = std::abs(move.target - to_si(last_.position_counts));
   const std::uint32_t id = begin(MotionKind::move, *target,
                                  move_time_limit(distance, move.speed, settings_.acceleration));
@@ -179,8 +175,8 @@ Result<std::int32_t> StageDriver::speed_counts(double speed) const {
   if (!counts) return counts;
   if (speed > 0 && *counts <= settings_.max_velocity_counts) return std::max(*counts, 1);
   return fail(Errc::range, "the speed is outside the stage's limits", {},
-              "above 0, up to " + with_unit(settings_.max_speed, settings_) + "/s",
-              with_unit(speed, settings_) + "/s");
+              "above 0, up to " + settings_.with_unit(settings_.max_speed) + "/s",
+              settings_.with_unit(speed) + "/s");
 }
 
 std::uint32_t StageDriver::begin(MotionKind kind, std::int32_t target_counts, Duration limit) {
@@ -271,12 +267,17 @@ void StageDriver::on_reply_timeout() {
          {}});
 }
 
+std::string StageDriver::target_words() const {
+  return motion_.kind == MotionKind::home ? std::string()
+                                          : settings_.with_unit(to_si(motion_.target_counts));
+}
+
 void StageDriver::on_motion_timeout() {
   raise({Errc::timeout,
          motion_.kind == MotionKind::home ? "homing took too long" : "the motion took too long",
          {},
-         with_unit(to_si(motion_.target_counts), settings_),
-         with_unit(to_si(last_.position_counts), settings_),
+         target_words(),
+         settings_.with_unit(to_si(last_.position_counts)),
          {}});
 }
 
@@ -285,8 +286,8 @@ void StageDriver::on_watch() {
     raise({Errc::device,
            "the stage does not move",
            {},
-           with_unit(to_si(motion_.target_counts), settings_),
-           with_unit(to_si(last_.position_counts), settings_),
+           target_words(),
+           settings_.with_unit(to_si(last_.position_counts)),
            "Look for an obstacle, and at the limit switches"});
     return;
   }

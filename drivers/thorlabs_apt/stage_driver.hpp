@@ -75,6 +75,8 @@ class StageDriver final : public DriverBase {
   bool flush();
   void cancel_timers();
 
+  /// Where the motion goes; empty for homing, which ends at a switch.
+  [[nodiscard]] std::string target_words() const;
   [[nodiscard]] double to_si(std::int32_t counts) const {
     return counts / settings_.scale.counts_per_unit;
   }

@@ -127,10 +127,10 @@ void StageDriver::on_limit_switches(const Message& message) {
     return;
   raise({Errc::device, "the controller's soft limits are inside the rig file's travel",
          "/travel_" + std::string(settings_.model->axis == Axis::linear ? "mm" : "deg"),
-         std::to_string(to_si(settings_.travel_low_counts)) + " to " +
-             std::to_string(to_si(settings_.travel_high_counts)),
-         std::to_string(to_si(found->reverse_soft_counts)) + " to " +
-             std::to_string(to_si(found->forward_soft_counts)),
+         settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +
+             settings_.with_unit(to_si(settings_.travel_high_counts)),
+         settings_.with_unit(to_si(found->reverse_soft_counts)) + " to " +
+             settings_.with_unit(to_si(found->forward_soft_counts)),
          "Correct the rig file, or widen the limits with the maker's program"});
 }
 

@@ -165,6 +165,8 @@ std::string_view to_string(ExceptionCode code) {
       return "acknowledged, still at work";
     case ExceptionCode::busy:
       return "device busy";
+    case ExceptionCode::gateway_target_silent:
+      return "gateway: no reply from the device";
   }
   return "exception";
 }

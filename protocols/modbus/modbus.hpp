@@ -35,6 +35,7 @@ enum class ExceptionCode : std::uint8_t {
   device_failure = 4,
   acknowledge = 5,
   busy = 6,
+  gateway_target_silent = 11,  ///< nobody behind the gateway has this address
 };
 /// "illegal data address"; "exception" for codes that are not listed.
 std::string_view to_string(ExceptionCode code);

@@ -1,5 +1,6 @@
 #include "protocols/rdt/page.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -91,16 +92,18 @@ std::string lower(std::string_view text) {
 std::string encode(const SettingsPage& page) {
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<netft>\n" + tag("prodname", page.product) +
          tag("runstat", hexadecimal(page.status)) + tag("runft", list(page.counts)) +
-         tag("setbias", list(page.bias_counts)) + tag("setuserfilter", "0") +
-         tag("setcfgsel", "0") + tag("cfgcalsel", "0") + tag("cfgnam", "Weft") + tag("cfgfu", "2") +
-         tag("scfgfu", page.force_unit) + tag("cfgtu", "3") + tag("scfgtu", page.torque_unit) +
-         tag("cfgcpf", number(page.counts_per_force)) +
+         tag("setbias", list(page.bias_counts)) +
+         tag("setuserfilter", std::to_string(page.user_filter)) + tag("setcfgsel", "0") +
+         tag("cfgcalsel", "0") + tag("cfgcalsn", page.calibration_serial) + tag("cfgnam", "Weft") +
+         tag("cfgfu", "2") + tag("scfgfu", page.force_unit) + tag("cfgtu", "3") +
+         tag("scfgtu", page.torque_unit) + tag("cfgcpf", number(page.counts_per_force)) +
          tag("cfgcpt", number(page.counts_per_torque)) + tag("cfgmr", list(page.max_ratings)) +
-         tag("cfgtfx", list(page.tool_transform)) +
-         tag("comrdte", page.rdt_enabled ? "Enabled" : "Disabled") +
+         tag("cfgtfx", list(page.tool_transform)) + tag("scfgtdu", "mm") +
+         tag("scfgtau", "degrees") + tag("comrdte", page.rdt_enabled ? "Enabled" : "Disabled") +
          tag("comrdtrate", number(page.rdt_rate_hz)) +
          tag("comrdtbsiz", std::to_string(page.buffer_size)) + tag("runrate", "7000") +
-         tag("netip", "192.168.1.1") + "</netft>\n";
+         tag("netip", "192.168.1.1") + tag("nethwaddr", "00-16-BD-00-00-00") +
+         tag("mfgdigsn", page.calibration_serial) + tag("mfgdigver", "2.2.59") + "</netft>\n";
 }
 
 std::string encode(const CalibrationPage& page) {
@@ -167,20 +170,34 @@ Result<double> newton_metres_per(std::string_view torque_unit) {
 }
 
 Result<HttpRequest> decode_request_head(std::string_view head) {
-  const std::string_view line = head.substr(0, head.find("\r\n"));
+  std::string_view line = head.substr(0, head.find('\n'));
+  if (line.ends_with('\r')) line.remove_suffix(1);
   const std::size_t first = line.find(' ');
   const std::size_t second = first == std::string_view::npos ? first : line.find(' ', first + 1);
-  if (second == std::string_view::npos || line.substr(0, first) != "GET")
+  const std::string_view method = line.substr(0, first);
+  if (second == std::string_view::npos || (method != "GET" && method != "HEAD"))
     return fail(Errc::parse, "not a GET request", {}, "GET /path HTTP/1.1",
                 std::string(line.substr(0, 40)));
   const std::string_view target = line.substr(first + 1, second - first - 1);
   const std::size_t mark = target.find('?');
   const bool old = line.substr(second + 1) == "HTTP/1.0";
   HttpRequest request;
+  request.head_only = method == "HEAD";
   request.path = std::string(target.substr(0, mark));
   if (mark != std::string_view::npos) request.query = std::string(target.substr(mark + 1));
   request.keep_alive = !old && lower(head).find("connection: close") == std::string::npos;
   return request;
+}
+
+std::optional<std::string_view> query_value(std::string_view query, std::string_view key) {
+  while (!query.empty()) {
+    const std::string_view pair = query.substr(0, query.find('&'));
+    const std::size_t equals = pair.find('=');
+    if (pair.substr(0, equals) == key && equals != std::string_view::npos)
+      return pair.substr(equals + 1);
+    query.remove_prefix(std::min(query.size(), pair.size() + 1));
+  }
+  return std::nullopt;
 }
 
 std::string http_get(std::string_view path, std::string_view host) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -26,6 +27,8 @@ struct SettingsPage {
   bool rdt_enabled = true;          ///< comrdte
   double rdt_rate_hz = 0;           ///< comrdtrate
   // Written only.
+  std::string calibration_serial;             ///< cfgcalsn
+  unsigned user_filter = 0;                   ///< setuserfilter, 0: none
   std::array<double, 6> max_ratings{};        ///< cfgmr
   std::array<std::int32_t, 6> bias_counts{};  ///< setbias
   std::array<std::int32_t, 6> counts{};       ///< runft
@@ -53,13 +56,17 @@ Result<CalibrationPage> decode_calibration(std::string_view xml);
 Result<double> newtons_per(std::string_view force_unit);
 Result<double> newton_metres_per(std::string_view torque_unit);
 
-/// The path and query of "GET /path?query HTTP/1.1 ...", once the blank line has come.
-/// Errors: parse, for another method or an over-long request.
+/// The path and query of "GET /path?query HTTP/1.1 ...", once the blank line has come; HEAD asks
+/// for what GET would say, without its body. Errors: parse, for another method or an over-long
+/// request.
 struct HttpRequest {
   std::string path, query;
+  bool head_only = false;
   bool keep_alive = true;
 };
 Result<HttpRequest> decode_request_head(std::string_view head);
+/// The value of a key in "a=1&b=2"; nothing when it is not there.
+std::optional<std::string_view> query_value(std::string_view query, std::string_view key);
 std::string http_get(std::string_view path, std::string_view host);
 std::string http_reply(int status, std::string_view type, std::string_view body, bool keep_alive);
 

@@ -25,6 +25,11 @@ enum class RequestCommand : std::uint16_t {
   set_bias = 0x0042,     ///< the present reading becomes zero; no reply
 };
 
+constexpr bool starts_stream(RequestCommand command) {
+  return command == RequestCommand::start_realtime || command == RequestCommand::start_buffered ||
+         command == RequestCommand::start_multi_unit;
+}
+
 /// Host to sensor, 8 bytes: 0x1234, command, sample count (0 = until stopped).
 struct Request {
   RequestCommand command = RequestCommand::stop;

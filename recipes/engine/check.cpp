@@ -4,6 +4,7 @@
 #include "recipes/engine/canonical.hpp"
 #include "recipes/engine/forecast.hpp"
 #include "recipes/engine/layout.hpp"
+#include "recipes/engine/operator_steps.hpp"
 #include "recipes/engine/plan.hpp"
 #include "recipes/engine/recipe_reader.hpp"
 #include "recipes/engine/sweep_cells.hpp"
@@ -20,6 +21,17 @@ void check_trial_count(const StatedRecipe& stated, Problems& problems) {
   if (trials > max_trials)
     problems.add({"", "the campaign has too many trials", "at most " + std::to_string(max_trials),
                   std::to_string(trials), "lower \"repetitions\""});
+}
+
+/// On a real bench a person puts the cloth on the plate: that is asked for each fabric that the
+/// recipe's own steps say nothing of. Returns whether there was one.
+bool ask_for_mounts(Plan& plan) {
+  OperatorStep mount{OperatorStep::Before::fabric, {}, "Mount {fabric}, then confirm.", 60};
+  for (std::size_t fabric = 0; fabric < plan.fabrics.size(); ++fabric)
+    if (!asks_before(plan, fabric)) mount.fabrics.push_back(fabric);
+  if (mount.fabrics.empty()) return false;
+  plan.operator_steps.push_back(std::move(mount));
+  return true;
 }
 
 /// Free of problems by now, so everything is there.
@@ -46,7 +58,6 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits, std::string canonic
     for (PhaseStep& phase : exploration.phases)
       if (phase.phase == Phase::motion)
         phase.duration_s = motion_duration_s(exploration, limits.max_acceleration_mps2);
-  plan.forecast = forecast(plan);
   return plan;
 }
 
@@ -86,7 +97,14 @@ CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
   spread_sweep(stated, limits, problems);
   if (!problems.empty()) return {std::nullopt, problems.take(), {}};
   Plan plan = make_plan(std::move(stated), limits, std::move(canonical));
+  const bool adds_mounts = limits.bench == "real" && ask_for_mounts(plan);
+  plan.forecast = forecast(plan);
   std::vector<Diagnostic> warnings = warnings_about(plan);
+  if (adds_mounts)
+    warnings.push_back({"/operator_steps",
+                        "somebody must mount the fabrics on a real bench, and the recipe asks "
+                        "nobody for some: each of these is asked for before its first trial",
+                        "a step \"before\": \"fabric\"", "", ""});
   return {std::move(plan), {}, std::move(warnings)};
 }
 

@@ -32,6 +32,12 @@ std::optional<std::size_t> due_step(const Plan& plan, std::size_t trial, std::si
   return std::nullopt;
 }
 
+bool asks_before(const Plan& plan, std::size_t fabric) {
+  return std::ranges::any_of(plan.operator_steps, [&](const OperatorStep& step) {
+    return step.before == OperatorStep::Before::fabric && is_for(step, fabric);
+  });
+}
+
 OperatorAsk ask_of(const Plan& plan, std::size_t trial, std::size_t step) {
   const OperatorStep& asked = plan.operator_steps[step];
   const std::size_t fabric = plan.trials[trial].fabric;

@@ -22,6 +22,9 @@ struct OperatorAsk {
 std::optional<std::size_t> due_step(const Plan& plan, std::size_t trial, std::size_t from,
                                     bool begins);
 
+/// Whether some step is due whenever this fabric comes.
+bool asks_before(const Plan& plan, std::size_t fabric);
+
 OperatorAsk ask_of(const Plan& plan, std::size_t trial, std::size_t step);
 
 /// The first ask before a trial from `from` on, where the campaign began with the first one;

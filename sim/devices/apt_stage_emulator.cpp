@@ -2,8 +2,11 @@
 // counters and the status word say in apt_stage_status.cpp.
 
 #include "sim/devices/apt_stage_emulator.hpp"
+#include "sim/devices/apt_units.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace weft::sim {
 
@@ -12,7 +15,9 @@ namespace {
 using namespace protocols::apt;
 
 constexpr Duration update_period = std::chrono::milliseconds(100);  // APT16: 10 Hz
-constexpr std::uint16_t kcube_hardware_type = 16;                   // seen for K-cubes (A.5, M)
+/// The rest of a message is not waited for longer: its host has gone, and what comes is another's.
+constexpr Duration half_message_kept = std::chrono::milliseconds(500);
+constexpr std::uint16_t kcube_hardware_type = 16;  // seen for K-cubes (A.5, M)
 constexpr std::uint16_t card_hardware_type = 44;
 constexpr std::uint16_t rack_hardware_type = 45;
 constexpr std::uint8_t occupied = 1, vacant = 2;
@@ -41,9 +46,23 @@ const Stage& AptStageEmulator::stage() const {
 
 void AptStageEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
+  if (now - heard_ > half_message_kept) splitter_.clear();
+  heard_ = now;
   splitter_.push(bytes);
   while (splitter_.next(message_)) handle(message_, now, out);
   suffer_motion(now, out);
+}
+
+void AptStageEmulator::meet_new_host() {
+  splitter_.clear();
+  forget_host();
+}
+
+/// What a host has asked for as long as it is there.
+void AptStageEmulator::forget_host() {
+  next_update_.reset();
+  unacknowledged_ = 0;
+  end_messages_ = true;
 }
 
 std::optional<TimePoint> AptStageEmulator::next_wakeup() const {
@@ -123,8 +142,10 @@ bool AptStageEmulator::handle_system(const Message& message, TimePoint now, Byte
       unacknowledged_ = 0;
       return true;
     case MessageId::hw_stop_updatemsgs:
-    case MessageId::hw_disconnect:
       next_update_.reset();
+      return true;
+    case MessageId::hw_disconnect:
+      forget_host();
       return true;
     case MessageId::mod_set_chanenablestate:
       enabled_ = message.param2 == 1;
@@ -224,11 +245,19 @@ void AptStageEmulator::reply(MessageId id, const Body& body, ByteSink& out) {
   out(buffer_);
 }
 
-/// The 14 bytes that status updates and the ends of moves share. The servo's velocity field is left
-/// zero: documents disagree on its scale.
+/// Position counts per servo cycle: 205 at 100 mm/s with 20 000 counts/mm and 102.4 us, as in the
+/// example of APT16; a moving command has 65536 times that (protocols.md A.7).
+std::int16_t AptStageEmulator::velocity_counts(TimePoint now) const {
+  constexpr double most = std::numeric_limits<std::int16_t>::max();
+  const double per_s = stage().velocity(now) / si_per_unit(*params_.stage);
+  const double counts = std::round(per_s * params_.stage->scale.velocity_counts / 65536);
+  return static_cast<std::int16_t>(std::clamp(counts, -most, most));
+}
+
+/// The 14 bytes that status updates and the ends of moves share.
 void AptStageEmulator::reply_status(MessageId id, TimePoint now, ByteSink& out) {
   if (servo())
-    reply(id, DcStatusUpdate{1, counter(now), 0, 0, status_bits(now)}, out);
+    reply(id, DcStatusUpdate{1, counter(now), velocity_counts(now), 0, status_bits(now)}, out);
   else
     reply(id, StatusUpdate{1, counter(now), params_.encoder ? encoder(now) : 0, status_bits(now)},
           out);

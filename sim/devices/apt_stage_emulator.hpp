@@ -45,6 +45,7 @@ class AptStageEmulator final : public Emulator {
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
   void wake(TimePoint now, ByteSink& out) override;
+  void meet_new_host() override;
 
   /// Messages that were not for this unit, unknown to it, or with a body of the wrong length.
   [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
@@ -73,6 +74,7 @@ class AptStageEmulator final : public Emulator {
   void send_update(TimePoint now, ByteSink& out);
   void send_end(MessageId id, TimePoint now, ByteSink& out);
   bool may_speak_unasked();
+  void forget_host();
 
   // motion
   void home(TimePoint now, ByteSink& out);
@@ -101,6 +103,7 @@ class AptStageEmulator final : public Emulator {
   [[nodiscard]] double believed(TimePoint now) const;
   [[nodiscard]] std::int32_t counter(TimePoint now) const;
   [[nodiscard]] std::int32_t encoder(TimePoint now) const;
+  [[nodiscard]] std::int16_t velocity_counts(TimePoint now) const;
   [[nodiscard]] std::uint32_t status_bits(TimePoint now) const;
   [[nodiscard]] std::uint32_t motion_bits(TimePoint now) const;
   [[nodiscard]] std::uint32_t limit_bits(TimePoint now) const;
@@ -112,6 +115,7 @@ class AptStageEmulator final : public Emulator {
   BenchWorld* world_;
   AptParameters parameters_;
   protocols::apt::Splitter splitter_;
+  TimePoint heard_{};
   Message message_;  ///< kept for the room of its data
   Bytes buffer_;
   std::uint8_t host_ = protocols::apt::address::host;
@@ -123,6 +127,8 @@ class AptStageEmulator final : public Emulator {
   double zero_ = 0;  ///< stage position at which the counter is zero [m] or [rad]
   std::int32_t encoder_zero_counts_ = 0;  ///< steppers: what SET_ENCCOUNTER moved it by
   Motion motion_ = Motion::none;
+  bool runs_to_low_end_ = false;  ///< a velocity move or endless jog, backwards
+  bool on_low_end_ = false;       ///< such a motion has ended at the switch
   std::optional<TimePoint> next_update_;
   std::uint32_t unacknowledged_ = 0;
   std::uint64_t ignored_ = 0;

@@ -130,6 +130,7 @@ void AptStageEmulator::home_to(double target, Motion leg, TimePoint now) {
   steps_per_way_ = 1;
   goal_ = target;
   goal_limits_ = home_limits();
+  runs_to_low_end_ = on_low_end_ = false;
   world_->stage(params_.axis, now).move_to(goal_, goal_limits_, now);
   motion_ = leg;
 }
@@ -157,6 +158,7 @@ void AptStageEmulator::run_towards_limit(std::uint8_t direction, const MotionLim
                                          Motion kind, TimePoint now) {
   const StageParams& travel = stage().params();
   move_to(direction == reverse ? travel.low : travel.high, limits, kind, now);
+  runs_to_low_end_ = motion_ != Motion::none && goal_ <= travel.low;
 }
 
 void AptStageEmulator::move_to(double target, const MotionLimits& limits, Motion kind,
@@ -180,6 +182,7 @@ void AptStageEmulator::plan(double target, const MotionLimits& limits, TimePoint
   goal_ = steps_per_way_ == 1 ? target - lost_ : at + (target - counted) / steps_per_way_;
   goal_limits_ = limits;
   world_->stage(params_.axis, now).move_to(goal_, limits, now);
+  runs_to_low_end_ = on_low_end_ = false;
 }
 
 void AptStageEmulator::stop(const Message& message, TimePoint now) {
@@ -203,6 +206,7 @@ void AptStageEmulator::finish_motion(TimePoint at, ByteSink& out) {
     if (end_messages_) reply_short(MessageId::move_homed, 1, 0, out);
     return;
   }
+  on_low_end_ = runs_to_low_end_ && stage().position(at) <= stage().params().low;
   tell_end(ended == Motion::stopping ? MessageId::move_stopped : MessageId::move_completed, at,
            out);
 }

@@ -39,6 +39,7 @@ std::uint32_t AptStageEmulator::limit_bits(TimePoint now) const {
   const bool made = suffers(FaultKind::limit_switch, now) != nullptr;
   std::uint32_t bits = 0;
   if (made || (linear && at >= stage().params().high)) bits |= status::forward_limit;
+  if (linear && on_low_end_) bits |= status::reverse_limit;
   const auto soft =
       decode_body<LimitSwitchParams>(parameters_.body(MessageId::set_limswitchparams));
   if (!soft || (soft->soft_mode & 0x7F) <= 1) return bits;

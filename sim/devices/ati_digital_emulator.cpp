@@ -103,9 +103,14 @@ void AtiDigitalEmulator::serve_rtu(ByteView bytes, TimePoint now, ByteSink& out)
 void AtiDigitalEmulator::serve_tcp(ByteView bytes, TimePoint now, ByteSink& out) {
   tcp_.push(bytes);
   while (const std::optional<MbapFrame> frame = tcp_.next()) {
-    if (frame->unit != params_.slave) continue;  // nobody behind the gateway has this address
+    // 0 and 255 mean the device at this address itself (Modbus messaging on TCP/IP, implementation
+    // guide, "unit identifier")
+    const bool ours = frame->unit == params_.slave || frame->unit == 0 || frame->unit == 255;
+    const std::uint8_t function = frame->pdu.empty() ? std::uint8_t{0} : frame->pdu[0];
     buffer_.clear();
-    append_mbap(buffer_, frame->transaction, frame->unit, answer(frame->pdu, now));
+    append_mbap(buffer_, frame->transaction, frame->unit,
+                ours ? answer(frame->pdu, now)
+                     : Reply(Exception{function, ExceptionCode::gateway_target_silent}));
     out(buffer_);
   }
 }

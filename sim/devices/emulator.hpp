@@ -25,6 +25,9 @@ class Emulator {
   /// Lets it act; early or late calls do no harm.
   virtual void wake(TimePoint now, ByteSink& out) = 0;
 
+  /// Another host has the place: nothing that the one before left half said or switched off is its.
+  virtual void meet_new_host() {}
+
   /// From now on the device suffers what the board says, which outlives it.
   void suffer(FaultBoard& board) { board_ = &board; }
 

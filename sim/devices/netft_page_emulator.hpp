@@ -9,8 +9,9 @@
 
 namespace weft::sim {
 
-/// One connection. Pages: /netftapi2.xml, /netftcalapi.xml, /comm.cgi?comrdtrate=N (sets the rate),
-/// /setting.cgi (accepted), / (a word of welcome).
+/// One connection. Pages: /netftapi2.xml, /netftcalapi.xml, /comm.cgi (comrdtrate, comrdtbsiz,
+/// comrdte), /setting.cgi (setuserfilter; setbias0 to setbias5, all of them zero), / (a word of
+/// welcome).
 class NetftPageEmulator final : public ClientEmulator {
  public:
   /// `box` is asked at each request; nullptr: the box is off.

@@ -39,6 +39,7 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
       return stop(out);
     case rdt::RequestCommand::start_realtime:
     case rdt::RequestCommand::start_buffered:
+    case rdt::RequestCommand::start_multi_unit:  // of one unit: as in real time
       return start(*request, now);
     case rdt::RequestCommand::set_bias:
       return sensor_.bias(world_->contact(now), conversion_at(now));
@@ -51,6 +52,7 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
 }
 
 void RdtEmulator::start(const rdt::Request& request, TimePoint now) {
+  if (!rdt_enabled_) return;
   streaming_ = true;
   buffered_ = request.command == rdt::RequestCommand::start_buffered;
   wanted_ = request.sample_count;
@@ -159,6 +161,10 @@ rdt::SettingsPage RdtEmulator::settings(TimePoint now) {
   page.counts_per_force = sensor.counts_per_n * calibration_factor(now);
   page.counts_per_torque = sensor.counts_per_nm * calibration_factor(now);
   page.rdt_rate_hz = params_.rate_hz;
+  page.rdt_enabled = rdt_enabled_;
+  page.calibration_serial = calibration(now).serial;
+  page.user_filter = user_filter_;
+  page.torque_unit = params_.torque_unit;
   page.max_ratings = sensor.range;
   page.bias_counts = sensor_.bias_counts();
   std::copy_n(record.force_counts.begin(), 3, page.counts.begin());

@@ -20,6 +20,7 @@ struct RdtEmulatorParams {
   std::size_t records_per_datagram = 10;  ///< in buffered mode, 1 to 40
   double threshold_n = 0;                 ///< |Fz| above it latches the monitor condition; 0: off
   std::string calibration_serial = "FT00000";
+  std::string torque_unit = "N-m";  ///< as the page spells it: "N-m" or "Nm", by firmware
   FtSensorParams sensor;
 };
 
@@ -42,6 +43,13 @@ class RdtEmulator final : public ForceEmulator {
   Status set_transform(const protocols::rdt::WriteTransform& write);
   /// Of the next stream; 1 to 7000.
   void set_rate_hz(double rate_hz) { params_.rate_hz = rate_hz; }
+  /// Of buffered streams; 1 to 40.
+  void set_records_per_datagram(std::size_t count) { params_.records_per_datagram = count; }
+  /// The low-pass filter's number, 0 to 12, which the page shows; readings are not filtered [E].
+  void set_user_filter(unsigned number) { user_filter_ = number; }
+  /// A box whose stream is switched off hears no start request.
+  void enable_rdt(bool on) { rdt_enabled_ = on; }
+  void clear_bias() { sensor_.clear_bias(); }
 
   /// Datagrams that were no request, or a request that a Net F/T does not serve.
   [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
@@ -63,6 +71,8 @@ class RdtEmulator final : public ForceEmulator {
   BenchWorld* world_;
   FtSensor sensor_;
   ToolTransform transform_;
+  bool rdt_enabled_ = true;
+  unsigned user_filter_ = 0;
   bool streaming_ = false;
   bool buffered_ = false;
   std::uint32_t wanted_ = 0;  ///< 0: until stopped

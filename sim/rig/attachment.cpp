@@ -22,6 +22,11 @@ void Attachment::receive(ByteView bytes) {
   schedule();
 }
 
+void Attachment::meet_new_host() {
+  emulator_->meet_new_host();
+  schedule();
+}
+
 void Attachment::wake() {
   if (scheduled_) loop_->cancel(timer_);
   scheduled_.reset();

@@ -16,6 +16,7 @@ class Attachment : public std::enable_shared_from_this<Attachment> {
   Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop);
   /// Starts listening and schedules the first wake-up.
   void connect();
+  void meet_new_host();
   /// Lets the emulator act now, because something about it has changed.
   void poke() { wake(); }
 

@@ -72,7 +72,7 @@ Status read_carriage(FieldReader& reader, const protocols::apt::StageModel& mode
                      StageParams& stage) {
   const bool linear = model.axis == protocols::apt::Axis::linear;
   const double si = linear ? m_per_mm : rad_per_deg;
-  const double span = linear ? 1000 : 360;
+  const double span = linear ? 1000 : 36000;  // rotary stages turn without end
   double quantum = 1, backlash = 0;
   stage.low = (linear ? model.travel_low : -model.travel_high) * si;
   stage.high = model.travel_high * si;
@@ -120,6 +120,7 @@ Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& wher
   reader.number("noise_scale", noise, 0, 1000);
   reader.number("threshold_n", params.threshold_n, 0, 1e4);
   reader.text("calibration_serial", params.calibration_serial);
+  reader.text("torque_unit", params.torque_unit);
   if (Status s = reader.finish(); !s) return pass(s.error());
   params.records_per_datagram = static_cast<std::size_t>(per_datagram);
   for (double& component : params.sensor.noise) component *= noise;

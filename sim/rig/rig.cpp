@@ -170,10 +170,14 @@ bool Rig::redirects(std::string_view device_name, ByteView datagram) const {
     if (device.name != device_name) continue;
     if (!std::holds_alternative<RdtEmulatorParams>(device.params)) return true;
     const auto request = protocols::rdt::decode_request(datagram);
-    return request && (request->command == protocols::rdt::RequestCommand::start_realtime ||
-                       request->command == protocols::rdt::RequestCommand::start_buffered);
+    return request && protocols::rdt::starts_stream(request->command);
   }
   return false;
+}
+
+void Rig::meet_new_host(std::string_view device_name) {
+  const auto found = parts_->attached.find(device_name);
+  if (found != parts_->attached.end()) found->second->meet_new_host();
 }
 
 Status Rig::mount(std::string_view fabric, std::uint64_t patch_seed, TimePoint now) {

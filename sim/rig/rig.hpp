@@ -60,6 +60,8 @@ class Rig {
   /// Whether a datagram makes its sender the one whom the device answers: the box's stream follows
   /// the latest start request, and nothing else.
   [[nodiscard]] bool redirects(std::string_view device_name, ByteView datagram) const;
+  /// Another host has the device's place. Nothing happens for a device that is not attached.
+  void meet_new_host(std::string_view device_name);
 
   /// Puts a fresh patch of `fabric` on the plate: the cloth has no memory, and the trial's spreads
   /// are drawn from `patch_seed`. The same pair is the same patch on every rig.

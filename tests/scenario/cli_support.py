@@ -20,7 +20,8 @@ class Checks:
             print("FAILED:", what)
 
     def run(self, *arguments, cwd):
-        return subprocess.run([self.weft, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=300)
+        return subprocess.run([self.weft, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=300,
+                              stdin=subprocess.DEVNULL)
 
     def succeeds(self, *arguments, cwd):
         """The JSON object of a command that must succeed, which must also succeed without --json."""

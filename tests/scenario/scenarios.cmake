@@ -142,6 +142,16 @@ add_test(NAME scenario_emulated_kill
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_emulated_kill PROPERTIES TIMEOUT 900 COST 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# A rig file that says "real", with weft-rig behind its ports.
+add_test(NAME scenario_real_bench
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/real_bench.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_real_bench PROPERTIES TIMEOUT 600 COST 500 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# Every device on TCP too, and hosts that leave in the middle of a message.
+add_test(NAME scenario_rig_tcp
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/rig_tcp.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_rig_tcp PROPERTIES TIMEOUT 120 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # Other people's Modbus programs against the emulated Digital F/T sensor; Debian's python3-pymodbus belongs to /usr/bin/python3.
 pkg_check_modules(MODBUS IMPORTED_TARGET libmodbus)
 if(SYSTEM_PYTHON3 AND MODBUS_FOUND)
@@ -248,7 +258,7 @@ set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHO
 # script/test has two slots for each processor: a test that computes takes two of them, one that waits for ports in real time one.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
 set_tests_properties(${all_tests} PROPERTIES PROCESSORS 2)
-foreach(waiting emulated_trial emulated_kill align modbus_clients apt_client netft_client doctor vibro_ports)
+foreach(waiting emulated_trial emulated_kill real_bench align modbus_clients apt_client netft_client doctor vibro_ports)
   if(TEST scenario_${waiting})
     set_tests_properties(scenario_${waiting} PROPERTIES PROCESSORS 1)
   endif()

@@ -17,13 +17,15 @@ using namespace weft::daemon;
 struct Args {
   std::filesystem::path rig;
   std::uint64_t seed = 1;
+  std::uint16_t tcp_from = 0;  ///< 0: as the rig file says
 };
 
 Status serve(const Args& args) {
   const Result<std::string> text = read_text_file(args.rig);
   if (!text) return pass(text.error());
-  const Result<RigFile> rig = parse_rig_file(*text);
+  Result<RigFile> rig = parse_rig_file(*text);
   if (!rig) return pass(rig.error(), args.rig.string());
+  if (args.tcp_from != 0) serve_on_tcp_too(*rig, args.tcp_from);
   const Result<std::string> fabrics = read_fabrics(*rig, args.rig);
   if (!fabrics) return pass(fabrics.error());
   RealLoop loop;
@@ -46,6 +48,11 @@ int main(int argc, char** argv) {
   Args args;
   app.add_option("RIG", args.rig, "rig file (JSON) whose bench is \"emulated\"")->required();
   app.add_option("--seed", args.seed, "of the sensors' noise")->capture_default_str();
+  app.add_option(
+         "--tcp", args.tcp_from,
+         "serve every device on TCP too, on 127.0.0.1 from this port on, and the pages and "
+         "the command port of a Net F/T box, for programs that cannot open a pseudo-terminal")
+      ->check(CLI::Range(1, 65000));
   if (const auto status = cli::parse_command_line(app, argc, argv)) return *status;
   if (const Status served = serve(args); !served) {
     std::cerr << "weft-rig: " << to_string(served.error()) << std::endl;

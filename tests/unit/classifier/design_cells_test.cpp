@@ -95,7 +95,9 @@ TEST_CASE("The front has what no cell beats in accuracy and time") {
 }
 
 TEST_CASE("Answers that hang together in a replicate count for fewer") {
-  const ClusteredShare together{{1, 1, 0}, 6}, apart{{4.0 / 6, 4.0 / 6, 4.0 / 6}, 6};
+  const double some = 4.0 / 6;
+  const ClusteredShare together{{{1, 6}, {1, 6}, {0, 6}}};
+  const ClusteredShare apart{{{some, 6}, {some, 6}, {some, 6}}};
   const std::vector<ClusteredShare> all{together}, none{apart}, both{together, apart};
   CHECK(design_effect(all) == 6);   // all or nothing: 3 answers, not 18
   CHECK(design_effect(none) == 1);  // less than by chance
@@ -105,10 +107,23 @@ TEST_CASE("Answers that hang together in a replicate count for fewer") {
   CHECK(wide.low == Approx(wilson_interval(2, 3).low));
   CHECK(wide.high == Approx(wilson_interval(2, 3).high));
   CHECK(clustered_interval(apart, 1).low == Approx(plain.low));
-  const std::vector<ClusteredShare> sure{{{1, 1, 1}, 6}};
+  const std::vector<ClusteredShare> sure{{{{1, 6}, {1, 6}, {1, 6}}}};
   CHECK(design_effect(sure) == 1);
   CHECK(clustered_interval(sure[0], 1).low == Approx(wilson_interval(18, 18).low));
   CHECK(clustered_interval(sure[0], 1).high == 1);
+}
+
+TEST_CASE("A share and its interval are of all answers where replicates are of several sizes") {
+  const ClusteredShare uneven{{{1, 9}, {1, 6}, {0, 3}}};
+  CHECK(uneven.share() == Approx(15.0 / 18));
+  const std::vector<ClusteredShare> all{uneven};
+  // (9 x 1/6)^2 + (6 x 1/6)^2 + (3 x 5/6)^2 = 9.5, by 3/2 and 18; if independent 15/18 x 3/18 x
+  // 18/17
+  const double effect = 9.5 * 1.5 / 18 / (15.0 / 18 * 3 / 18 * 18 / 17);
+  CHECK(design_effect(all) == Approx(effect));
+  CHECK(clustered_interval(uneven, effect).low ==
+        Approx(wilson_of_share(15.0 / 18, 18 / effect).low));
+  CHECK(clustered_interval(uneven, effect).low < 15.0 / 18);
 }
 
 TEST_CASE("A choice knows of replicates that are right or wrong as a whole") {

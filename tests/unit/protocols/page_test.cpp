@@ -98,6 +98,11 @@ TEST_CASE("requests are read with their query; what is no GET is refused") {
   CHECK(request->keep_alive);
   CHECK_FALSE(decode_request_head("GET / HTTP/1.0")->keep_alive);
   CHECK_FALSE(decode_request_head("GET / HTTP/1.1\r\nConnection: Close")->keep_alive);
+  CHECK(decode_request_head("HEAD / HTTP/1.1")->head_only);
+  CHECK_FALSE(request->head_only);
+  CHECK(query_value("a=1&bb=2&c=", "bb") == "2");
+  CHECK(query_value("a=1&bb=2&c=", "c") == "");
+  for (const char* absent : {"b", "d", ""}) CHECK_FALSE(query_value("a=1&bb=2&c=&d", absent));
   for (const char* bad : {"", "GET", "POST / HTTP/1.1", "GET /"})
     CHECK_FALSE(decode_request_head(bad));
 }

@@ -1,5 +1,6 @@
 // What a person does between trials: in the recipe, in the plan and its time, and in the engine.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -52,6 +53,34 @@ std::vector<std::string> asked_in(Bench& b) {
 }
 
 }  // namespace
+
+TEST_CASE("On a real bench somebody is asked for every fabric, as the recipe says or without it") {
+  RigLimits real = test::limits();
+  real.bench = "real";
+  const auto planned = [&](const std::string& recipe) {
+    const CheckReport report = check_recipe(recipe, real);
+    REQUIRE(report.plan);
+    return report;
+  };
+  const CheckReport silent = planned(test::small_recipe);
+  const Plan& plan = *silent.plan;
+  REQUIRE(plan.operator_steps.size() == 1);
+  CHECK(ask_of(plan, 0, 0).text == "Mount " + plan.fabrics[0] + ", then confirm.");
+  CHECK(plan.forecast.asks == plan.fabrics.size());
+  const auto about_people = [](const Diagnostic& one) { return one.pointer == "/operator_steps"; };
+  CHECK(std::ranges::count_if(silent.warnings, about_people) == 1);
+  CHECK(plan.canonical_json == test::plan_of(test::small_recipe).canonical_json);
+
+  const CheckReport whole = planned(asking(mount_each));
+  CHECK(whole.plan->operator_steps.size() == 3);
+  CHECK(std::ranges::none_of(whole.warnings, about_people));
+
+  const CheckReport some = planned(asking(R"([{"before": "fabric", "fabrics": ["silk"],
+      "text": "Mount {fabric}.", "people_s": 15}])"));
+  REQUIRE(some.plan->operator_steps.size() == 2);
+  CHECK(some.plan->operator_steps[1].fabrics == std::vector<std::size_t>{0});
+  CHECK(some.plan->forecast.asks == some.plan->fabrics.size());
+}
 
 TEST_CASE("The operator steps of a recipe are in its plan, its time and its normal form") {
   const Plan plan = test::plan_of(asking(mount_each));

@@ -396,3 +396,90 @@ TEST_CASE("noise on the line and messages for others do no harm") {
   CHECK(unit.take().empty());
   CHECK(unit.emulator.ignored() > 0);
 }
+
+TEST_CASE("half a message of a host that went is not the beginning of another's") {
+  Unit unit;
+  unit.ready();
+  unit.send("53 04 06 00 D0 01 01 00");  // four bytes of a position are missing
+  unit.run(1);
+  unit.send("05 00 00 00 50 01");
+  CHECK(unit.take().size() == 90);
+  unit.run(5);
+  CHECK(unit.position() == Approx(0).margin(1e-9));  // and nothing was driven
+  unit.send("53 04 06 00 D0 01 01 00");
+  unit.run(0.1);
+  unit.send("00 C0 D4 01");  // a slow host's rest
+  unit.run(20);
+  CHECK(unit.take().size() == 20);
+  // on TCP the rig knows at once
+  unit.send("53 04 06 00 D0 01 01 00");
+  unit.emulator.meet_new_host();
+  unit.send("05 00 00 00 50 01");
+  CHECK(unit.take().size() == 90);
+}
+
+TEST_CASE(
+    "what a host asked for ends with it: updates, silence about ends, the count of messages") {
+  const auto ends_told = [](Unit& unit) {
+    unit.take();
+    unit.send("48 04 06 00 D0 01 01 00 64 00 00 00");
+    unit.run(3);
+    return unit.take().size();
+  };
+  for (const bool says_goodbye : {true, false}) {
+    Unit unit("PRM1-Z8");
+    unit.ready();
+    const auto next_host = [&] {
+      if (says_goodbye)
+        unit.send("02 00 00 00 50 01");
+      else
+        unit.emulator.meet_new_host();
+      unit.take();
+    };
+    CHECK(ends_told(unit) == 20);
+    unit.send("6B 04 00 00 50 01");
+    CHECK(ends_told(unit) == 0);
+    next_host();
+    CHECK(ends_told(unit) == 20);
+    unit.send("11 00 0A 00 50 01");
+    unit.run(30);
+    CHECK(ends_told(unit) == 0);  // nobody has acknowledged fifty messages
+    next_host();
+    CHECK(ends_told(unit) == 20);
+  }
+}
+
+TEST_CASE("a servo tells its speed in counts a servo cycle") {
+  Unit unit("PRM1-Z8");
+  unit.ready();
+  const auto velocity = [&] {
+    unit.take();
+    unit.send("90 04 01 00 50 01");
+    return decode_body<DcStatusUpdate>(decode(unit.take())->data).value().velocity_counts;
+  };
+  CHECK(velocity() == 0);
+  const StageScale& scale = find_stage("PRM1-Z8")->scale;
+  unit.send("57 04 01 01 50 01");
+  unit.run(3);
+  const double deg_per_s = unit.world.stage(AxisId::rx).velocity(unit.now) * 180 / std::numbers::pi;
+  REQUIRE(deg_per_s > 1);
+  CHECK(velocity() == std::lround(deg_per_s * scale.velocity_counts / 65536));
+  unit.send("65 04 01 01 50 01");
+  unit.send("57 04 01 02 50 01");
+  unit.run(3);
+  CHECK(velocity() < 0);
+}
+
+TEST_CASE("a velocity move ends at the switch of its direction") {
+  Unit unit;
+  unit.ready();
+  const auto limits = [&] { return unit.status().status_bits & status::any_limit; };
+  CHECK(limits() == 0);  // home, not driven into the switch
+  unit.send("57 04 01 02 50 01");
+  unit.run(20);
+  CHECK(limits() == status::reverse_limit);
+  unit.send("57 04 01 01 50 01");
+  CHECK(limits() == 0);
+  unit.run(120);
+  CHECK(limits() == status::forward_limit);
+}

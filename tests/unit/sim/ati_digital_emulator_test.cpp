@@ -227,7 +227,12 @@ TEST_CASE("behind a Modbus TCP gateway there are registers and no stream") {
   CHECK(sensor.ask("12 34 00 00 00 06 0A 03 00 1D 00 01") ==
         hex("12 34 00 00 00 05 0A 03 02 00 00"));
   CHECK(sensor.ask("00 01 00 00 00 03 0A 46 55") == hex("00 01 00 00 00 03 0A C6 01"));
-  CHECK(sensor.ask("00 01 00 00 00 06 0B 03 00 1D 00 01").empty());
+  // nobody has the address 11; 0 and 255 are whoever is there
+  CHECK(sensor.ask("00 01 00 00 00 06 0B 03 00 1D 00 01") == hex("00 01 00 00 00 03 0B 83 0B"));
+  CHECK(sensor.ask("00 01 00 00 00 06 FF 03 00 1D 00 01") ==
+        hex("00 01 00 00 00 05 FF 03 02 00 00"));
+  CHECK(sensor.ask("00 01 00 00 00 06 00 03 00 1D 00 01") ==
+        hex("00 01 00 00 00 05 00 03 02 00 00"));
   CHECK_FALSE(sensor.device.streaming());
 }
 

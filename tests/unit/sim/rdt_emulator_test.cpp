@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/devices/netft_command_emulator.hpp"
+#include "sim/devices/netft_page_emulator.hpp"
 #include "tests/unit/sim/support.hpp"
 
 using namespace weft;
@@ -155,15 +156,74 @@ TEST_CASE("a load over the range is held there and flagged") {
 
 TEST_CASE("what is no request is ignored and counted") {
   Box box;
-  for (const char* bad :
-       {"", "12", "12 34 00 02 00 00 00", "12 34 00 02 00 00 00 00 00", "43 21 00 02 00 00 00 00",
-        "12 34 00 99 00 00 00 00", "12 34 00 04 00 00 00 00"})
+  for (const char* bad : {"", "12", "12 34 00 02 00 00 00", "12 34 00 02 00 00 00 00 00",
+                          "43 21 00 02 00 00 00 00", "12 34 00 99 00 00 00 00"})
     box.send(bad);
   box.run(1);
   CHECK(box.datagrams.empty());
-  CHECK(box.box.ignored() == 7);
+  CHECK(box.box.ignored() == 6);
   box.send("12 34 00 41 00 00 00 00");
-  CHECK(box.box.ignored() == 7);
+  CHECK(box.box.ignored() == 6);
+}
+
+TEST_CASE("a stream for several units is of this one, a record a datagram") {
+  Box box;
+  box.send("12 34 00 04 00 00 00 03");
+  box.run(1);
+  CHECK(box.datagrams.size() == 3);
+  CHECK(box.take().size() == 3);
+}
+
+TEST_CASE("the box's web pages set what they show") {
+  RdtEmulatorParams params;
+  params.torque_unit = "Nm";
+  params.calibration_serial = "FT12345";
+  Box box(params);
+  const auto ask = [&](const std::string& text) {
+    NetftPageEmulator page([&] { return &box.box; });
+    std::string reply;
+    ByteSink sink = [&](ByteView bytes) { reply.append(bytes.begin(), bytes.end()); };
+    page.receive(ByteView(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()), box.now,
+                 sink);
+    return reply;
+  };
+  const auto get = [&](const std::string& path) {
+    return ask("GET " + path + " HTTP/1.1\r\nHost: box\r\n\r\n");
+  };
+  const auto shows = [&](const std::string& element) {
+    return get("/netftapi2.xml").find(element) != std::string::npos;
+  };
+  CHECK(shows("<scfgtu>Nm</scfgtu>"));
+  CHECK(shows("<cfgcalsn>FT12345</cfgcalsn>"));
+  CHECK(shows("<setuserfilter>0</setuserfilter>"));
+  get("/setting.cgi?setuserfilter=4");
+  CHECK(shows("<setuserfilter>4</setuserfilter>"));
+  get("/setting.cgi?setuserfilter=99");
+  CHECK(shows("<setuserfilter>4</setuserfilter>"));
+
+  box.send("12 34 00 42 00 00 00 00");
+  CHECK_FALSE(shows("<setbias>0;0;0;0;0;0</setbias>"));
+  get("/setting.cgi?setbias0=0&setbias1=0&setbias2=0");
+  CHECK_FALSE(shows("<setbias>0;0;0;0;0;0</setbias>"));
+  get("/setting.cgi?setbias0=0&setbias1=0&setbias2=0&setbias3=0&setbias4=0&setbias5=0");
+  CHECK(shows("<setbias>0;0;0;0;0;0</setbias>"));
+
+  get("/comm.cgi?comrdtrate=250&comrdtbsiz=4");
+  CHECK(shows("<comrdtrate>250</comrdtrate>"));
+  CHECK(shows("<comrdtbsiz>4</comrdtbsiz>"));
+  box.send("12 34 00 03 00 00 00 08");
+  box.run(1);
+  CHECK(box.datagrams.size() == 2);
+  CHECK(box.take().size() == 8);
+  get("/comm.cgi?comrdte=0");
+  CHECK(shows("<comrdte>Disabled</comrdte>"));
+  box.send(start);
+  box.run(1);
+  CHECK(box.take().empty());
+
+  const std::string whole = get("/"), head = ask("HEAD / HTTP/1.1\r\n\r\n");
+  CHECK(head == whole.substr(0, whole.find("\r\n\r\n") + 4));
+  CHECK(ask("GET / HTTP/1.0\n\n").starts_with("HTTP/1.1 200"));
 }
 
 TEST_CASE("a force above the threshold latches until a request resets it; the values stay valid") {

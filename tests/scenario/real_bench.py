@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""A rig file that says "real": nothing in it is of an emulator, and a person mounts the cloth. Behind the ports is weft-rig all the same,
+so what comes out is SIMULATED whatever it says; the cloth is mounted by this script, in the person's place.
+
+    real_bench.py WEFT WEFT_RIG SOURCE_ROOT
+"""
+import json
+import pathlib
+import sys
+import tempfile
+
+from cli_support import Checks
+from emulated_support import ServedRig, near_home, rig_file, tried
+
+
+def recipe(root, d):
+    document = json.loads((root / "recipes/library/m1.json").read_text())
+    document.pop("$schema", None)
+    document.update(name="real", fabrics=["fleece"], repetitions=1, seed=3)
+    for phase in document["explorations"]["M1"]["phases"]:
+        phase["duration_s"] = 1
+        if phase["phase"] == "M":
+            del phase["duration_s"]
+            phase["path"] = [{"dx_mm": 0, "dy_mm": 4}]
+    (d / "real.json").write_text(json.dumps(document))
+    return "real.json"
+
+
+def real(d, rig):
+    """The rig as it would be written for the devices themselves."""
+    rig = json.loads(json.dumps(rig))
+    rig["bench"] = "real"
+    del rig["simulation"]
+    for device in rig["devices"]:
+        del device["emulator"]
+    path = d / "bench.json"
+    path.write_text(json.dumps(rig))
+    return path
+
+
+def main():
+    weft, weft_rig, root = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
+    t = Checks(weft)
+    with tempfile.TemporaryDirectory() as name:
+        d = pathlib.Path(name)
+        recipe_name = recipe(root, d)
+        path, rig = rig_file(root, d)
+        near_home(path, rig)
+        bench = real(d, rig)
+        checked = t.run("check", recipe_name, "--rig", bench, cwd=d)
+        t.expect(checked.returncode == 0 and "somebody must mount the fabrics" in checked.stdout + checked.stderr, f"{checked}")
+        alone = t.run("run", recipe_name, "--rig", bench, "--out", "alone", cwd=d)
+        t.expect(alone.returncode == 1 and "standard input is no terminal" in alone.stderr and not (d / "alone").exists(), f"{alone}")
+
+        def once(attempt):
+            with ServedRig(weft_rig, path, rig, seed=3) as served:
+                t.expect(served.order(order="mount", fabric="fleece", patch_seed=3)["ok"], "the cloth lies on the plate")
+                ran = t.run("run", recipe_name, "--rig", bench, "--out", f"o{attempt}", "--no-evaluate", "--yes", "--json", cwd=d)
+                return ran, f"o{attempt}"
+
+        ran, out = tried(once)
+        t.expect(ran.returncode == 0, f"{ran.returncode} {ran.stderr}")
+        summary = json.loads(ran.stdout)
+        t.expect(summary["bench"] == "real" and summary["trials_complete"] == 1, f"{summary}")
+        t.expect("Mount fleece, then confirm." in ran.stderr, f"what was asked is told: {ran.stderr}")
+        t.succeeds("verify", out, cwd=d)
+    t.finish()
+
+
+if __name__ == "__main__":
+    main()
