@@ -17,6 +17,7 @@ import sys
 import tempfile
 import threading
 import time
+import typing
 
 from cli_support import Checks
 from emulated_support import ATTEMPTS, ServedRig, kept_waiting, near_home, rig_file
@@ -28,6 +29,7 @@ LACKS_AT_MOST_S = 0.12      # 100 ms of the recorder, and a sample of the force 
 WRENCH_ROW = 37             # bytes, t_ns first (docs/dataset.md)
 TAXEL_PHASE = 16            # byte of a row of the taxels, t_ns first likewise
 SLIDE_MM, SLIDE_MM_S = 30, 2
+LONGEST_IN_SLIDE_S = 13.0   # of the 15 s that it takes
 PHASE_S = {"S": 1, "P": 1, "M": SLIDE_MM / SLIDE_MM_S, "E": 1}  # the least that each of the recipe's phases is recorded for
 LATEST_S = 45.0             # a run of this recipe is over by then
 STOOD_STILL_S = 0.06        # of the console, asked every 20 ms: the sensor may be silent for 100 ms
@@ -108,8 +110,8 @@ def phase_under_way(campaign):
     return (newest_ns - first_ns) * 1e-9 < PHASE_S[phase] - LACKS_AT_MOST_S
 
 
-def wait_for_slide(campaign, process):
-    """Until rows of phase M are in the file, and a second more."""
+def wait_for_slide(campaign, process, more_s):
+    """Until rows of phase M are in the file, and so many seconds more."""
     end = time.time() + 2 * LATEST_S
     while time.time() < end and process.poll() is None:
         if campaign.exists():
@@ -117,11 +119,16 @@ def wait_for_slide(campaign, process):
                 with sqlite3.connect(f"file:{campaign}?mode=ro", uri=True) as file:
                     rows = file.execute("SELECT data FROM chunk WHERE stream = 0 ORDER BY rowid DESC LIMIT 1").fetchone()
                 if rows and rows[0][TAXEL_PHASE] == ord("M"):  # phase of the chunk's first row
-                    time.sleep(1)
+                    time.sleep(more_s)
                     return
             except sqlite3.Error:
                 pass
         time.sleep(0.1)
+
+
+class Moment(typing.NamedTuple):
+    sliding: bool   # counted from the first rows of phase M, else from the start
+    after_s: float
 
 
 class Bench:
@@ -134,17 +141,17 @@ class Bench:
         return subprocess.Popen([self.weft, "run", "kill.json", "--rig", str(self.rig_path), "--out", name,
                                  "--no-evaluate"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
-    def begun(self, name, moment_s):
+    def begun(self, name, moment):
         """A run that has got to the moment, its console's watch, and where it records."""
         for attempt in range(ATTEMPTS):
             watch = Watch(self.console)
             process = self.start(f"{name}_{attempt}")
             campaign = self.folder / f"{name}_{attempt}" / "campaign.sqlite"
             watch.start()
-            if moment_s is None:
-                wait_for_slide(campaign, process)
+            if moment.sliding:
+                wait_for_slide(campaign, process, moment.after_s)
             else:
-                time.sleep(moment_s)
+                time.sleep(moment.after_s)
             if process.poll() is None:
                 return process, watch, campaign, ""
             said = process.stdout.read().decode(errors="replace")
@@ -175,9 +182,9 @@ class Bench:
                 break
         self.t.expect(run.returncode == 0, f"the run after the last kill: {run.returncode} {said[-500:]}")
 
-    def lose(self, number, moment_s, how):
-        name, what = f"kill{number}", f"kill {number} ({how.name}, {'phase M' if moment_s is None else moment_s})"
-        process, watch, campaign, said = self.begun(name, moment_s)
+    def lose(self, number, moment, how):
+        name, what = f"kill{number}", f"kill {number} ({how.name}, {moment.after_s:.2f} s after {'phase M began' if moment.sliding else 'the start'})"
+        process, watch, campaign, said = self.begun(name, moment)
         if said or process.poll() is not None:
             self.t.expect(False, f"{what}: it had ended before, with {process.returncode}: {said[-500:]}")
         killed = time.time()
@@ -196,7 +203,7 @@ class Bench:
         if lacks is not None:
             self.lacks.append(lacks)
             self.t.expect(lacks < LACKS_AT_MOST_S, f"{what}: {lacks:.3f} s are missing")
-        self.t.expect(moment_s is not None or lacks is not None, f"{what}: it was recording")
+        self.t.expect(not moment.sliding or lacks is not None, f"{what}: it was recording")
         print(f"SIMULATED {what}: peak {watch.peak_n():.2f} N, stages stopped {max(0.0, coast):.2f} s after, "
               f"{'not recording' if lacks is None else f'{1e3 * lacks:.0f} ms lacking'}", flush=True)
 
@@ -220,11 +227,11 @@ def main():
         near_home(path, rig)
         with ServedRig(weft_rig, path, rig, seed=3):
             bench = Bench(t, weft, folder, path, rig["simulation"]["console"])
-            bench.lose(1, None, signal.SIGKILL)
-            bench.lose(2, None, signal.SIGSTOP)
-            for number in range(3, kills + 1):
-                bench.lose(number, moments.uniform(0, LATEST_S - 10),
-                           signal.SIGSTOP if moments.random() < 0.25 else signal.SIGKILL)
+            bench.lose(1, Moment(True, 1), signal.SIGKILL)
+            bench.lose(2, Moment(True, 1), signal.SIGSTOP)
+            for number in range(3, kills + 1):  # half of them from the start on, half from the slide on to the end
+                moment = Moment(number % 2 == 0, moments.uniform(0, LONGEST_IN_SLIDE_S if number % 2 == 0 else LATEST_S - 15))
+                bench.lose(number, moment, signal.SIGSTOP if moments.random() < 0.25 else signal.SIGKILL)
             bench.complete("last")
     print(f"SIMULATED {kills} kills: peak force {bench.peak_n:.2f} N of {FORCE_CAP_N:g} N, longest coast "
           f"{max(bench.coasts):.2f} s, recording lacks at most "
