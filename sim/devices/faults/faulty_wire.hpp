@@ -20,6 +20,7 @@ class FaultyWire final : public Emulator {
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
   void wake(TimePoint now, ByteSink& out) override;
+  void meet_new_host() override { inner_->meet_new_host(); }
 
  private:
   struct Held {

@@ -112,7 +112,7 @@ TEST_CASE("a move that takes much longer than its distance and speed allow is a 
   CHECK(bench.host.faults.empty());
   bench.loop().advance(1);  // the limit: 1.5 * 3 s + 2 s
   CHECK(bench.fault_code() == Errc::timeout);
-  CHECK(to_string(bench.host.faults[0]).find("0.04") != std::string::npos);
+  CHECK(to_string(bench.host.faults[0]).find("expected 40.0000 mm") != std::string::npos);
 }
 
 TEST_CASE("a stage that does not move is found out before the time limit") {
