@@ -36,7 +36,10 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
 
   void have_read(const asio::error_code& error, std::size_t count) {
     if (gone || error == asio::error::operation_aborted) return;
-    if (error && !harmless(error)) return close(error.message());
+    if (error && !harmless(error)) {
+      if (error == asio::error::eof) let_read_to_the_end();
+      return close(error.message());
+    }
     if (receiver && !held && error != asio::error::connection_refused)
       receiver(ByteView(incoming.data(), count), loop->now());
     if (!gone) read();
@@ -48,11 +51,15 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
            (error == asio::error::eof || error == asio::error::connection_refused);
   }
 
-  void close(const std::string& why) {
-    gone = true;
-    // A far end that has closed is not reset: it may still read what was said to it last.
+  /// A far end that says no more may still read what was said to it last: it is not reset, whatever
+  /// the socket was told about a plug that is pulled.
+  void let_read_to_the_end() {
     const linger tidily{0, 0};
     ::setsockopt(descriptor.native_handle(), SOL_SOCKET, SO_LINGER, &tidily, sizeof tidily);
+  }
+
+  void close(const std::string& why) {
+    gone = true;
     asio::error_code ignored;
     descriptor.close(ignored);
     if (const Link::Closed tell = std::exchange(closed, {}))

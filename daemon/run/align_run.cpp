@@ -8,9 +8,7 @@
 #include "daemon/run/open_rig.hpp"
 
 namespace weft::daemon {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 AlignRun::AlignRun(const recipes::AlignPlan& plan, Loop& loop, Bench& bench)
     : plan_(&plan),

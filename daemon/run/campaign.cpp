@@ -344,8 +344,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
                 request.recipe.string());
   if (hooks.planned) hooks.planned(checked.plan);
   const auto began = steady_wall_now();
-  const auto session =
-      open_session({rig, request.rig, checked.plan.limits, checked.plan.seed});
+  const auto session = open_session({rig, request.rig, checked.plan.limits, checked.plan.seed});
   if (!session) return pass(session.error(), request.rig.string());
   const std::filesystem::path campaign_file = request.out / "campaign.sqlite";
   const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));

@@ -113,7 +113,7 @@ struct RunMoment {
 /// What a caller wants to hear of a run, and how it ends one. Each may be left empty.
 struct CampaignHooks {
   ProgressSink progress;
-  DeviceLogSink device_log;    ///< warnings and errors of the drivers
+  DeviceLogSink device_log;  ///< warnings and errors of the drivers
   /// Looked at between events, and may be set by a signal handler. True: the trial under way is
   /// aborted, the probe retracted and the campaign ended, with everything recorded so far kept.
   const std::atomic<bool>* stop = nullptr;
