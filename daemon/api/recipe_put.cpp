@@ -57,12 +57,15 @@ Result<std::size_t> trials_of(const std::string& text, const fs::path& rig_file,
   return report.plan->trials.size();
 }
 
-/// A run reads its recipe when it begins: what waits is not changed under it. Errors: wrong_state.
-Status nobody_waits_for(const Services& services, const fs::path& file) {
+/// A run reads its recipe when it begins and compares it when it is gone on with: it is not changed
+/// under one that is not over. Errors: wrong_state.
+Status nobody_needs(const Services& services, const fs::path& file) {
+  std::error_code unseen;
   for (const control::RunView& run : services.desk->all())
-    if (run.machine.state == control::RunState::queued && run.stored.recipe == file)
-      return fail(Errc::wrong_state, "a run in line is of this recipe", "/params/recipe", {},
-                  run.stored.id(), "Wait until it has begun, take it out, or use another name");
+    if (run.machine.state != control::RunState::ended &&
+        (run.stored.recipe == file || fs::equivalent(run.stored.recipe, file, unseen)))
+      return fail(Errc::wrong_state, "a run that is not over is of this recipe", "/params/recipe",
+                  {}, run.stored.id(), "Wait until it is over, take it out, or use another name");
   return {};
 }
 
@@ -90,7 +93,7 @@ Outcome written(const Services& services, const Offered& offered, std::size_t tr
   const auto before = digest_of(file);
   if (!before) return refused(before.error());
   if (Status same = is_as_known(*before, offered.replaces); !same) return refused(same.error());
-  if (Status free = nobody_waits_for(services, file); !free) return refused(free.error());
+  if (Status free = nobody_needs(services, file); !free) return refused(free.error());
   if (Status ok = write_text_file(file, offered.text); !ok) return refused(ok.error());
   const json told{{"recipe", offered.name},
                   {"digest", "sha256:" + sha256_hex(offered.text)},

@@ -8,8 +8,6 @@
 #include "daemon/run/open_rig.hpp"
 
 namespace weft::daemon {
-namespace {}  // namespace
-
 AlignRun::AlignRun(const recipes::AlignPlan& plan, Loop& loop, Bench& bench)
     : plan_(&plan),
       loop_(&loop),

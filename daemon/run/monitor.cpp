@@ -66,25 +66,26 @@ int open_line(const SerialSettings& line) {
   return port;
 }
 
-/// Where a TCP port is, as connect() takes it; empty for another link, or when nobody knows the
-/// host.
-Bytes address_of(const LinkSettings& link) {
+/// Where a TCP port may be, as connect() takes it; empty for another link, or when nobody knows the
+/// host: then the bench does not get its port either.
+std::vector<Bytes> addresses_of(const LinkSettings& link) {
   const auto* tcp = std::get_if<TcpPort>(&link);
   if (tcp == nullptr) return {};
-  const Endpoint& end = tcp->end;
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
-  if (::getaddrinfo(end.host.c_str(), std::to_string(end.port).c_str(), &wanted, &found) != 0)
-    return {};
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(found->ai_addr);
-  Bytes address(bytes, bytes + found->ai_addrlen);
+  const std::string port = std::to_string(tcp->end.port);
+  if (::getaddrinfo(tcp->end.host.c_str(), port.c_str(), &wanted, &found) != 0) return {};
+  std::vector<Bytes> addresses;
+  for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(one->ai_addr);
+    addresses.emplace_back(bytes, bytes + one->ai_addrlen);
+  }
   ::freeaddrinfo(found);
-  return address;
+  return addresses;
 }
 
 int open_socket(const Bytes& bytes) {
-  if (bytes.empty()) return -1;
   sockaddr_storage address{};
   std::memcpy(&address, bytes.data(), bytes.size());
   const int socket = ::socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -97,9 +98,16 @@ int open_socket(const Bytes& bytes) {
   return -1;
 }
 
+/// The first of the addresses where somebody listens.
+int open_socket(const std::vector<Bytes>& addresses) {
+  for (const Bytes& address : addresses)
+    if (const int socket = open_socket(address); socket >= 0) return socket;
+  return -1;
+}
+
 void send(const EmergencyStop& stop) {
   const auto* line = std::get_if<SerialSettings>(&stop.link);
-  const int port = line != nullptr ? open_line(*line) : open_socket(stop.address);
+  const int port = line != nullptr ? open_line(*line) : open_socket(stop.addresses);
   if (port < 0) return;
   const ssize_t sent = ::write(port, stop.message.data(), stop.message.size());
   if (sent > 0 && line != nullptr) ::tcdrain(port);
@@ -161,7 +169,7 @@ std::vector<EmergencyStop> emergency_stops(const RigFile& rig) {
   std::vector<EmergencyStop> stops;
   for (const DeviceEntry& device : rig.devices)
     if (device.driver == "thorlabs_apt")
-      stops.push_back({device.link, apt_stop(device.config_json), address_of(device.link)});
+      stops.push_back({device.link, apt_stop(device.config_json), addresses_of(device.link)});
   return stops;
 }
 
@@ -180,6 +188,7 @@ Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops
   const pid_t child = ::fork();
   if (child < 0) return failed("the monitor could not be started");
   if (child == 0) {
+    ::close(line[1]);  // or its end would never be heard
     const int host_line = keep_only(line[0]);
     become_monitor();
     if (host_is_lost(*shared, host_line, host, patience))

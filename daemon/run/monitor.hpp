@@ -18,7 +18,8 @@ namespace weft::daemon {
 struct EmergencyStop {
   LinkSettings link;
   Bytes message;
-  Bytes address;  ///< of a TCP port: its sockaddr, found before anything can hang
+  /// Of a TCP port: each sockaddr that its host's name has, found before anything can hang.
+  std::vector<Bytes> addresses = {};
 };
 
 /// For every device of the rig file that can be stopped by one message to a serial line or a TCP

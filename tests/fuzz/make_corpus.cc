@@ -3,6 +3,7 @@
 //   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, csv, imprint_file, hdf5, recordings and
 //   one folder for each wire; small: without a whole HDF5 file, as committed in corpus/
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -139,7 +140,8 @@ std::string request_line(const std::string& method, const nlohmann::json& params
 void write_lines(const std::filesystem::path& page, const std::filesystem::path& folder) {
   const std::string opening =
       request_line("session.open", {{"client", "seed"}, {"protocol", "1.x"}});
-  const auto put = [&](const std::string& name, const std::string& lines) {
+  const auto put = [&](std::string name, const std::string& lines) {
+    std::ranges::replace(name, '/', '_');  // of "$/cancel"
     write(folder / name, std::string{3, 0, 0, 0} + lines);
     write(folder / (name + "_tcp"), std::string{4, 5, 1, 9} + lines);
   };

@@ -258,7 +258,7 @@ set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHO
 # script/test has two slots for each processor: a test that computes takes two of them, one that waits for ports in real time one.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
 set_tests_properties(${all_tests} PROPERTIES PROCESSORS 2)
-foreach(waiting emulated_trial emulated_kill real_bench align modbus_clients apt_client netft_client doctor vibro_ports)
+foreach(waiting emulated_trial emulated_kill real_bench rig_tcp align modbus_clients apt_client netft_client doctor vibro_ports)
   if(TEST scenario_${waiting})
     set_tests_properties(scenario_${waiting} PROPERTIES PROCESSORS 1)
   endif()

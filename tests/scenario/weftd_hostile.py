@@ -124,8 +124,8 @@ def grammar(daemon, token, role, but):
 
 
 def observed(daemon, token):
-    """An observer changes nothing, whatever it says. rig.halt is for everybody, see weftd_runs; run.wait may rightly wait."""
-    counted = grammar(daemon, token, "observer", ["rig.halt", "run.wait"])
+    """An observer changes nothing, whatever it says. rig.halt is for everybody, see weftd_runs; run.wait may rightly wait; session.close ends the one that asks."""
+    counted = grammar(daemon, token, "observer", ["rig.halt", "run.wait", "session.close"])
     client = Client(daemon.socket)
     assert client.call("lease.list")["leases"] == [], "an observer has taken a lease"
     assert client.call("run.list")["runs"] == [], "an observer has started a run"
@@ -136,7 +136,7 @@ def allowed_all(daemon, token):
     """Somebody who may do everything, on a rig that is latched: what he does not say right is refused, and nothing moves."""
     client = Client(daemon.socket)
     client.call("rig.halt")
-    counted = grammar(daemon, token, "admin", ["rig.reset", "run.wait"])
+    counted = grammar(daemon, token, "admin", ["rig.reset", "run.wait", "session.close"])
     assert client.call("rig.state")["rig"] == "latched"
     for lease in client.call("lease.list")["leases"]:
         client.call("lease.break", lease=lease["lease"], reason="the test is over")
