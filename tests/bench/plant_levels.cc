@@ -5,15 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
-#include <fstream>
-#include <sstream>
 
 #include "sim/devices/bench_world.hpp"
-#include "sim/plant/fabric_library.hpp"
 #include "tests/bench/figures.hpp"
 #include "tests/bench/plant_scene.hpp"
+#include "tests/bench/shipped_fabrics.hpp"
 
 namespace {
 
@@ -29,19 +26,6 @@ constexpr double slide_mps = 2e-3, slide_s = 25, set_n = 5;
 /// Of this process alone: the machine may have other work.
 double cpu_s() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
-
-FabricLibrary table() {
-  std::ifstream file("sim/fabrics.json");
-  std::stringstream text;
-  text << file.rdbuf();
-  auto read = parse_fabrics(text.str());
-  if (!read) {
-    std::fprintf(stderr, "%s\nRun it from the repository's root.\n",
-                 to_string(read.error()).c_str());
-    std::exit(1);
-  }
-  return *read;
 }
 
 Patch patch_of(const FabricLibrary& library, const char* name, bool texture) {
@@ -339,7 +323,7 @@ void plants(Bench& bench, const std::string& of, const Patch& patch) {
 int main() {
   double load[3] = {};
   if (getloadavg(load, 3) > 0) std::printf("load of the machine at the start: %.1f\n", load[0]);
-  const FabricLibrary library = table();
+  const FabricLibrary library = bench::shipped_fabrics();
   Bench bench;
   for (const char* name : {"denim", "satin"}) {
     const Patch patch = patch_of(library, name, true), smooth = patch_of(library, name, false);

@@ -2,14 +2,11 @@
 // stage that starts at once makes of it. SIMULATED throughout.
 
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
-#include <fstream>
-#include <sstream>
 #include <string>
 
-#include "sim/plant/fabric_library.hpp"
 #include "tests/bench/figures.hpp"
+#include "tests/bench/shipped_fabrics.hpp"
 #include "tests/bench/soft_press.hpp"
 
 namespace {
@@ -24,19 +21,6 @@ const char* const peer = "prototype of the notes, on its machine";
 
 double cpu_s() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
-
-FabricLibrary table() {
-  std::ifstream file("sim/fabrics.json");
-  std::stringstream text;
-  text << file.rdbuf();
-  auto read = parse_fabrics(text.str());
-  if (!read) {
-    std::fprintf(stderr, "%s\nRun it from the repository's root.\n",
-                 to_string(read.error()).c_str());
-    std::exit(1);
-  }
-  return *read;
 }
 
 ContactMaterial bare(const FabricLibrary& library, const char* name) {
@@ -99,7 +83,7 @@ void add(std::vector<Figure>& figures, const std::string& of, const SoftPress& p
 }  // namespace
 
 int main() {
-  const FabricLibrary library = table();
+  const FabricLibrary library = bench::shipped_fabrics();
   std::vector<Figure> figures;
   for (const char* name : {"denim", "felt", "cotton"}) {
     const ContactMaterial material = bare(library, name);
