@@ -88,13 +88,13 @@ Status is_as_known(const std::string& found, const std::optional<std::string>& k
               "recipe.check tells the digest of what is there");
 }
 
+/// The journal first: no recipe is there of which nobody knows who put it.
 Outcome written(const Services& services, const Offered& offered, std::size_t trials) {
   const fs::path file = services.recipes / (offered.name + ".json");
   const auto before = digest_of(file);
   if (!before) return refused(before.error());
   if (Status same = is_as_known(*before, offered.replaces); !same) return refused(same.error());
   if (Status free = nobody_needs(services, file); !free) return refused(free.error());
-  if (Status ok = write_text_file(file, offered.text); !ok) return refused(ok.error());
   const json told{{"recipe", offered.name},
                   {"digest", "sha256:" + sha256_hex(offered.text)},
                   {"replaced", before->empty() ? json() : json(*before)},
@@ -103,6 +103,7 @@ Outcome written(const Services& services, const Offered& offered, std::size_t tr
           services.log->journal(services.utc_us(), "", "recipe.put", offered.by, text_of(told));
       !ok)
     return refused(ok.error());
+  if (Status ok = write_text_file(file, offered.text); !ok) return refused(ok.error());
   return text_of(told);
 }
 

@@ -43,8 +43,9 @@ class Handle {
 /// Reads and writes of a whole column: H5S_ALL, whose macro holds an old-style cast.
 constexpr hid_t whole_column = 0;
 
-/// Debian's serial library has global state: one thread at a time is in it. Made before any handle,
-/// and gone after them.
+/// A library that was built without threads has global state: one thread at a time is in it.
+/// Debian's (1.10.8) was built with them (H5is_library_threadsafe) and would do without. Made
+/// before any handle, and gone after them.
 inline std::recursive_mutex& library() {
   static std::recursive_mutex one;
   return one;

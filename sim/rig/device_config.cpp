@@ -122,6 +122,10 @@ Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& wher
   reader.text("calibration_serial", params.calibration_serial);
   reader.text("torque_unit", params.torque_unit);
   if (Status s = reader.finish(); !s) return pass(s.error());
+  // A spelling, not a unit: counts_per_nm stays what it is.
+  if (params.torque_unit != "N-m" && params.torque_unit != "Nm")
+    return fail(Errc::parse, "no such spelling", where + "/torque_unit", "N-m or Nm",
+                params.torque_unit);
   params.records_per_datagram = static_cast<std::size_t>(per_datagram);
   for (double& component : params.sensor.noise) component *= noise;
   return params;

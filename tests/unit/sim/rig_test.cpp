@@ -240,6 +240,8 @@ TEST_CASE("a rig file with a fault is refused, with the place of the fault") {
         "rig file: /devices/0/emulator/travel_mm");
   CHECK(where(bench17_with({{"/devices/5/emulator/rate_hz", "0"}})) ==
         "rig file: /devices/5/emulator/rate_hz");
+  CHECK(where(bench17_with({{"/devices/5/emulator/torque_unit", R"("lbf-in")"}})) ==
+        "rig file: /devices/5/emulator/torque_unit");
   CHECK(where(bench17_with({{"/devices/1/name", R"("stage.x")"}})) == "rig file: /devices/1/name");
   CHECK(where(bench17_with({{"/plate/surface_z_mm", "null"}})) == "rig file: /plate/surface_z_mm");
   CHECK(where(bench17_with({{"/probe/mass_kg", "-1"}})) == "rig file: /probe/mass_kg");
