@@ -7,11 +7,10 @@
 #include <ostream>
 #include <string_view>
 
-#include "classifier/baseline/learner_text.hpp"
 #include "classifier/fabric/line_text.hpp"
 #include "classifier/fabric/provenance_text.hpp"
 #include "classifier/fabric/sealed_text.hpp"
-#include "classifier/vote/aids_text.hpp"
+#include "classifier/vote/learnt_text.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -97,19 +96,12 @@ Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
     in.refuse("more taxels than the file has features for",
               "at most " + std::to_string(body.size() / 12), std::to_string(setup.taxels));
   if (!in.ok()) return pass(in.status().error());
-  const std::vector<std::string> expected = FeatureLayout(setup.taxels, setup.phases).names();
-  const std::size_t columns = in.count("features", expected.size(), expected.size());
-  std::vector<std::string> features = read_names(in, "feature", columns);
-  const auto other = std::mismatch(features.begin(), features.end(), expected.begin());
-  if (other.first != features.end())
-    in.refuse("features are not those of the taxels and phases", *other.second, *other.first);
-  auto learner = read_learner(in, head, std::move(labels), std::move(features));
-  if (!learner) return pass(in.status().error());
-  const std::size_t sigmoids = learner->cores() != nullptr ? learner->cores()->cores().size() : 0;
-  std::optional<VoteAids> aids = read_aids(in, learner->labels().size(), columns, sigmoids);
+  auto learnt = read_learnt(in, head, std::move(labels),
+                            FeatureLayout(setup.taxels, setup.phases).names());
   in.finish();
   if (!in.ok()) return pass(in.status().error());
-  return StoredModel{std::move(*learner), std::move(setup), std::move(provenance), std::move(aids)};
+  return StoredModel{std::move(learnt->learner), std::move(setup), std::move(provenance),
+                     std::move(learnt->aids)};
 }
 
 struct Body {
@@ -156,15 +148,8 @@ Status save_model(const StoredModel& stored, std::ostream& out) {
   LineWriter text;
   write_provenance(text, stored.provenance);
   write_setup(text, stored.setup);
-  write_head(text, {learner.kind(), learner.view().kind()});
-  write_labels(text, learner.labels());
-  text.count("features", learner.feature_names().size());
-  for (const std::string& feature : learner.feature_names()) text.text("feature", feature);
-  write_learner(text, learner);
-  write_aids(text, stored.aids);
-  out << sealed(model_file_header, text.str());
-  if (!out.flush()) return fail(Errc::io, "cannot write the model");
-  return {};
+  write_learnt(text, learner, stored.aids);
+  return write_sealed(model_file_header, text.str(), out);
 }
 
 Result<StoredModel> load_model(std::istream& in) {

@@ -1,8 +1,12 @@
 #include "classifier/fabric/sealed_text.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdint>
+#include <istream>
+#include <iterator>
+#include <ostream>
 
 #include "protocols/base/crc.hpp"
 
@@ -41,6 +45,31 @@ Result<std::string_view> unsealed(std::string_view text, std::size_t begin) {
   if (read.ptr != digits.data() + digits.size() || stored != crc_of(text.substr(0, at)))
     return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
   return text.substr(begin, at - begin);
+}
+
+bool is_of_kind(std::string_view beginning, std::string_view header) {
+  return beginning.starts_with(header.substr(0, header.rfind(' ') + 1));
+}
+
+Status write_sealed(std::string_view header, std::string_view body, std::ostream& out) {
+  out << sealed(header, body);
+  if (!out.flush()) return fail(Errc::io, "cannot write the model");
+  return {};
+}
+
+Result<std::string> read_sealed(std::string_view header, std::string_view not_this,
+                                std::istream& in) {
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (in.bad()) return fail(Errc::io, "cannot read the model");
+  const std::string first = text.substr(0, text.find('\n'));
+  if (!is_of_kind(first, header))
+    return fail(Errc::parse, std::string(not_this), {}, std::string(header), first.substr(0, 40));
+  if (first != header)
+    return fail(Errc::unsupported, "a model file of another version", {}, std::string(header),
+                first.substr(0, 40), "Train the model again with this version");
+  const auto body = unsealed(text, std::min(first.size() + 1, text.size()));
+  if (!body) return pass(body.error());
+  return std::string(*body);
 }
 
 }  // namespace weft::classifier

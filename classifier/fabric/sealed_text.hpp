@@ -3,6 +3,7 @@
 // checksum.
 
 #include <cstddef>
+#include <iosfwd>
 #include <string>
 #include <string_view>
 
@@ -16,5 +17,17 @@ std::string sealed(std::string_view header, std::string_view body);
 /// What lies between the first `begin` bytes and the checksum of a whole file. Errors: corrupt, cut
 /// short or altered.
 Result<std::string_view> unsealed(std::string_view text, std::size_t begin);
+
+/// Whether a text that begins so is of the kind that `header`, "weft-imprint-model 1", names: of
+/// whatever version.
+bool is_of_kind(std::string_view beginning, std::string_view header);
+
+/// sealed() to a stream. Errc::io when it fails.
+Status write_sealed(std::string_view header, std::string_view body, std::ostream& out);
+
+/// The body of a file of exactly this `header`; `not_this` says what another file is not. Errors:
+/// parse (another kind of file), unsupported (another version), corrupt (cut short or altered), io.
+Result<std::string> read_sealed(std::string_view header, std::string_view not_this,
+                                std::istream& in);
 
 }  // namespace weft::classifier

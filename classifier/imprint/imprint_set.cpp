@@ -1,29 +1,25 @@
 #include "classifier/imprint/imprint_set.hpp"
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 
 #include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier::imprint {
 
-Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints,
-                                   std::vector<std::string> names,
-                                   const std::function<Extract()>& make_extract,
+Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const FeaturePlan& plan,
                                    std::size_t threads) {
+  const auto features = PlannedFeatures::make(plan);
+  if (!features) return pass(features.error());
   if (imprints.empty())
     return fail(Errc::invalid_argument, "no imprint", "imprints", "one or more");
   FeatureMatrix out;
-  out.names = std::move(names);
+  out.names = features->names();
   out.values.assign(imprints.size(), out.names.size());
   std::vector<std::optional<Error>> problems(imprints.size());
   parallel_workers(imprints.size(), threads, [&] {
-    return [&, extract = make_extract()](std::size_t i) {
-      Result<std::vector<double>> row = extract(imprints[i].image);
-      if (row && row->size() != out.names.size())
-        row = fail(Errc::invalid_argument, "wrong number of features", {},
-                   std::to_string(out.names.size()), std::to_string(row->size()));
+    return [&, own = *features](std::size_t i) mutable {
+      const auto row = own.extract(imprints[i].image);
       if (row)
         std::copy(row->begin(), row->end(), out.values.row(i).begin());
       else
@@ -42,17 +38,7 @@ Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints,
 
 Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const ScaleOptions& options,
                                    std::size_t threads) {
-  const auto features = ScaleFeatures::make(options);
-  if (!features) return pass(features.error());
-  const auto make_extract = [&]() -> Extract {
-    return [own = std::make_shared<ScaleFeatures>(*features)](
-               const Image& image) -> Result<std::vector<double>> {
-      const auto values = own->extract(image);
-      if (!values) return pass(values.error());
-      return std::vector<double>(values->begin(), values->end());
-    };
-  };
-  return build_matrix(imprints, features->names(), make_extract, threads);
+  return build_matrix(imprints, FeaturePlan{options, {}}, threads);
 }
 
 Classes classes_of(std::span<const std::string> labels) {

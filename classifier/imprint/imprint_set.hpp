@@ -1,13 +1,12 @@
 #pragma once
 // Imprints with what is known about each, and the feature matrix of them all.
 
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/imprint/scale_features.hpp"
+#include "classifier/imprint/feature_plan.hpp"
 
 namespace weft::classifier::imprint {
 
@@ -18,16 +17,10 @@ struct Imprint {
   std::string object;  ///< what was pressed: KNIT2; all its imprints are of one class
 };
 
-/// Features of one imprint; the same number for every imprint of a set.
-using Extract = std::function<Result<std::vector<double>>(const Image&)>;
-
-/// One row an imprint, groups are the objects. `make_extract` is called once per thread (0: one per
-/// core). Refuses no imprint, what an extraction refuses (named by file), and sizes that differ.
-Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints,
-                                   std::vector<std::string> names,
-                                   const std::function<Extract()>& make_extract,
+/// One row an imprint, groups are the objects. Refuses no imprint, what PlannedFeatures refuses, and
+/// what an extraction refuses (named by file). `threads` 0: one per core.
+Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const FeaturePlan& plan,
                                    std::size_t threads = 0);
-
 /// The paper's features at the options' scales.
 Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const ScaleOptions& options,
                                    std::size_t threads = 0);

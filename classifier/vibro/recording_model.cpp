@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <istream>
 #include <iterator>
-#include <ostream>
 #include <set>
 
 #include "classifier/fabric/provenance_text.hpp"
@@ -14,7 +12,6 @@
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr std::string_view header_word = "weft-recording-model ";
 constexpr std::size_t most_channels = 1000;
 
 PlacesOf places_in(const RecordingSetup& setup) {
@@ -91,10 +88,6 @@ Result<RecordingModel> read_body(std::string_view body) {
 
 }  // namespace
 
-bool is_recording_model(std::string_view beginning) {
-  return beginning.starts_with(header_word);
-}
-
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
                                              const RecordingSetup& setup,
                                              const PipelineOptions& options,
@@ -129,23 +122,11 @@ Status save_recording_model(const RecordingModel& model, std::ostream& out) {
   write_labels(text, model.labels);
   text.text("method", to_string(model.method));
   model.pipeline.write(text);
-  out << sealed(recording_model_header, text.str());
-  if (!out.flush()) return fail(Errc::io, "cannot write the model");
-  return {};
+  return write_sealed(recording_model_header, text.str(), out);
 }
 
 Result<RecordingModel> load_recording_model(std::istream& in) {
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return fail(Errc::io, "cannot read the model");
-  const std::string first = text.substr(0, text.find('\n'));
-  if (!is_recording_model(first))
-    return fail(Errc::parse, "not a model of recordings", {}, std::string(recording_model_header),
-                first.substr(0, 40));
-  if (first != recording_model_header)
-    return fail(Errc::unsupported, "a model file of another version", {},
-                std::string(recording_model_header), first.substr(0, 40),
-                "Train the model again with this version");
-  const auto body = unsealed(text, std::min(first.size() + 1, text.size()));
+  const auto body = read_sealed(recording_model_header, "not a model of recordings", in);
   if (!body) return pass(body.error());
   return read_body(*body);
 }

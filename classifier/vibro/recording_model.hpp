@@ -32,8 +32,6 @@ struct RecordingModel {
 
 /// First line of every file.
 inline constexpr std::string_view recording_model_header = "weft-recording-model 1";
-/// Whether a text that begins so is of this kind, of whatever version.
-bool is_recording_model(std::string_view beginning);
 
 /// Cuts, extracts and trains. Refuses a method that is not storable(), recordings without a window,
 /// and what cut_and_extract() and Pipeline refuse.

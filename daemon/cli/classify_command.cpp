@@ -7,7 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "classifier/fabric/model_file.hpp"
+#include "classifier/fabric/sealed_text.hpp"
+#include "classifier/imprint/imprint_model.hpp"
+#include "classifier/vibro/recording_model.hpp"
+#include "daemon/cli/answer_words.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/model_imprints.hpp"
 #include "daemon/cli/model_recordings.hpp"
 #include "daemon/cli/standard_input.hpp"
 #include "daemon/cli/trial_choice.hpp"
@@ -24,17 +29,21 @@ using nlohmann::json;
 // A recording that is faster or slower than the training by more than this has other windows.
 constexpr double rate_tolerance = 0.05;
 
-struct Answered {
-  Trial trial;
-  classifier::Answer answer;  ///< without probability and refusal where the model has no aids
-};
-
 Result<StoredModel> open_model(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return fail(Errc::not_found, "cannot read the model", path.string());
   auto model = classifier::load_model(in);
   if (!model) return pass(model.error(), path.string());
   return model;
+}
+
+// Enough of a file to know its kind; nothing of one that cannot be read.
+std::string beginning_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string out(64, '\0');
+  in.read(out.data(), static_cast<std::streamsize>(out.size()));
+  out.resize(static_cast<std::size_t>(in.gcount()));
+  return out;
 }
 
 Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in) {
@@ -73,61 +82,16 @@ Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const
                     {setup.window_s, setup.window_step_s, setup.sample_period_s});
 }
 
-Result<std::vector<Answered>> answers(const StoredModel& stored, std::vector<Trial> trials,
-                                      const classifier::VoteOptions& options) {
-  std::vector<Answered> out;
-  for (Trial& trial : trials) {
+Result<std::vector<AnsweredTrial>> answers(const StoredModel& stored,
+                                           const std::vector<Trial>& trials,
+                                           const classifier::VoteOptions& options) {
+  std::vector<AnsweredTrial> out;
+  for (const Trial& trial : trials) {
     auto one = classifier::classify(stored, trial, options);
     if (!one) return pass(one.error());
-    out.push_back({std::move(trial), std::move(*one)});
+    out.push_back({trial.file, trial.label, std::move(*one)});
   }
   return out;
-}
-
-template <class Number>
-json by_label(const StoredModel& stored, const std::vector<Number>& of_class) {
-  json out;
-  for (std::size_t k = 0; k < stored.learner.labels().size(); ++k)
-    out[stored.learner.labels()[k]] = of_class[k];
-  return out;
-}
-
-json to_json(const StoredModel& stored, const std::vector<Answered>& list) {
-  json trials = json::array();
-  for (const Answered& a : list) {
-    const classifier::Ballot& ballot = a.answer.ballot;
-    json one{{"file", a.trial.file}, {"label", stored.learner.labels()[ballot.winner]}};
-    if (!ballot.votes.empty()) one["votes"] = by_label(stored, ballot.votes);
-    if (stored.learner.cores() != nullptr) one["cores_asked"] = ballot.cores;
-    if (!a.answer.probability.empty()) one["probability"] = by_label(stored, a.answer.probability);
-    if (stored.aids) one["none_of_these"] = a.answer.none_of_these;
-    if (!a.trial.label.empty()) one["true_label"] = a.trial.label;
-    trials.push_back(std::move(one));
-  }
-  return trials;
-}
-
-// The winner first, then the others that got votes, most votes first; nothing without votes.
-std::string votes_text(const std::vector<std::string>& labels, const classifier::Ballot& ballot) {
-  if (ballot.votes.empty()) return {};
-  std::vector<std::size_t> order;
-  for (std::size_t k = 0; k < labels.size(); ++k)
-    if (k != ballot.winner && ballot.votes[k] > 0) order.push_back(k);
-  std::ranges::stable_sort(order, std::greater<>(), [&](auto k) { return ballot.votes[k]; });
-  order.insert(order.begin(), ballot.winner);
-  std::string out = "  (votes:";
-  for (const std::size_t k : order) out += " " + labels[k] + " " + std::to_string(ballot.votes[k]);
-  return out + ")";
-}
-
-std::string to_text(const StoredModel& stored, const Answered& answered) {
-  const classifier::Ballot& ballot = answered.answer.ballot;
-  const std::vector<std::string>& labels = stored.learner.labels();
-  std::string out = answered.trial.file + ": " + labels[ballot.winner];
-  if (!answered.answer.probability.empty())
-    out += " " + percent(answered.answer.probability[ballot.winner], 0) + " %";
-  if (answered.answer.none_of_these) out += ", or none of these";
-  return out + votes_text(labels, ballot) + "\n";
 }
 
 }  // namespace
@@ -137,7 +101,8 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
   command
       .add_option("TRIALS", args.trials,
                   "a trial (.csv), a data set (.h5), or - for either on standard input; recordings "
-                  "(.h5) for a model of recordings")
+                  "(.h5) for a model of recordings; imprints (.h5), or one (.csv, .txt, .pgm, "
+                  ".npy), for a model of imprints")
       ->required();
   command
       .add_option("--vote", args.vote,
@@ -151,20 +116,24 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
 }
 
 Result<int> run_classify(const ClassifyArgs& args, Console& console) {
-  if (is_recording_model_file(args.model)) return run_classify_recordings(args, console);
+  const auto beginning = beginning_of(args.model);
+  if (classifier::is_of_kind(beginning, classifier::vibro::recording_model_header))
+    return run_classify_recordings(args, console);
+  if (classifier::is_of_kind(beginning, classifier::imprint::imprint_model_header))
+    return run_classify_imprints(args, console);
   const Result<classifier::VoteKind> kind = classifier::vote_kind_from(args.vote);
   if (!kind) return pass(kind.error(), "--vote");
   const Result<StoredModel> stored = open_model(args.model);
   if (!stored) return pass(stored.error());
   const Result<Dataset> dataset = open_trials(args.trials, console.in);
   if (!dataset) return pass(dataset.error());
-  Result<std::vector<Trial>> trials = prepared(stored->setup, *dataset);
+  const Result<std::vector<Trial>> trials = prepared(stored->setup, *dataset);
   if (!trials) return pass(trials.error(), args.trials.string());
-  const auto list = answers(*stored, std::move(*trials), {*kind, args.shortlist, nullptr});
+  const auto list = answers(*stored, *trials, {*kind, args.shortlist, nullptr});
   if (!list) return pass(list.error(), args.trials.string());
   std::string text = bench_banner(dataset->info.kind);
   if (stored->provenance.bench == "simulated") text += "The model was trained on SIMULATED data.\n";
-  for (const Answered& one : *list) text += to_text(*stored, one);
+  for (const AnsweredTrial& one : *list) text += answer_line(stored->learner, one);
   print(console, text,
         {{"command", "classify"},
          {"model", args.model.string()},
@@ -172,7 +141,7 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
          {"learner", classifier::to_string(stored->learner.kind())},
          {"bench", to_string(dataset->info.kind)},
          {"vote", args.vote},
-         {"trials", to_json(*stored, *list)}});
+         {"trials", answers_json(stored->learner, stored->aids.has_value(), *list)}});
   return exit_ok;
 }
 

@@ -112,9 +112,8 @@ double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen
                            const classifier::SecondsNow& seconds_now) {
   constexpr std::size_t timed = 16;
   if (choice.window_s != 0.0) return 0.0;
-  if (holds_imprints(chosen.dataset))
-    return seconds_of_imprint_features(chosen.dataset, choice.scales, choice.imprint_features,
-                                       seconds_now);
+  if (chosen.imprint_plan)
+    return seconds_of_imprint_features(chosen.dataset, *chosen.imprint_plan, seconds_now);
   auto selection = choose_trials(chosen.dataset, choice, false);
   if (!selection || selection->trials.empty()) return 0.0;
   classifier::FeatureExtractor extractor(chosen.setup.options);

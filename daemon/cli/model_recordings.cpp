@@ -1,6 +1,5 @@
 #include "daemon/cli/model_recordings.hpp"
 
-#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -100,13 +99,6 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
          {"step_s", model->setup.step_s},
          {"train_s", train_s}});
   return exit_ok;
-}
-
-bool is_recording_model_file(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::array<char, 64> beginning{};
-  in.read(beginning.data(), beginning.size());
-  return vibro::is_recording_model({beginning.data(), static_cast<std::size_t>(in.gcount())});
 }
 
 Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) {

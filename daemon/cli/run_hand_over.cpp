@@ -46,7 +46,7 @@ std::string text_of(const RunHandOver& hand_over) {
     out += "Model " + model.file + " (" + model.learner + ", " + std::to_string(model.trained) +
            " trials, " + hand_over.done->bench + "): accuracy " + percent(model.accuracy, 1) +
            " % (95 %: " + percent(model.ci95_low, 1) + " to " + percent(model.ci95_high, 1) +
-           ") on " + std::to_string(model.asked) + " trials of repetitions left out\n";
+           ") on " + std::to_string(model.asked) + " trials left out in turn\n";
   for (const HandedEvaluation& e : hand_over.done->evaluations)
     out += "Sound and vibration of " + e.exploration + " (" + e.learner + ", " +
            std::to_string(e.recordings) + " slides over " + std::to_string(e.materials) +

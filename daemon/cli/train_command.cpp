@@ -5,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/model_recordings.hpp"
@@ -21,6 +22,18 @@ using nlohmann::json;
 
 using classifier::StoredModel;
 
+namespace ci = classifier::imprint;
+
+// What came of a training, and what the two lines about it need beside the model.
+struct Trained {
+  StoredModel model;
+  std::optional<ci::ImprintSetup> imprints;  // empty: of fabrics
+  classifier::Recipe recipe;
+  std::vector<classifier::RecipeScore> scores;
+  std::size_t rows = 0;
+  double train_s = 0.0;
+};
+
 json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
   json out = json::array();
   for (const classifier::RecipeScore& score : scores)
@@ -29,10 +42,31 @@ json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
   return out;
 }
 
-json summary_json(const TrainArgs& args, const DatasetInfo& info, const StoredModel& stored,
-                  const classifier::Recipe& recipe,
-                  const std::vector<classifier::RecipeScore>& scores, std::size_t rows,
-                  double train_s) {
+// Of a data set of imprints; nothing of fabrics.
+Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen) {
+  if (!chosen.imprint_plan) return std::nullopt;
+  const auto imprints = imprints_of(chosen.dataset);
+  if (!imprints) return pass(imprints.error());
+  const auto grid = grid_of(chosen.dataset, *imprints);
+  if (!grid) return pass(grid.error());
+  return ci::ImprintSetup{*grid, *chosen.imprint_plan};
+}
+
+// The model file of fabrics, or of imprints.
+Result<std::string> model_text(const Trained& trained) {
+  const StoredModel& model = trained.model;
+  std::ostringstream out;
+  const Status ok =
+      trained.imprints
+          ? ci::save_imprint_model(
+                {model.provenance, *trained.imprints, model.learner, model.aids}, out)
+          : classifier::save_model(model, out);
+  if (!ok) return pass(ok.error());
+  return out.str();
+}
+
+json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained& trained) {
+  const StoredModel& stored = trained.model;
   json out{{"command", "train"},
            {"file", args.out.string()},
            {"bench", stored.provenance.bench},
@@ -40,14 +74,20 @@ json summary_json(const TrainArgs& args, const DatasetInfo& info, const StoredMo
            {"dataset_sha256", stored.provenance.dataset_sha256},
            {"training", stored.provenance.training},
            {"exploration", stored.setup.exploration},
-           {"learner", classifier::to_string(recipe.learner)},
-           {"view", classifier::to_string(recipe.view)},
+           {"learner", classifier::to_string(trained.recipe.learner)},
+           {"view", classifier::to_string(trained.recipe.view)},
            {"labels", stored.learner.labels()},
-           {"rows", rows},
+           {"rows", trained.rows},
            {"features", stored.learner.feature_names().size()},
            {"taxels", stored.setup.taxels},
-           {"train_s", train_s}};
-  if (!scores.empty()) out["candidates"] = candidates_json(scores);
+           {"train_s", trained.train_s}};
+  if (trained.imprints) {
+    const ci::TaxelGrid& grid = trained.imprints->grid;
+    out["kind"] = "imprints";
+    out["taxels"] = grid.rows * grid.cols;
+    out["array"] = ci::words_of(grid);
+  }
+  if (!trained.scores.empty()) out["candidates"] = candidates_json(trained.scores);
   if (const classifier::FabricModel* model = stored.learner.cores()) {
     const classifier::GridScore cv = model->cross_validation();
     out["cores"] = model->cores().size();
@@ -63,17 +103,16 @@ std::string machine_words(const StoredModel& stored, const classifier::Recipe& r
          to_string(recipe);
 }
 
-std::string summary_text(const TrainArgs& args, const StoredModel& stored,
-                         const classifier::Recipe& recipe,
-                         const std::vector<classifier::RecipeScore>& scores, std::size_t rows,
-                         double train_s) {
+std::string summary_text(const TrainArgs& args, const Trained& trained) {
+  const StoredModel& stored = trained.model;
   std::string out = args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
-                    " fabrics, " + machine_words(stored, recipe) + ", trained on " +
-                    std::to_string(rows) + " feature vectors of " +
+                    (trained.imprints ? " classes of imprints, " : " fabrics, ") +
+                    machine_words(stored, trained.recipe) + ", trained on " +
+                    std::to_string(trained.rows) + " feature vectors of " +
                     std::to_string(stored.learner.feature_names().size()) + " in " +
-                    duration(train_s) + "\n";
+                    duration(trained.train_s) + "\n";
   std::vector<std::string> tried;
-  for (const classifier::RecipeScore& score : scores)
+  for (const classifier::RecipeScore& score : trained.scores)
     tried.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
                     std::to_string(score.tested));
   if (!tried.empty()) out += "  errors in cross-validation: " + joined(tried, "; ") + "\n";
@@ -152,6 +191,9 @@ std::size_t label_count(const std::vector<classifier::Trial>& trials) {
 Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, Console& console) {
   auto dataset = open_dataset(args.dataset);
   if (!dataset) return pass(dataset.error());
+  if (holds_imprints(*dataset))
+    return fail(Errc::unsupported, "an imprint stands still: there is no slide to vote on",
+                "--live", {}, {}, "weft train without --live");
   auto chosen = choose_trials(*dataset, args.trials, true);
   if (!chosen) return pass(chosen.error(), args.dataset.string());
   classifier::StagedOptions options;
@@ -200,9 +242,8 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
-  if (holds_imprints(chosen->dataset))
-    return fail(Errc::unsupported, "model files know fabrics, not imprints", args.dataset.string(),
-                {}, {}, "weft evaluate and weft imprint tables train and test on imprints");
+  auto imprints = imprint_setup(*chosen);
+  if (!imprints) return pass(imprints.error(), args.dataset.string());
   const classifier::TrainOptions options =
       train_options(args.training, classifier::Reduction::pvalue);
   const double began_s = steady_wall_seconds();
@@ -213,19 +254,20 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (!aids) return pass(aids.error(), args.dataset.string());
   const BenchKind kind = chosen->dataset.info.kind;
   const std::string how = describe(args.training, trained->trained.labels().size());
-  const StoredModel stored{std::move(trained->trained),
-                           std::move(chosen->setup),
-                           {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, how},
-                           std::move(*aids)};
-  std::ostringstream text;
-  if (auto ok = classifier::save_model(stored, text); !ok) return pass(ok.error());
-  if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
-  const std::size_t rows = chosen->features.size();
-  print(console,
-        bench_banner(chosen->dataset.info) +
-            summary_text(args, stored, trained->recipe, trained->scores, rows, train_s),
-        summary_json(args, chosen->dataset.info, stored, trained->recipe, trained->scores, rows,
-                     train_s));
+  const Trained done{{std::move(trained->trained),
+                      std::move(chosen->setup),
+                      {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, how},
+                      std::move(*aids)},
+                     std::move(*imprints),
+                     trained->recipe,
+                     std::move(trained->scores),
+                     chosen->features.size(),
+                     train_s};
+  const auto text = model_text(done);
+  if (!text) return pass(text.error());
+  if (auto ok = write_text_file(args.out, *text); !ok) return pass(ok.error());
+  print(console, bench_banner(chosen->dataset.info) + summary_text(args, done),
+        summary_json(args, chosen->dataset.info, done));
   return exit_ok;
 }
 

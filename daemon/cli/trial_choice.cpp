@@ -206,9 +206,12 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
 Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
   if (choice.window_s != 0.0 || !choice.remove_level.empty())
     return fail(Errc::invalid_argument, "an imprint stands still", "--window-s, --remove-level");
-  auto features = imprint_features(dataset, choice.scales, choice.imprint_features);
+  auto plan = feature_plan_from(choice.scales, choice.imprint_features);
+  if (!plan) return pass(plan.error());
+  auto features = imprint_features(dataset, *plan);
   if (!features) return pass(features.error());
   ChosenTrials out;
+  out.imprint_plan = std::move(*plan);
   out.setup.taxels = dataset.trials.front().taxels;
   out.setup.exploration = imprint_exploration;
   out.strokes = features->size();

@@ -2,12 +2,14 @@
 // From a data set file to the feature matrix of a command: which trials, whole or in windows.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "classifier/fabric/model_file.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/windows.hpp"
+#include "classifier/imprint/feature_plan.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 
@@ -24,7 +26,7 @@ struct TrialChoice {
   double window_step_s = 0.0;  ///< 0: no overlap
   std::string norm = "l2";
   std::string scales = "1,2,4";         ///< of imprints [taxels]
-  std::string imprint_features = "10";  ///< see imprint_features()
+  std::string imprint_features = "10";  ///< see feature_plan_from()
   std::string remove_level = {};        ///< "", "motion" or "rest"; see without_level()
 };
 void add_trial_options(CLI::App& command, TrialChoice& choice);
@@ -38,6 +40,8 @@ struct ChosenTrials {
   std::size_t strokes = 0;  ///< chosen trials before they were cut into windows
   classifier::FeatureMatrix features;
   classifier::FeatureSetup setup;
+  /// Of imprints, in the place of the setup: what was taken of each.
+  std::optional<classifier::imprint::FeaturePlan> imprint_plan = {};
 };
 
 /// Complete trials, and what they have in common.

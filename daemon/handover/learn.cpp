@@ -23,14 +23,6 @@ classifier::FeatureSetup setup_of(const Material& material, const DatasetInfo& i
   return setup;
 }
 
-std::string training_words(const recipes::HandOver& wanted, const classifier::TrainOptions& options,
-                           std::size_t fabrics) {
-  return "by the recipe's hand_over: learner " + wanted.learner + ", seed " +
-         std::to_string(options.seed) + ", cap " + std::to_string(options.cap) + ", folds " +
-         std::to_string(options.folds) + " by recording, selection inside each fold, ties by " +
-         std::string(to_string(classifier::resolved(options.tie, fabrics)));
-}
-
 std::set<std::uint32_t> repetitions_of(const Material& material,
                                        const std::vector<std::size_t>& rows) {
   std::set<std::uint32_t> out;
@@ -74,6 +66,37 @@ std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint3
   return out;
 }
 
+Result<EvaluatedModel> evaluate_and_train(const Lesson& lesson, classifier::Learner learner,
+                                          const classifier::TrainOptions& options,
+                                          const HandOverHooks& hooks,
+                                          const std::function<void(const std::string&)>& announce) {
+  const classifier::FeatureMatrix& matrix = lesson.matrix;
+  announce(lesson.name + ": " + std::to_string(lesson.splits.size()) + " trainings, each without " +
+           lesson.left_out);
+  auto evaluation =
+      classifier::evaluate(matrix, lesson.splits, learner, options, hooks.seconds_now, true);
+  if (!evaluation) return pass(evaluation.error());
+  name_groups_left_out(evaluation->ci95);
+  announce(lesson.name + ": the model of all " + std::to_string(matrix.size()) + " trials");
+  const auto now = [&] { return hooks.seconds_now ? hooks.seconds_now() : 0.0; };
+  const double began_s = now();
+  auto chosen = classifier::train_learner(matrix, learner, options);
+  if (!chosen) return pass(chosen.error());
+  const double train_s = now() - began_s;
+  auto aids = classifier::learn_aids(chosen->trained, matrix, options);
+  if (!aids) return pass(aids.error());
+  return EvaluatedModel{std::move(*evaluation), std::move(chosen->trained), std::move(*aids),
+                        to_string(chosen->recipe), train_s};
+}
+
+std::string training_words(std::string_view learner, const classifier::TrainOptions& options,
+                           std::size_t labels) {
+  return "by the recipe's hand_over: learner " + std::string(learner) + ", seed " +
+         std::to_string(options.seed) + ", cap " + std::to_string(options.cap) + ", folds " +
+         std::to_string(options.folds) + " by recording, selection inside each fold, ties by " +
+         std::string(to_string(classifier::resolved(options.tie, labels)));
+}
+
 Result<Learnt> learn(const Material& material, const DatasetInfo& info,
                      const std::string& dataset_sha256, const recipes::HandOver& wanted,
                      std::uint32_t repetitions, const classifier::TrainOptions& options,
@@ -83,35 +106,37 @@ Result<Learnt> learn(const Material& material, const DatasetInfo& info,
   if (!learner) return pass(learner.error());
   announce(material.exploration + ": features of " + std::to_string(material.trials.size()) +
            " trials");
-  const auto matrix = classifier::build_feature_matrix(material.trials, {}, options.threads);
+  auto matrix = classifier::build_feature_matrix(material.trials, {}, options.threads);
   if (!matrix) return pass(matrix.error());
-  auto splits = splits_by_repetition(material.repetition,
-                                     recipes::repetition_groups(repetitions, wanted.groups));
-  announce(material.exploration + ": " + std::to_string(splits.size()) +
-           " trainings, each without one group of repetitions");
-  auto evaluation =
-      classifier::evaluate(*matrix, splits, *learner, options, hooks.seconds_now, true);
-  if (!evaluation) return pass(evaluation.error());
-  name_groups_left_out(evaluation->ci95);
-  announce(material.exploration + ": the model of all " + std::to_string(material.trials.size()) +
-           " trials");
-  const auto now = [&] { return hooks.seconds_now ? hooks.seconds_now() : 0.0; };
-  const double began_s = now();
-  auto chosen = classifier::train_learner(*matrix, *learner, options);
-  if (!chosen) return pass(chosen.error());
-  const double train_s = now() - began_s;
-  auto aids = classifier::learn_aids(chosen->trained, *matrix, options);
-  if (!aids) return pass(aids.error());
-  const std::string how = training_words(wanted, options, chosen->trained.labels().size());
-  return Learnt{{std::move(chosen->trained),
+  Lesson lesson{material.exploration, std::move(*matrix),
+                splits_by_repetition(material.repetition,
+                                     recipes::repetition_groups(repetitions, wanted.groups)),
+                "one group of repetitions"};
+  auto got = evaluate_and_train(lesson, *learner, options, hooks, announce);
+  if (!got) return pass(got.error());
+  const std::string how = training_words(wanted.learner, options, got->learner.labels().size());
+  return Learnt{{std::move(got->learner),
                  setup_of(material, info),
                  {std::string(to_string(info.kind)), dataset_sha256, WEFT_VERSION, how},
-                 std::move(*aids)},
-                to_string(chosen->recipe),
-                std::move(*evaluation),
-                std::move(splits),
-                matrix->names.size(),
-                train_s};
+                 std::move(got->aids)},
+                std::move(got->words),
+                std::move(got->evaluation),
+                std::move(lesson.splits),
+                lesson.matrix.names.size(),
+                got->train_s};
+}
+
+ordered_json evaluated_json(const classifier::LearnerEvaluation& evaluation) {
+  ordered_json out = evaluation_json(evaluation);
+  out["pooled_accuracy"] = evaluation.confusion.accuracy();
+  if (const auto& check = evaluation.calibration)
+    out["calibration"] = {
+        {"answers", check->reliability.trials},
+        {"calibration_error", check->reliability.calibration_error},
+        {"ci95", {check->calibration_error_ci95.low, check->calibration_error_ci95.high}},
+        {"brier", check->reliability.brier},
+        {"log_loss", check->reliability.log_loss}};
+  return out;
 }
 
 ordered_json learnt_json(const Material& material, const Learnt& learnt) {
@@ -119,16 +144,8 @@ ordered_json learnt_json(const Material& material, const Learnt& learnt) {
                    {"features", learnt.features},
                    {"learner", learnt.learner},
                    {"training", learnt.model.provenance.training}};
-  out.update(evaluation_json(learnt.evaluation));
-  out["pooled_accuracy"] = learnt.evaluation.confusion.accuracy();
+  out.update(evaluated_json(learnt.evaluation));
   out["groups"] = groups_json(material, learnt);
-  if (const auto& check = learnt.evaluation.calibration)
-    out["calibration"] = {
-        {"answers", check->reliability.trials},
-        {"calibration_error", check->reliability.calibration_error},
-        {"ci95", {check->calibration_error_ci95.low, check->calibration_error_ci95.high}},
-        {"brier", check->reliability.brier},
-        {"log_loss", check->reliability.log_loss}};
   out["model_train_s"] = learnt.train_s;
   return out;
 }

@@ -25,6 +25,36 @@ Material material_of(const Dataset& dataset, const std::string& exploration);
 std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
                                                     const std::vector<std::size_t>& group_of);
 
+/// A learner of all rows of a matrix, and what others like it reached that lacked some of them.
+struct EvaluatedModel {
+  classifier::LearnerEvaluation evaluation;
+  classifier::TrainedLearner learner;
+  classifier::VoteAids aids;
+  std::string words;   ///< which learner it is: "lda, ranks"
+  double train_s = 0;  ///< of the model, measured
+};
+/// What to learn from, and what each split leaves out, in words.
+struct Lesson {
+  std::string name;
+  classifier::FeatureMatrix matrix;
+  std::vector<classifier::Split> splits;
+  std::string left_out;
+};
+/// `announce` is told of both parts: "M1: 5 trainings, each without one group of repetitions".
+/// Errors: the classifier's.
+Result<EvaluatedModel> evaluate_and_train(const Lesson& lesson, classifier::Learner learner,
+                                          const classifier::TrainOptions& options,
+                                          const HandOverHooks& hooks,
+                                          const std::function<void(const std::string&)>& announce);
+
+/// How it was trained, for the model's provenance.
+std::string training_words(std::string_view learner, const classifier::TrainOptions& options,
+                           std::size_t labels);
+
+/// What an evaluation says, for evaluation.json: evaluation_json() with the share of all answers and
+/// the calibration.
+nlohmann::ordered_json evaluated_json(const classifier::LearnerEvaluation& evaluation);
+
 struct Learnt {
   classifier::StoredModel model;  ///< of all trials
   std::string learner;            ///< in words

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "daemon/dataset/trial_csv.hpp"
 #include "daemon/imprint/recorded_imprints.hpp"
@@ -10,6 +11,21 @@ namespace weft::daemon {
 
 using classifier::imprint::Image;
 using classifier::imprint::Imprint;
+using classifier::imprint::TaxelGrid;
+
+namespace {
+
+/// What the scene `imprint` wrote down of its array, see imprint_scene.hpp.
+void take_from_scene(const std::string& text, TaxelGrid& grid) {
+  const auto scene = nlohmann::json::parse(text, nullptr, false);
+  if (!scene.is_object() || scene.value("scene", nlohmann::json()) != "imprint") return;
+  const auto array = scene.value("array", nlohmann::json::object());
+  if (array.is_object() && array.contains("spacing_m") && array["spacing_m"].is_number())
+    grid.pitch_m = array["spacing_m"];
+  if (scene.contains("bits") && scene["bits"].is_number_unsigned()) grid.count_bits = scene["bits"];
+}
+
+}  // namespace
 
 bool holds_imprints(const Dataset& dataset) {
   if (holds_scans(dataset)) return true;
@@ -55,6 +71,17 @@ Result<std::vector<Imprint>> imprints_of(const Dataset& dataset) {
     std::ranges::copy(trial.counts, one.image.data().begin());
     out.push_back(std::move(one));
   }
+  return out;
+}
+
+Result<TaxelGrid> grid_of(const Dataset& dataset, std::span<const Imprint> imprints) {
+  if (imprints.empty())
+    return fail(Errc::invalid_argument, "no imprint", dataset.info.source, "one or more");
+  TaxelGrid out = grid_of_scans(dataset).value_or(
+      TaxelGrid{imprints.front().image.rows(), imprints.front().image.cols()});
+  take_from_scene(dataset.info.rig_json, out);
+  for (const Imprint& imprint : imprints)
+    if (auto ok = check_imprint(out, imprint); !ok) return pass(ok.error());
   return out;
 }
 

@@ -2,11 +2,13 @@
 // Imprints in a data set (docs/dataset.md, "Imprints"): a trial of exploration `imprint` whose
 // samples are the rows of the array, top to bottom, and whose taxels are its columns.
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "classifier/imprint/imprint_set.hpp"
+#include "classifier/imprint/taxel_grid.hpp"
 #include "daemon/dataset/dataset.hpp"
 
 namespace weft::daemon {
@@ -26,5 +28,11 @@ Status append_imprint(Dataset& dataset, const classifier::imprint::Image& image,
 /// label and group together; without a group an imprint is an object of its own. Errors:
 /// invalid_argument, for a data set that holds other trials.
 Result<std::vector<classifier::imprint::Imprint>> imprints_of(const Dataset& dataset);
+
+/// The array of `imprints`, which are those of `dataset`: rows and columns, and of scans and of the
+/// scene `imprint` pitch and bits; files of other programs tell of neither. Refuses no imprint and
+/// imprints of different sizes.
+Result<classifier::imprint::TaxelGrid> grid_of(
+    const Dataset& dataset, std::span<const classifier::imprint::Imprint> imprints);
 
 }  // namespace weft::daemon

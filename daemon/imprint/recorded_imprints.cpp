@@ -12,15 +12,12 @@ namespace {
 
 using classifier::imprint::Image;
 using classifier::imprint::Imprint;
+using classifier::imprint::TaxelGrid;
 using nlohmann::json;
 
-struct Shape {
-  std::size_t rows = 0, cols = 0;
-};
-
-/// A whole number of taxels along a side, as a device reports it; nothing for any other text.
-std::optional<std::size_t> side_of(const json& reported, const char* key) {
-  constexpr std::size_t longest = 4;
+/// A whole number as a device reports it; nothing for any other text.
+std::optional<std::size_t> number_of(const json& reported, const char* key) {
+  constexpr std::size_t longest = 5;
   const auto found = reported.find(key);
   if (found == reported.end() || !found->is_string()) return std::nullopt;
   const std::string text = found->get<std::string>();
@@ -29,20 +26,16 @@ std::optional<std::size_t> side_of(const json& reported, const char* key) {
   return std::stoul(text);
 }
 
-std::optional<Shape> shape_of(const DeviceInfo& device, std::size_t taxels) {
+std::optional<TaxelGrid> grid_of(const DeviceInfo& device, std::size_t taxels) {
   const json identity = json::parse(device.identity_json, nullptr, false);
   if (!identity.is_object()) return std::nullopt;
   const json reported = identity.value("reported", json::object());
-  const auto rows = side_of(reported, "rows"), cols = side_of(reported, "cols");
+  const auto rows = number_of(reported, "rows"), cols = number_of(reported, "cols");
   if (!rows || !cols || *rows * *cols != taxels || taxels == 0) return std::nullopt;
-  return Shape{*rows, *cols};
-}
-
-std::optional<Shape> shape_of(const Dataset& dataset) {
-  if (dataset.trials.empty()) return std::nullopt;
-  for (const DeviceInfo& device : dataset.info.devices)
-    if (const auto shape = shape_of(device, dataset.trials.front().taxels)) return shape;
-  return std::nullopt;
+  constexpr double micrometre = 1e-6;
+  return TaxelGrid{*rows, *cols,
+                   static_cast<double>(number_of(reported, "spacing_um").value_or(0)) * micrometre,
+                   number_of(reported, "bits").value_or(0)};
 }
 
 /// Of each object; empty where the recipe has no classes, or there is none.
@@ -60,13 +53,13 @@ Result<std::map<std::string, std::string>> classes_on_record(const DatasetInfo& 
   return out;
 }
 
-Result<Image> image_of(const classifier::Trial& trial, const Shape& shape) {
+Result<Image> image_of(const classifier::Trial& trial, const TaxelGrid& grid) {
   const auto last = std::find(trial.phase.rbegin(), trial.phase.rend(), Phase::press);
   if (last == trial.phase.rend())
     return fail(Errc::invalid_argument, "no scan in phase P", trial.file, "at least one", "none",
                 "Hold phase P for longer than the array's period");
   const auto at = static_cast<std::size_t>(trial.phase.rend() - last - 1);
-  Image image(shape.rows, shape.cols);
+  Image image(grid.rows, grid.cols);
   const auto first = trial.counts.begin() + static_cast<std::ptrdiff_t>(at * trial.taxels);
   std::copy_n(first, trial.taxels, image.data().begin());
   return image;
@@ -74,13 +67,20 @@ Result<Image> image_of(const classifier::Trial& trial, const Shape& shape) {
 
 }  // namespace
 
+std::optional<TaxelGrid> grid_of_scans(const Dataset& dataset) {
+  if (dataset.trials.empty()) return std::nullopt;
+  for (const DeviceInfo& device : dataset.info.devices)
+    if (const auto grid = grid_of(device, dataset.trials.front().taxels)) return grid;
+  return std::nullopt;
+}
+
 bool holds_scans(const Dataset& dataset) {
-  return shape_of(dataset).has_value();
+  return grid_of_scans(dataset).has_value();
 }
 
 Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset) {
-  const auto shape = shape_of(dataset);
-  if (!shape)
+  const auto grid = grid_of_scans(dataset);
+  if (!grid)
     return fail(Errc::invalid_argument, "the data set holds no scans of an array", {},
                 "a device that tells of rows and columns", dataset.info.source);
   const auto classes = classes_on_record(dataset.info);
@@ -89,7 +89,7 @@ Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset) {
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     if (dataset.records[i].outcome != TrialOutcome::complete) continue;
     const classifier::Trial& trial = dataset.trials[i];
-    auto image = image_of(trial, *shape);
+    auto image = image_of(trial, *grid);
     if (!image) return pass(image.error());
     const auto its_class = classes->find(trial.label);
     out.push_back({std::move(*image), trial.file,

@@ -33,10 +33,7 @@ Result<std::vector<PreparedSet>> prepare_sets(std::span<const ci::Imprint> impri
     }
   if (!options.laws) return out;
   for (const ci::LawsSize size : {ci::LawsSize::three, ci::LawsSize::five}) {
-    const auto extract = [size]() -> ci::Extract {
-      return [size](const ci::Image& image) { return ci::laws_energy(image, size); };
-    };
-    auto matrix = ci::build_matrix(imprints, ci::laws_names(size), extract, options.threads);
+    auto matrix = ci::build_matrix(imprints, ci::FeaturePlan{std::nullopt, {size}}, options.threads);
     if (!matrix) return pass(matrix.error());
     out.push_back({{{}, {}, size, {}, {}}, std::move(*matrix)});
   }

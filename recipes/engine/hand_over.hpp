@@ -15,7 +15,7 @@ namespace weft::recipes {
 enum class HandOverFrom : std::uint8_t {
   taxels,     ///< and force: a model of all trials of each exploration, and its evaluation
   vibration,  ///< sound and acceleration of phase M: an evaluation, no model
-  imprints    ///< the last scan of phase P of presses: Ellis' experiments, no model
+  imprints    ///< the last scan of phase P of presses: Ellis' experiments, and a model
 };
 std::string_view to_string(HandOverFrom from);
 

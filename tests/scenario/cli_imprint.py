@@ -75,10 +75,49 @@ def files(t, d):
     t.refuses("features", "m.h5", "-o", "no.csv", "--scales", "1,x", cwd=d, says=["--scales"])
     t.refuses("features", "m.h5", "-o", "no.csv", "--imprint-features", "11", cwd=d, says=["laws5"])
     t.refuses("features", "m.h5", "-o", "no.csv", "--window-s", "1", cwd=d, says=["stands still"])
-    t.refuses("train", "zplus.h5", "-o", "no.model", cwd=d, says=["weft evaluate"])
+    t.refuses("train", "zplus.h5", "-o", "no.model", "--live", cwd=d, says=["stands still"])
     t.refuses("imprint", "scene", "-o", "no.h5", "--level", "L1", cwd=d, says=["--level"], status=2)
     t.refuses("dataset", "import", "--format", "imprint-table", "a.csv", "-o", "no.h5", cwd=d, says=["--shape"])
     t.refuses("dataset", "import", "--format", "imprint-table", "--shape", "2x6", "a.csv", "-o", "no.h5", cwd=d, says=["fields"])
+
+
+def models(t, d):
+    """A model file of imprints: what it says of others, and what it refuses."""
+    folder = pathlib.Path(d)
+    trained = t.succeeds("train", "zplus.h5", "-o", "z.model", cwd=d)
+    t.expect(trained["kind"] == "imprints" and trained["labels"] == ["knit", "planar", "rasp", "screen"], f"train: {trained}")
+    t.expect(trained["taxels"] == 1024 and "7 bits" in trained["array"] and trained["features"] == 30, f"train: {trained}")
+    asked = t.succeeds("classify", "z.model", "other.h5", cwd=d)
+    right = sum(one["label"] == one["true_label"] for one in asked["imprints"])
+    print(f"SIMULATED classify, other presses of the same objects: {right} of {len(asked['imprints'])} right")
+    t.expect(asked["bench"] == asked["model_bench"] == "simulated" and len(asked["imprints"]) == 24, f"classify: {asked}")
+    t.expect(right > 24 / 4 + 6, f"{right} of 24 right, chance is 6")
+    for one in asked["imprints"]:
+        t.expect(abs(sum(one["probability"].values()) - 1) < 1e-9 and "none_of_these" in one, f"probability: {one}")
+    text = t.run("classify", "z.model", "other.h5", cwd=d).stdout
+    t.expect(text.count("SIMULATED") == 2 and text.count("-light: ") == 12, f"classify for people: {text}")
+    t.succeeds("train", "zplus.h5", "-o", "again.model", cwd=d)
+    t.expect((folder / "again.model").read_bytes() == (folder / "z.model").read_bytes(), "the same imprints make the same file")
+    t.succeeds("train", "zplus.h5", "-o", "laws.model", "--learner", "lda", "--scales", "0,1.5", "--imprint-features", "7+laws5", cwd=d)
+    laws = t.succeeds("classify", "laws.model", "other.h5", cwd=d)
+    t.expect(laws["learner"] == "lda" and len(laws["imprints"]) == 24, f"other features: {laws}")
+    t.refuses("classify", "z.model", "m.h5", cwd=d, says=["another array", "32 x 32", "10 x 12"])
+    t.refuses("classify", "z.model", "a.csv", cwd=d, says=["another array", "10 x 12"])
+    t.succeeds("imprint", "scene", "-o", "part.h5", "--side", "16", cwd=d)
+    t.refuses("classify", "z.model", "part.h5", cwd=d, says=["another array", "16 x 16"])
+    one = (folder / "high.pgm")
+    one.write_bytes(b"P5\n32 32\n255\n" + bytes([200] * 1024))
+    t.refuses("classify", "z.model", "high.pgm", cwd=d, says=["cannot give", "200"])
+    one.write_bytes(b"P5\n32 32\n255\n" + bytes([r % 4 * 30 for r in range(1024)]))
+    stripes = t.succeeds("classify", "z.model", "high.pgm", cwd=d)
+    t.expect(len(stripes["imprints"]) == 1 and "true_label" not in stripes["imprints"][0], f"an image: {stripes}")
+    whole = (folder / "z.model").read_text()
+    (folder / "cut.model").write_text(whole[:len(whole) // 2])
+    t.refuses("classify", "cut.model", "other.h5", cwd=d, says=["cut short"])
+    (folder / "altered.model").write_text(whole.replace("rows 32", "rows 16", 1))
+    t.refuses("classify", "altered.model", "other.h5", cwd=d, says=["checksum"])
+    (folder / "newer.model").write_text(whole.replace("weft-imprint-model 1", "weft-imprint-model 9", 1))
+    t.refuses("classify", "newer.model", "other.h5", cwd=d, says=["another version"])
 
 
 def tactile22(t, source, d):
@@ -90,6 +129,24 @@ def tactile22(t, source, d):
     for name, result in results.items():
         print(f"tactile22, presses 1-30 to 31-40, 10 features at 1, 2, 4, {name}: {result['accuracy']:.4f}")
     t.expect(results["best"]["accuracy"] >= AIM, f"tactile22: {results['best']['accuracy']} is below {AIM}")
+    kept_as_evaluated(t, source, results["best"]["accuracy"], d)
+
+
+def kept_as_evaluated(t, source, accuracy, d):
+    """What `train` stores after presses 1 to 30 is as often right on 31 to 40 as the evaluator's `best` is."""
+    folder = pathlib.Path(d)
+    presses = {"train": [], "test": []}
+    for line in source.read_text().splitlines():
+        if line and line.split(",")[1].isdigit():
+            presses["train" if int(line.split(",")[1]) <= 30 else "test"].append(line)
+    for part, lines in presses.items():
+        (folder / f"{part}.csv").write_text("\n".join(lines) + "\n")
+        t.succeeds("dataset", "import", "--format", "imprint-table", "--shape", "28x50", f"{part}.csv", "-o", f"{part}.h5", cwd=d)
+    t.succeeds("train", "train.h5", "-o", "t22.model", cwd=d)
+    asked = t.succeeds("classify", "t22.model", "test.h5", cwd=d)["imprints"]
+    right = sum(one["label"] == one["true_label"] for one in asked) / len(asked)
+    print(f"tactile22, the model of presses 1-30 on 31-40: {right:.4f}")
+    t.expect(len(asked) == 220 and abs(right - accuracy) < 1e-9, f"kept {right}, evaluated {accuracy}")
 
 
 def main():
@@ -98,6 +155,7 @@ def main():
         scene_and_tables(t, d)
         search(t, d)
         files(t, d)
+        models(t, d)
         table = shared / "data/tactile22/tactile22.csv"
         if table.exists():
             tactile22(t, table, d)

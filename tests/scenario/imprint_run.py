@@ -100,6 +100,13 @@ def look_at_hand_over(t, d, told):
               {rule: cell["correct"] for rule, cell in row.items() if rule != "paper"}, "of 8")
         # teeth and planes have little in common
         t.expect(row["kesler-zscore"]["correct"] >= 7 and row["lda"]["correct"] >= 7, f"{name}: {row}")
+    [model] = told["handover"]["models"]
+    print(f"SIMULATED handed-over model ({model['learner']}): {model['accuracy']} of objects never seen")
+    t.expect((model["model"], model["trained"], model["asked"]) == ("handover/imprints.model", 8, 8), f"model: {model}")
+    t.expect(handed["models"] == [model] and handed["explorations"]["imprints"]["left_out"] == "one object", f"{handed.keys()}")
+    kept = t.succeeds("classify", "first/" + model["model"], "first/dataset.h5", cwd=d)
+    t.expect(kept["model_bench"] == "simulated" and len(kept["imprints"]) == 8, f"classify: {kept}")
+    t.expect(all(one["label"] == one["true_label"] for one in kept["imprints"]), f"what it was trained on: {kept['imprints']}")
     same = t.run("imprint", "tables", "first/dataset.h5", "--json", cwd=d)
     t.expect(json.loads(same.stdout)["sets"] == tables["sets"], "the command finds other figures than the hand-over")
 

@@ -86,7 +86,9 @@ def scanned(folder):
     (folder / "rig.json").write_text(json.dumps(level_z()))
     daemon = Daemon(WEFTD, ROOT, folder, data="scanned", rig=folder / "rig.json")
     client = Client(daemon.socket)
-    out, _ = done_by(client, "presses", 8)
+    out, end = done_by(client, "presses", 8)
+    [model] = end["handover"]["models"]
+    assert model["model"] == "handover/imprints.model" and (out / model["model"]).exists(), model
     evaluation = evaluation_of(out)
     assert evaluation["bench"] == "simulated" and evaluation["imprints"], evaluation
     assert "SIMULATED" in (out / "handover/imprints.html").read_text()

@@ -1,0 +1,133 @@
+#include "classifier/imprint/imprint_model.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "classifier/fabric/provenance_text.hpp"
+#include "classifier/fabric/sealed_text.hpp"
+#include "classifier/vote/learnt_text.hpp"
+
+namespace weft::classifier::imprint {
+namespace {
+
+constexpr std::size_t most_bits = 52;  // beyond it a double has no room for every count
+constexpr std::size_t most_scales = 1000;
+
+// Words of the options, in the order of their enumerators.
+constexpr std::array<std::string_view, 2> form_words{"10", "7"};
+constexpr std::array<std::string_view, 2> noise_words{"gradient", "literal"};
+constexpr std::array<std::string_view, 2> orientation_words{"circular", "linear"};
+constexpr std::array<std::string_view, 2> laws_words{"3", "5"};
+
+template <std::size_t n, class Enum>
+std::string_view word_of(const std::array<std::string_view, n>& words, Enum value) {
+  return words[static_cast<std::size_t>(value)];
+}
+
+void write_grid(LineWriter& out, const TaxelGrid& grid) {
+  out.count("rows", grid.rows);
+  out.count("cols", grid.cols);
+  out.number("pitch_m", grid.pitch_m);
+  out.count("count_bits", grid.count_bits);
+}
+
+TaxelGrid read_grid(LineReader& in) {
+  TaxelGrid out;
+  out.rows = in.count("rows", 1, most_taxels);
+  out.cols = in.count("cols", 1, most_taxels / std::max<std::size_t>(out.rows, 1));
+  out.pitch_m = in.not_negative("pitch_m");
+  out.count_bits = in.count("count_bits", 0, most_bits);
+  return out;
+}
+
+void write_plan(LineWriter& out, const FeaturePlan& plan) {
+  out.count("scales", plan.scales ? plan.scales->sigmas.size() : 0);
+  if (plan.scales) {
+    out.numbers("sigmas", plan.scales->sigmas);
+    out.text("form", word_of(form_words, plan.scales->form));
+    out.text("noise", word_of(noise_words, plan.scales->noise));
+    out.text("orientation", word_of(orientation_words, plan.scales->orientation));
+    out.number("edges_low", plan.scales->thresholds.low);
+    out.number("edges_high", plan.scales->thresholds.high);
+  }
+  out.count("laws", plan.laws.size());
+  for (const LawsSize size : plan.laws) out.text("laws_size", word_of(laws_words, size));
+}
+
+FeaturePlan read_plan(LineReader& in) {
+  FeaturePlan out{std::nullopt, {}};
+  if (const std::size_t scales = in.count("scales", 0, most_scales); scales > 0) {
+    ScaleOptions& own = out.scales.emplace();
+    own.sigmas = in.numbers("sigmas", scales);
+    own.form = static_cast<Form>(word(in, "form", form_words));
+    own.noise = static_cast<NoiseForm>(word(in, "noise", noise_words));
+    own.orientation = static_cast<OrientationSpread>(word(in, "orientation", orientation_words));
+    own.thresholds.low = in.not_negative("edges_low");
+    own.thresholds.high = in.not_negative("edges_high");
+  }
+  for (std::size_t left = in.count("laws", 0, laws_words.size()); in.ok() && left > 0; --left)
+    out.laws.push_back(static_cast<LawsSize>(word(in, "laws_size", laws_words)));
+  return out;
+}
+
+Result<ImprintModel> read_body(std::string_view body) {
+  LineReader in(body);
+  Provenance provenance = read_provenance(in);
+  const TaxelGrid grid = read_grid(in);
+  FeaturePlan plan = read_plan(in);
+  const LearnerHead head = read_head(in);
+  std::vector<std::string> labels = read_labels(in);
+  if (!in.ok()) return pass(in.status().error());
+  const auto features = PlannedFeatures::make(plan);
+  if (!features)
+    return fail(Errc::corrupt, "no imprint has the features that the file describes",
+                features.error().where, features.error().expected, features.error().got);
+  auto learnt = read_learnt(in, head, std::move(labels), features->names());
+  in.finish();
+  if (!in.ok() || !learnt) return pass(in.status().error());
+  return ImprintModel{std::move(provenance),
+                      {grid, std::move(plan)},
+                      std::move(learnt->learner),
+                      std::move(learnt->aids)};
+}
+
+}  // namespace
+
+Status save_imprint_model(const ImprintModel& model, std::ostream& out) {
+  const auto features = PlannedFeatures::make(model.setup.features);
+  if (!features || model.learner.feature_names() != features->names())
+    return fail(Errc::invalid_argument, "features are not those of the plan", "model");
+  LineWriter text;
+  write_provenance(text, model.provenance);
+  write_grid(text, model.setup.grid);
+  write_plan(text, model.setup.features);
+  write_learnt(text, model.learner, model.aids);
+  return write_sealed(imprint_model_header, text.str(), out);
+}
+
+Result<ImprintModel> load_imprint_model(std::istream& in) {
+  const auto body = read_sealed(imprint_model_header, "not a model of imprints", in);
+  if (!body) return pass(body.error());
+  return read_body(*body);
+}
+
+Result<std::vector<Answer>> classify_imprints(const ImprintModel& model, const TaxelGrid& grid,
+                                              std::span<const Imprint> imprints,
+                                              const VoteOptions& options) {
+  if (!is_same_grid(model.setup.grid, grid))
+    return fail(Errc::invalid_argument, "the model was trained for another array", {},
+                words_of(model.setup.grid), words_of(grid));
+  for (const Imprint& imprint : imprints)
+    if (auto ok = check_imprint(model.setup.grid, imprint); !ok) return pass(ok.error());
+  const auto matrix = build_matrix(imprints, model.setup.features);
+  if (!matrix) return pass(matrix.error());
+  std::vector<Answer> out;
+  for (std::size_t r = 0; r < matrix->size(); ++r) {
+    auto one = answer(model.learner, model.aids, matrix->values.row(r), options);
+    if (!one) return pass(one.error(), matrix->files[r]);
+    out.push_back(std::move(*one));
+  }
+  return out;
+}
+
+}  // namespace weft::classifier::imprint

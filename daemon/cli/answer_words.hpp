@@ -1,0 +1,26 @@
+#pragma once
+// What a model of fabrics or of imprints said of one trial, for people and for programs.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "classifier/vote/learner_answer.hpp"
+
+namespace weft::daemon::cli {
+
+/// A trial and the answer on it.
+struct AnsweredTrial {
+  std::string file;
+  std::string true_label;  ///< empty: not known
+  classifier::Answer answer;  ///< without probability and refusal where the model has no aids
+};
+
+/// [{file, label, votes, cores_asked, probability, none_of_these, true_label}], what there is of it.
+nlohmann::json answers_json(const classifier::TrainedLearner& learner, bool has_aids,
+                            const std::vector<AnsweredTrial>& answered);
+
+/// "trial.csv: denim 97 %, or none of these  (votes: denim 3 silk 2)" and a line break.
+std::string answer_line(const classifier::TrainedLearner& learner, const AnsweredTrial& answered);
+
+}  // namespace weft::daemon::cli
