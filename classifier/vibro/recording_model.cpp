@@ -75,8 +75,6 @@ Result<RecordingModel> read_body(std::string_view body) {
   RecordingSetup setup = read_setup(in);
   std::vector<std::string> labels = read_labels(in);
   const Method method = read_word(in, "method", method_from, Method::lda);
-  if (!storable(method))
-    in.refuse("no model file holds this learner", {}, std::string(to_string(method)));
   if (!in.ok()) return pass(in.status().error());
   const std::size_t columns = columns_of(setup.channels, setup.features).size();
   auto pipeline = Pipeline::read(in, method, columns, labels.size());
@@ -92,10 +90,6 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
                                              const RecordingSetup& setup,
                                              const PipelineOptions& options,
                                              Provenance provenance) {
-  if (!storable(options.method))
-    return fail(Errc::unsupported, "no model file holds what this learner learns", {},
-                "NB, kNN, LG, NN, MLP2, LDA or Cores", std::string(to_string(options.method)),
-                "weft evaluate trains and tests with it");
   auto windows = cut_and_extract(recordings, setup.window_s, places_in(setup), setup.features);
   if (!windows) return pass(windows.error());
   const FeatureMatrix& matrix = windows->matrix;

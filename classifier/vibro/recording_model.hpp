@@ -33,8 +33,8 @@ struct RecordingModel {
 /// First line of every file.
 inline constexpr std::string_view recording_model_header = "weft-recording-model 1";
 
-/// Cuts, extracts and trains. Refuses a method that is not storable(), recordings without a window,
-/// and what cut_and_extract() and Pipeline refuse.
+/// Cuts, extracts and trains. Refuses recordings without a window, and what cut_and_extract() and
+/// Pipeline refuse.
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
                                              const RecordingSetup& setup,
                                              const PipelineOptions& options, Provenance provenance);

@@ -143,7 +143,7 @@ void add_options(CLI::App& command, TrainArgs& args) {
   add_train_options(command, args.training);
   command
       .add_option("--method", args.recordings.methods,
-                  "NB, kNN, LG, NN, MLP2, LDA (if not told) or Cores")
+                  "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
       ->expected(1)
       ->group("Recordings of sound and vibration");
   add_recording_feature_options(command, args.recordings);

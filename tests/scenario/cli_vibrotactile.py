@@ -120,7 +120,11 @@ def stored(t, d):
     right = sum(a["label"] == a["true_label"] for a in answers)
     t.expect(len(answers) == TEXTURES * REPETITIONS and right > 0.8 * len(answers), f"its own slides: {right} of {len(answers)} right")
     t.expect(all(9 < sum(a["windows"].values()) < 13 for a in answers), "every window of 6 s is answered")
-    t.refuses("train", "out/dataset.h5", "-o", "svm.model", "--method", "SVM", cwd=d, says=["no model file holds", "SVM"])
+    for method in ("SVM", "RForest"):
+        t.succeeds("train", "out/dataset.h5", "-o", "own.model", "--method", method, "--window-s", "1", "--step-s", "0.5", cwd=d)
+        own = t.succeeds("classify", "own.model", "out/dataset.h5", cwd=d)
+        right = sum(a["label"] == a["true_label"] for a in own["recordings"])
+        t.expect(own["method"] == method and right > 0.8 * len(answers), f"{method}, its own slides: {right} of {len(answers)} right")
     model = (d / "slides.model").read_bytes()
     (d / "cut.model").write_bytes(model[:-20])
     (d / "altered.model").write_bytes(model.replace(b"window_s 1\n", b"window_s 2\n"))

@@ -54,11 +54,23 @@ Result<MatrixHandle> matrix_of(const Training& training) {
 
 class Boosted final : public Classifier {
  public:
-  Boosted(BoosterHandleOwner booster, std::size_t classes)
-      : booster_(std::move(booster)), classes_(classes) {}
+  explicit Boosted(BoosterHandleOwner booster) : booster_(std::move(booster)) {}
 
   // Class 0 where the library refuses, which it does not for the features that fit() has seen.
   [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
+    const auto share = shares(features);
+    return static_cast<std::size_t>(std::ranges::max_element(share) - share.begin());
+  }
+
+  void write(LineWriter& out) const override {
+    bst_ulong size = 0;
+    const char* text = nullptr;
+    if (XGBoosterSaveModelToBuffer(booster_.get(), R"({"format":"json"})", &size, &text) == 0)
+      out.text("booster", {text, size});
+  }
+
+  // Of each class; none where the library refuses.
+  [[nodiscard]] std::span<const float> shares(std::span<const double> features) const {
     const auto values = as_floats(features);
     const std::string array = R"({"data":[)" +
                               std::to_string(reinterpret_cast<std::uintptr_t>(values.data())) +
@@ -72,13 +84,12 @@ class Boosted final : public Classifier {
     const float* share = nullptr;
     if (XGBoosterPredictFromDense(booster_.get(), array.c_str(), config, nullptr, &shape,
                                   &dimensions, &share) != 0)
-      return 0;
-    return static_cast<std::size_t>(std::max_element(share, share + classes_) - share);
+      return {};
+    return {share, dimensions == 2 ? shape[1] : 0};
   }
 
  private:
   BoosterHandleOwner booster_;
-  std::size_t classes_;
 };
 
 using Parameters = std::vector<std::pair<const char*, std::string>>;
@@ -102,7 +113,7 @@ Result<std::unique_ptr<Classifier>> boost(const Training& training, Parameters p
   for (int i = 0; i < rounds; ++i)
     if (auto ok = done(XGBoosterUpdateOneIter(handle, i, matrix->get())); !ok)
       return pass(ok.error());
-  return std::make_unique<Boosted>(std::move(booster), training.classes);
+  return std::make_unique<Boosted>(std::move(booster));
 }
 
 }  // namespace
@@ -125,6 +136,24 @@ Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
                 {"colsample_bynode", "0.8"},
                 {"reg_lambda", "1e-5"}},
                1, options);
+}
+
+std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features,
+                                         std::size_t classes) {
+  const std::string text = in.text("booster");
+  BoosterHandle handle = nullptr;
+  if (!in.ok() || XGBoosterCreate(nullptr, 0, &handle) != 0) return nullptr;
+  BoosterHandleOwner booster(handle);
+  Status ok = done(XGBoosterSetParam(handle, "verbosity", "0"));
+  if (ok) ok = done(XGBoosterLoadModelFromBuffer(handle, text.data(), text.size()));
+  if (ok) ok = done(XGBoosterSetParam(handle, "nthread", "1"));
+  auto out = std::make_unique<Boosted>(std::move(booster));
+  const std::size_t told = ok ? out->shares(std::vector<double>(features, 0.0)).size() : 0;
+  if (told != classes)
+    in.refuse("the booster is not one of these features and labels",
+              std::to_string(features) + " features, " + std::to_string(classes) + " labels",
+              ok ? std::to_string(told) + " labels" : ok.error().message.substr(0, 200));
+  return in.ok() ? std::move(out) : nullptr;
 }
 
 #else
@@ -150,6 +179,13 @@ Result<std::unique_ptr<Classifier>> fit_xgb(const Training& /*training*/,
 Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& /*training*/,
                                               const MethodOptions& /*options*/) {
   return not_built();
+}
+
+std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t /*features*/,
+                                         std::size_t /*classes*/) {
+  in.text("booster");
+  in.refuse("this build of Weft has no XGBoost, which the model is of");
+  return nullptr;
 }
 
 #endif

@@ -16,4 +16,8 @@ Result<std::unique_ptr<Classifier>> fit_xgb(const Training& training, const Meth
 Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
                                               const MethodOptions& options);
 
+/// What the write() of either wrote, in the library's own words (JSON); null where `in` has a
+/// problem, which a build without the library is.
+std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features, std::size_t classes);
+
 }  // namespace weft::classifier::vibro

@@ -90,12 +90,6 @@ bool available(Method method) {
   return (method != Method::xgb && method != Method::xgbrf) || have_xgboost();
 }
 
-bool storable(Method method) {
-  constexpr std::array stored = {Method::nb,   Method::knn, Method::logistic, Method::nn,
-                                 Method::mlp2, Method::lda, Method::cores};
-  return std::find(stored.begin(), stored.end(), method) != stored.end();
-}
-
 std::unique_ptr<Classifier> read_classifier(Method method, LineReader& in, std::size_t features,
                                             std::size_t classes) {
   switch (method) {
@@ -111,9 +105,16 @@ std::unique_ptr<Classifier> read_classifier(Method method, LineReader& in, std::
     case Method::lda:
     case Method::cores:
       return read_fabric(in, features, classes);
-    default:
-      return nullptr;
+    case Method::tree:
+    case Method::forest:
+      return read_trees(in, features, classes);
+    case Method::svm:
+      return read_svm(in, features, classes);
+    case Method::xgb:
+    case Method::xgbrf:
+      return read_boosted(in, features, classes);
   }
+  return nullptr;
 }
 
 Result<std::unique_ptr<Classifier>> fit(Method method, const Training& training,

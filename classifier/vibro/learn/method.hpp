@@ -51,15 +51,12 @@ class Classifier {
   virtual ~Classifier() = default;
   /// Class of a row of as many features as the training had, all finite.
   [[nodiscard]] virtual std::size_t classify(std::span<const double> features) const = 0;
-  /// What was learnt as lines of a stored model. Of a method that is not storable(): no line.
-  virtual void write(LineWriter& /*out*/) const {}
+  /// What was learnt as lines of a stored model.
+  virtual void write(LineWriter& out) const = 0;
 };
 
-/// Whether a model file can hold what the method learns: NB, kNN, LG, NN, MLP2, LDA, Cores. Trees
-/// would fill megabytes, and the states of libsvm and XGBoost are theirs.
-bool storable(Method method);
 /// What write() wrote, which answers as the one that wrote it, for rows of `features` numbers.
-/// `in` keeps the first problem; null then, and for a method that is not storable().
+/// `in` keeps the first problem; null then.
 std::unique_ptr<Classifier> read_classifier(Method method, LineReader& in, std::size_t features,
                                             std::size_t classes);
 

@@ -29,7 +29,7 @@ class Pipeline {
   /// Refuses what fit() refuses.
   static Result<Pipeline> train(const Training& training, const PipelineOptions& options);
 
-  /// As lines of a stored model. Of a method that is not storable() what it learnt is left out.
+  /// As lines of a stored model.
   void write(LineWriter& out) const;
   /// What write() wrote: the same answers. `in` keeps the first problem; nothing then.
   static std::optional<Pipeline> read(LineReader& in, Method method, std::size_t features,

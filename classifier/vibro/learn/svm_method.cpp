@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <numeric>
 
+#include "classifier/fabric/matrix_text.hpp"
 #include "classifier/learn/libsvm.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
+
+constexpr std::size_t most_vectors = 100'000'000;
 
 // One row as libsvm wants it: index and value of every feature, then index -1.
 void write_nodes(std::span<const double> features, svm_node* out) {
@@ -22,55 +25,133 @@ double variance_of(std::span<const double> values) {
   return sum / n;
 }
 
+// What libsvm learnt, and a model of its own kind that is made of nothing else: a trained one and one
+// that was read answer by the same code.
 class Svm final : public Classifier {
  public:
-  // Rows are given class by class, so that libsvm's classes are in our order and its vote gives
-  // ties to the lowest.
-  explicit Svm(const Training& training) {
-    const Matrix& rows = *training.rows;
-    const std::size_t width = rows.cols() + 1;
-    std::vector<std::size_t> order(rows.rows());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return training.of_row[a] < training.of_row[b];
-    });
-    nodes_.resize(rows.rows() * width);
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      write_nodes(rows.row(order[i]), nodes_.data() + i * width);
-      row_.push_back(nodes_.data() + i * width);
-      label_.push_back(static_cast<double>(training.of_row[order[i]]));
+  // `of_class` [classes]: how many support vectors each has, which lie class by class in `rows`;
+  // `coefficients` [classes - 1 x vectors]; `offsets`: one per pair of classes.
+  Svm(double gamma, std::vector<std::size_t> of_class, Matrix rows, Matrix coefficients,
+      std::vector<double> offsets)
+      : of_class_(std::move(of_class)),
+        rows_(std::move(rows)),
+        coefficients_(std::move(coefficients)),
+        offsets_(std::move(offsets)),
+        nodes_(rows_.rows() * (rows_.cols() + 1)) {
+    for (std::size_t i = 0; i < rows_.rows(); ++i) {
+      row_.push_back(nodes_.data() + i * (rows_.cols() + 1));
+      write_nodes(rows_.row(i), row_.back());
     }
-    svm_parameter p{};
-    p.svm_type = C_SVC;
-    p.kernel_type = RBF;
-    const double variance = variance_of(rows.data());
-    p.gamma = variance > 0.0 ? 1.0 / (static_cast<double>(rows.cols()) * variance) : 1.0;
-    p.cache_size = 200.0;  // MiB
-    p.eps = 1e-3;
-    p.C = 1.0;
-    p.shrinking = 1;
-    const svm_problem problem{static_cast<int>(row_.size()), label_.data(), row_.data()};
-    silence_libsvm();
-    model_.reset(svm_train(&problem, &p));
+    for (std::size_t k = 0; k < coefficients_.rows(); ++k)
+      coefficient_.push_back(coefficients_.row(k).data());
+    for (std::size_t c = 0; c < of_class_.size(); ++c) {
+      label_.push_back(static_cast<int>(c));
+      count_.push_back(static_cast<int>(of_class_[c]));
+    }
+    model_.param.svm_type = C_SVC;
+    model_.param.kernel_type = RBF;
+    model_.param.gamma = gamma;
+    model_.nr_class = static_cast<int>(of_class_.size());
+    model_.l = static_cast<int>(row_.size());
+    model_.SV = row_.data();
+    model_.sv_coef = coefficient_.data();
+    model_.rho = offsets_.data();
+    model_.label = label_.data();
+    model_.nSV = count_.data();
   }
 
   [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
     std::vector<svm_node> nodes(features.size() + 1);
     write_nodes(features, nodes.data());
-    return static_cast<std::size_t>(svm_predict(model_.get(), nodes.data()));
+    return static_cast<std::size_t>(svm_predict(&model_, nodes.data()));
+  }
+
+  void write(LineWriter& out) const override {
+    out.number("gamma", model_.param.gamma);
+    out.counts("vectors", of_class_);
+    write_rows(out, "vector", rows_);
+    write_rows(out, "coefficients", coefficients_);
+    out.numbers("offsets", offsets_);
   }
 
  private:
-  std::vector<svm_node> nodes_;  // the model's support vectors are these
+  std::vector<std::size_t> of_class_;
+  Matrix rows_, coefficients_;
+  std::vector<double> offsets_;
+  std::vector<svm_node> nodes_;
   std::vector<svm_node*> row_;
-  std::vector<double> label_;
-  SvmModel model_;
+  std::vector<double*> coefficient_;
+  std::vector<int> label_, count_;
+  svm_model model_{};  // points to those above
 };
+
+std::size_t pairs_of(std::size_t classes) {
+  return classes * (classes - 1) / 2;
+}
+
+// The model's support vectors are `nodes` of so many features.
+std::unique_ptr<Svm> taken_from(const svm_model& model, double gamma, std::size_t features) {
+  const auto classes = static_cast<std::size_t>(model.nr_class);
+  const auto vectors = static_cast<std::size_t>(model.l);
+  Matrix rows(vectors, features), coefficients(classes - 1, vectors);
+  for (std::size_t i = 0; i < vectors; ++i)
+    for (std::size_t f = 0; f < features; ++f) rows(i, f) = model.SV[i][f].value;
+  for (std::size_t k = 0; k + 1 < classes; ++k)
+    std::copy_n(model.sv_coef[k], vectors, coefficients.row(k).begin());
+  return std::make_unique<Svm>(
+      gamma, std::vector<std::size_t>(model.nSV, model.nSV + classes), std::move(rows),
+      std::move(coefficients), std::vector<double>(model.rho, model.rho + pairs_of(classes)));
+}
 
 }  // namespace
 
+// Rows are given class by class, so that libsvm's classes are in our order and its vote gives ties
+// to the lowest.
 Result<std::unique_ptr<Classifier>> fit_svm(const Training& training) {
-  return std::make_unique<Svm>(training);
+  const Matrix& rows = *training.rows;
+  const std::size_t width = rows.cols() + 1;
+  std::vector<std::size_t> order(rows.rows());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return training.of_row[a] < training.of_row[b];
+  });
+  std::vector<svm_node> nodes(rows.rows() * width);
+  std::vector<svm_node*> row;
+  std::vector<double> label;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    write_nodes(rows.row(order[i]), nodes.data() + i * width);
+    row.push_back(nodes.data() + i * width);
+    label.push_back(static_cast<double>(training.of_row[order[i]]));
+  }
+  svm_parameter p{};
+  p.svm_type = C_SVC;
+  p.kernel_type = RBF;
+  const double variance = variance_of(rows.data());
+  p.gamma = variance > 0.0 ? 1.0 / (static_cast<double>(rows.cols()) * variance) : 1.0;
+  p.cache_size = 200.0;  // MiB
+  p.eps = 1e-3;
+  p.C = 1.0;
+  p.shrinking = 1;
+  const svm_problem problem{static_cast<int>(row.size()), label.data(), row.data()};
+  silence_libsvm();
+  const SvmModel model(svm_train(&problem, &p));
+  return taken_from(*model, p.gamma, rows.cols());
+}
+
+std::unique_ptr<Classifier> read_svm(LineReader& in, std::size_t features, std::size_t classes) {
+  const double gamma = in.positive("gamma");
+  auto of_class = in.counts("vectors", classes);
+  std::size_t vectors = 0;
+  for (const std::size_t count : of_class) vectors += std::min(count, most_vectors);
+  if (vectors == 0 || vectors > most_vectors)
+    in.refuse("impossible vectors", "1 to " + std::to_string(most_vectors),
+              std::to_string(vectors));
+  Matrix rows = read_rows(in, "vector", vectors, features);
+  Matrix coefficients = read_rows(in, "coefficients", classes - 1, vectors);
+  auto offsets = in.numbers("offsets", pairs_of(classes));
+  if (!in.ok()) return nullptr;
+  return std::make_unique<Svm>(gamma, std::move(of_class), std::move(rows),
+                               std::move(coefficients), std::move(offsets));
 }
 
 }  // namespace weft::classifier::vibro

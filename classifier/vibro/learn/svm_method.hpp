@@ -11,4 +11,7 @@ namespace weft::classifier::vibro {
 /// same as scikit-learn's SVC().
 Result<std::unique_ptr<Classifier>> fit_svm(const Training& training);
 
+/// What its write() wrote; null where `in` has a problem.
+std::unique_ptr<Classifier> read_svm(LineReader& in, std::size_t features, std::size_t classes);
+
 }  // namespace weft::classifier::vibro

@@ -39,6 +39,8 @@ struct Split {
   double purity = 0.0;  // sum of squared class counts over the rows, of both sides
 };
 
+constexpr std::size_t most_nodes = 1'000'000'000;  // with its children a number of 32 bits
+
 double squared_over(double squares, std::size_t rows) {
   return squares / static_cast<double>(rows);
 }
@@ -198,7 +200,50 @@ void DecisionTree::add_shares(std::span<const double> features, std::span<double
   for (std::size_t c = 0; c < classes_; ++c) shares[c] += own[c];
 }
 
+void DecisionTree::write(LineWriter& out) const {
+  std::vector<std::size_t> feature, child;
+  std::vector<double> threshold;
+  for (const Node& node : nodes_) {
+    feature.push_back(static_cast<std::size_t>(node.feature + 1));  // 0: a leaf
+    child.push_back(node.child);
+    if (node.feature >= 0) threshold.push_back(node.threshold);
+  }
+  out.count("nodes", nodes_.size());
+  out.counts("feature", feature);
+  out.counts("child", child);
+  out.numbers("threshold", threshold);
+  out.count("mixed_leaves", shares_.size() / classes_);
+  out.numbers("shares", shares_);
+}
+
+DecisionTree DecisionTree::read(LineReader& in, std::size_t features, std::size_t classes) {
+  DecisionTree out;
+  out.classes_ = classes;
+  const std::size_t nodes = in.count("nodes", 1, most_nodes);
+  const auto feature = in.counts("feature", nodes);
+  in.within(feature, features + 1, "feature");
+  const auto child = in.counts("child", nodes);
+  const auto leaves = static_cast<std::size_t>(std::ranges::count(feature, std::size_t{0}));
+  const auto threshold = in.numbers("threshold", nodes - std::min(leaves, nodes));
+  const std::size_t mixed = in.count("mixed_leaves", 0, leaves);
+  out.shares_ = in.numbers("shares", mixed * classes);
+  if (!in.ok()) return out;
+  std::size_t split = 0;
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const bool leaf = feature[i] == 0;
+    // Children lie behind their parents, so that every way down ends.
+    if (leaf ? child[i] >= classes + mixed : child[i] <= i || child[i] + 1 >= nodes)
+      in.refuse("a node leads nowhere", {}, "node " + std::to_string(i));
+    out.nodes_.push_back({leaf ? 0.0 : threshold[split], static_cast<std::int32_t>(feature[i]) - 1,
+                          static_cast<std::uint32_t>(child[i])});
+    split += leaf ? 0 : 1;
+  }
+  return out;
+}
+
 namespace {
+
+constexpr std::size_t most_trees = 1'000'000;
 
 class Trees final : public Classifier {
  public:
@@ -209,6 +254,15 @@ class Trees final : public Classifier {
     for (const DecisionTree& tree : trees_) tree.add_shares(features, shares);
     return static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) -
                                     shares.begin());
+  }
+
+  void write(LineWriter& out) const override {
+    out.count("trees", trees_.size());
+    for (const DecisionTree& tree : trees_) tree.write(out);
+  }
+  Trees(LineReader& in, std::size_t features, std::size_t classes) : classes_(classes) {
+    for (std::size_t left = in.count("trees", 1, most_trees); in.ok() && left > 0; --left)
+      trees_.push_back(DecisionTree::read(in, features, classes));
   }
 
  private:
@@ -269,6 +323,11 @@ Result<std::unique_ptr<Classifier>> fit_forest(const Training& training,
   if (options.trees == 0)
     return fail(Errc::invalid_argument, "a forest needs a tree", "RForest", "at least 1", "0");
   return std::make_unique<Trees>(training.classes, grow_forest(training, options).trees);
+}
+
+std::unique_ptr<Classifier> read_trees(LineReader& in, std::size_t features, std::size_t classes) {
+  auto out = std::make_unique<Trees>(in, features, classes);
+  return in.ok() ? std::move(out) : nullptr;
 }
 
 Result<std::vector<double>> forest_importance(const Training& training,

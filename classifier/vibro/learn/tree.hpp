@@ -48,6 +48,11 @@ class DecisionTree {
   void add_shares(std::span<const double> features, std::span<double> shares) const;
   [[nodiscard]] std::size_t leaves() const { return (nodes_.size() + 1) / 2; }
 
+  /// As lines of a stored model.
+  void write(LineWriter& out) const;
+  /// What write() wrote; `in` keeps the first problem.
+  static DecisionTree read(LineReader& in, std::size_t features, std::size_t classes);
+
  private:
   friend class TreeGrower;
   struct Node {
@@ -66,6 +71,9 @@ Result<std::unique_ptr<Classifier>> fit_tree(const Training& training,
 /// The mean of the trees' shares.
 Result<std::unique_ptr<Classifier>> fit_forest(const Training& training,
                                                const MethodOptions& options);
+
+/// What the write() of a tree or a forest wrote; null where `in` has a problem.
+std::unique_ptr<Classifier> read_trees(LineReader& in, std::size_t features, std::size_t classes);
 
 /// Mean over the trees of a forest of what each feature took off the impurity; sum 1. This is how
 /// the paper ranked its ten features.
