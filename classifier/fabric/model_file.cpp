@@ -96,8 +96,8 @@ Result<StoredModel> read_body(std::string_view body, HeadReader head_reader) {
     in.refuse("more taxels than the file has features for",
               "at most " + std::to_string(body.size() / 12), std::to_string(setup.taxels));
   if (!in.ok()) return pass(in.status().error());
-  auto learnt = read_learnt(in, head, std::move(labels),
-                            FeatureLayout(setup.taxels, setup.phases).names());
+  auto learnt =
+      read_learnt(in, head, std::move(labels), FeatureLayout(setup.taxels, setup.phases).names());
   in.finish();
   if (!in.ok()) return pass(in.status().error());
   return StoredModel{std::move(learnt->learner), std::move(setup), std::move(provenance),

@@ -17,8 +17,8 @@ struct Imprint {
   std::string object;  ///< what was pressed: KNIT2; all its imprints are of one class
 };
 
-/// One row an imprint, groups are the objects. Refuses no imprint, what PlannedFeatures refuses, and
-/// what an extraction refuses (named by file). `threads` 0: one per core.
+/// One row an imprint, groups are the objects. Refuses no imprint, what PlannedFeatures refuses,
+/// and what an extraction refuses (named by file). `threads` 0: one per core.
 Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const FeaturePlan& plan,
                                    std::size_t threads = 0);
 /// The paper's features at the options' scales.

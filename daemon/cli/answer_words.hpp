@@ -12,11 +12,12 @@ namespace weft::daemon::cli {
 /// A trial and the answer on it.
 struct AnsweredTrial {
   std::string file;
-  std::string true_label;  ///< empty: not known
+  std::string true_label;     ///< empty: not known
   classifier::Answer answer;  ///< without probability and refusal where the model has no aids
 };
 
-/// [{file, label, votes, cores_asked, probability, none_of_these, true_label}], what there is of it.
+/// [{file, label, votes, cores_asked, probability, none_of_these, true_label}], what there is of
+/// it.
 nlohmann::json answers_json(const classifier::TrainedLearner& learner, bool has_aids,
                             const std::vector<AnsweredTrial>& answered);
 

@@ -10,8 +10,8 @@
 namespace weft::daemon::cli {
 
 /// `scales`: "1,2,4" [taxels]. `kinds`: a sum of 10 or 7 (Ellis 1986, at every scale), laws3 and
-/// laws5 (Laws 1979, on the imprint as it is), such as "10+laws5". Errors: parse for words that mean
-/// nothing, and those of ScaleFeatures.
+/// laws5 (Laws 1979, on the imprint as it is), such as "10+laws5". Errors: parse for words that
+/// mean nothing, and those of ScaleFeatures.
 Result<classifier::imprint::FeaturePlan> feature_plan_from(const std::string& scales,
                                                            const std::string& kinds);
 

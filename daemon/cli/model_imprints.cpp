@@ -51,8 +51,8 @@ Result<int> run_classify_imprints(const ClassifyArgs& args, Console& console) {
   if (!model) return pass(model.error(), args.model.string());
   const auto asked = asked_imprints(args.trials, console.in);
   if (!asked) return pass(asked.error(), args.trials.string());
-  const auto answers = ci::classify_imprints(*model, asked->grid, asked->imprints,
-                                             {*kind, args.shortlist, nullptr});
+  const auto answers =
+      ci::classify_imprints(*model, asked->grid, asked->imprints, {*kind, args.shortlist, nullptr});
   if (!answers) return pass(answers.error(), args.trials.string());
   std::string text = bench_banner(asked->bench);
   if (model->provenance.bench == "simulated") text += "The model was trained on SIMULATED data.\n";

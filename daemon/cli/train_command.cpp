@@ -56,11 +56,10 @@ Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen
 Result<std::string> model_text(const Trained& trained) {
   const StoredModel& model = trained.model;
   std::ostringstream out;
-  const Status ok =
-      trained.imprints
-          ? ci::save_imprint_model(
-                {model.provenance, *trained.imprints, model.learner, model.aids}, out)
-          : classifier::save_model(model, out);
+  const Status ok = trained.imprints
+                        ? ci::save_imprint_model(
+                              {model.provenance, *trained.imprints, model.learner, model.aids}, out)
+                        : classifier::save_model(model, out);
   if (!ok) return pass(ok.error());
   return out.str();
 }
@@ -142,8 +141,9 @@ void add_options(CLI::App& command, TrainArgs& args) {
       ->excludes(windows);
   add_train_options(command, args.training);
   command
-      .add_option("--method", args.recordings.methods,
-                  "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
+      .add_option(
+          "--method", args.recordings.methods,
+          "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
       ->expected(1)
       ->group("Recordings of sound and vibration");
   add_recording_feature_options(command, args.recordings);

@@ -33,8 +33,8 @@ bool has_several(const std::vector<std::string>& labels, const std::vector<std::
 // All imprints of one object left out in turn; single imprints where a class has one object only.
 Result<Lesson> lesson_of(classifier::FeatureMatrix matrix) {
   const bool objects = has_several(matrix.labels, matrix.groups);
-  auto splits = classifier::leave_one_group_out(objects ? matrix.groups : matrix.files,
-                                                matrix.labels);
+  auto splits =
+      classifier::leave_one_group_out(objects ? matrix.groups : matrix.files, matrix.labels);
   if (!splits) return pass(splits.error());
   return Lesson{model_name, std::move(matrix), std::move(*splits),
                 objects ? "one object" : "one imprint"};
@@ -49,8 +49,7 @@ struct LearntImprints {
 };
 
 Result<LearntImprints> learn_imprints(const Dataset& data, const std::string& dataset_sha256,
-                                      const HandOverHooks& hooks,
-                                      const std::function<bool()>& stop,
+                                      const HandOverHooks& hooks, const std::function<bool()>& stop,
                                       const std::function<void(const std::string&)>& announce) {
   classifier::TrainOptions options;
   options.threads = hooks.threads;
@@ -66,16 +65,16 @@ Result<LearntImprints> learn_imprints(const Dataset& data, const std::string& da
   if (!lesson) return pass(lesson.error());
   auto got = evaluate_and_train(*lesson, learner, options, hooks, announce);
   if (!got) return pass(got.error());
-  const std::string how =
-      training_words(to_string(learner), options, got->learner.labels().size());
-  return LearntImprints{std::move(*lesson),
-                        std::move(got->evaluation),
-                        {{std::string(to_string(data.info.kind)), dataset_sha256, WEFT_VERSION, how},
-                         {*grid, plan},
-                         std::move(got->learner),
-                         std::move(got->aids)},
-                        std::move(got->words),
-                        got->train_s};
+  const std::string how = training_words(to_string(learner), options, got->learner.labels().size());
+  return LearntImprints{
+      std::move(*lesson),
+      std::move(got->evaluation),
+      {{std::string(to_string(data.info.kind)), dataset_sha256, WEFT_VERSION, how},
+       {*grid, plan},
+       std::move(got->learner),
+       std::move(got->aids)},
+      std::move(got->words),
+      got->train_s};
 }
 
 ordered_json learnt_json(const LearntImprints& learnt) {

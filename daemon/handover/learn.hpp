@@ -51,8 +51,8 @@ Result<EvaluatedModel> evaluate_and_train(const Lesson& lesson, classifier::Lear
 std::string training_words(std::string_view learner, const classifier::TrainOptions& options,
                            std::size_t labels);
 
-/// What an evaluation says, for evaluation.json: evaluation_json() with the share of all answers and
-/// the calibration.
+/// What an evaluation says, for evaluation.json: evaluation_json() with the share of all answers
+/// and the calibration.
 nlohmann::ordered_json evaluated_json(const classifier::LearnerEvaluation& evaluation);
 
 struct Learnt {

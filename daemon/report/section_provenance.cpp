@@ -49,7 +49,8 @@ std::string handed_over(const Dataset& dataset) {
   if (!recipe.is_object() || !recipe.contains("hand_over") || !recipe["hand_over"].is_object())
     return {};
   const auto from = recipe["hand_over"].value("from", nlohmann::json("taxels"));
-  if (from == "imprints") return code("handover/imprints.html") + ", " + code("handover/imprints.model") + " (imprints)";
+  if (from == "imprints")
+    return code("handover/imprints.html") + ", " + code("handover/imprints.model") + " (imprints)";
   const bool heard = from == "vibration";
   std::string out;
   for (const std::string& exploration : explorations_of(dataset))

@@ -25,8 +25,8 @@ double variance_of(std::span<const double> values) {
   return sum / n;
 }
 
-// What libsvm learnt, and a model of its own kind that is made of nothing else: a trained one and one
-// that was read answer by the same code.
+// What libsvm learnt, and a model of its own kind that is made of nothing else: a trained one and
+// one that was read answer by the same code.
 class Svm final : public Classifier {
  public:
   // `of_class` [classes]: how many support vectors each has, which lie class by class in `rows`;
@@ -98,9 +98,9 @@ std::unique_ptr<Svm> taken_from(const svm_model& model, double gamma, std::size_
     for (std::size_t f = 0; f < features; ++f) rows(i, f) = model.SV[i][f].value;
   for (std::size_t k = 0; k + 1 < classes; ++k)
     std::copy_n(model.sv_coef[k], vectors, coefficients.row(k).begin());
-  return std::make_unique<Svm>(
-      gamma, std::vector<std::size_t>(model.nSV, model.nSV + classes), std::move(rows),
-      std::move(coefficients), std::vector<double>(model.rho, model.rho + pairs_of(classes)));
+  return std::make_unique<Svm>(gamma, std::vector<std::size_t>(model.nSV, model.nSV + classes),
+                               std::move(rows), std::move(coefficients),
+                               std::vector<double>(model.rho, model.rho + pairs_of(classes)));
 }
 
 }  // namespace
@@ -150,8 +150,8 @@ std::unique_ptr<Classifier> read_svm(LineReader& in, std::size_t features, std::
   Matrix coefficients = read_rows(in, "coefficients", classes - 1, vectors);
   auto offsets = in.numbers("offsets", pairs_of(classes));
   if (!in.ok()) return nullptr;
-  return std::make_unique<Svm>(gamma, std::move(of_class), std::move(rows),
-                               std::move(coefficients), std::move(offsets));
+  return std::make_unique<Svm>(gamma, std::move(of_class), std::move(rows), std::move(coefficients),
+                               std::move(offsets));
 }
 
 }  // namespace weft::classifier::vibro

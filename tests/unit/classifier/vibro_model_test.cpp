@@ -109,7 +109,8 @@ std::vector<std::string> words_after(const std::string& text, const std::string&
   return {std::istream_iterator<std::string>(line), {}};
 }
 
-TEST_CASE("Trees that lead nowhere, and states of another size, are refused with the right checksum") {
+TEST_CASE(
+    "Trees that lead nowhere, and states of another size, are refused with the right checksum") {
   const std::string tree = saved(trained(Method::tree).value());
   CHECK(with(tree, "trees 1", "trees 1") == tree);
   const auto child = words_after(tree, "child");
@@ -127,9 +128,9 @@ TEST_CASE("Trees that lead nowhere, and states of another size, are refused with
   if (!available(Method::xgb)) return;
   const std::string booster = saved(trained(Method::xgb).value());
   check_corrupt(with(booster, "\nbooster {", "\nbooster ["), "not one of these");
-  check_corrupt(with(booster, R"("num_feature":"3","num_target")",
-                     R"("num_feature":"2","num_target")"),
-                "not one of these");
+  check_corrupt(
+      with(booster, R"("num_feature":"3","num_target")", R"("num_feature":"2","num_target")"),
+      "not one of these");
 }
 
 TEST_CASE(
