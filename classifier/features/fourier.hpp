@@ -231,6 +231,12 @@ WEFT_INLINE void forward(double* x, std::size_t size, const double* w, Deeper de
   if (size == 8) split_eight<V>(x, w);
   if (size < 4 || size == 8) return;
   const std::size_t quarter = size / 4, sixteenth = size / 16;
+  if (quarter == 8) {
+    split<V>(x, size, w);
+    for (std::size_t q = 0; q < 4; ++q)
+      split_eight<V>(x + q * quarter * step<V>, w + quarter * twiddles_per_butterfly);
+    return;
+  }
   if (size > most_near<V>) {
     split_twice<V>(x, size, w);
     for (std::size_t p = 0; p < size; p += sixteenth)

@@ -61,10 +61,11 @@ inline Scaling scaling_of(const double* top, std::size_t signals) {
 /// that are compiled with -fno-math-errno.
 template <std::size_t signals>
 WEFT_INLINE void take_roots(double* rows, std::size_t count, const PowerOfTwo& scale) {
-  const PowerOfTwo by = scale;
+  PowerOfTwo by = scale;
+  for (std::size_t k = 0; k < signals; ++k) by.first[k] *= 0.5;
   for (std::size_t r = 0; r < count; ++r, rows += signals) {
     for (std::size_t k = 0; k < signals; ++k)
-      rows[k] = 0.5 * std::sqrt(rows[k]) * by.first[k] * by.second[k];
+      rows[k] = std::sqrt(rows[k]) * by.first[k] * by.second[k];
   }
 }
 

@@ -21,11 +21,15 @@ double& at(ChannelFigures& figures, Figure which) {
   return figures[static_cast<std::size_t>(which)];
 }
 
+Status check_size(std::span<const double> samples) {
+  if (!samples.empty() && samples.size() <= ChannelExtractor::most_samples) return {};
+  return fail(Errc::range, "a window of so many samples has no features", {},
+              "1 to " + std::to_string(ChannelExtractor::most_samples),
+              std::to_string(samples.size()));
+}
+
 Status check_samples(std::span<const double> samples) {
-  if (samples.empty() || samples.size() > ChannelExtractor::most_samples)
-    return fail(Errc::range, "a window of so many samples has no features", {},
-                "1 to " + std::to_string(ChannelExtractor::most_samples),
-                std::to_string(samples.size()));
+  if (auto ok = check_size(samples); !ok) return ok;
   if (const std::size_t bad = first_not_finite(samples); bad < samples.size())
     return fail(Errc::invalid_argument, "sample is not finite", "sample " + std::to_string(bad),
                 "a finite number", std::to_string(samples[bad]));
@@ -115,31 +119,32 @@ void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, Ch
   const std::size_t frames = tools.frames.size().count(samples.size());
   const std::size_t block = tools.frames.bins() * lanes;
   spectra_.resize((frames + lanes - 1) / lanes * block);
+  sums_.clear();
   tools.frames.start(samples);
   double loudest = 0.0;
-  std::size_t heard = 0;
   BandSums in_bands(tools.frames.bins());
   for (std::size_t first = 0; first < frames; first += lanes) {
     double* const bins = spectra_.data() + first / lanes * block;
-    tools.frames.magnitudes(first, bins);
-    const FrameFigures f = frame_figures(bins, tools.bins, chroma);
+    sums_.push_back(tools.frames.magnitudes(first, tools.bins, chroma, bins));
     if (bands != nullptr) in_bands.add(bins, frames - first);
+    for (const double magnitude : sums_.back().loudest)
+      loudest = std::max(loudest, magnitude * magnitude);
+  }
+  if (bands != nullptr) *bands = in_bands.figures();
+  double decibels = 0.0;
+  std::size_t heard = 0;
+  const double floor = std::max(least_power, loudest * deepest_share);
+  for (std::size_t first = 0; first < frames; first += lanes) {
+    const FrameFigures f = frame_figures(spectra_.data() + first / lanes * block,
+                                         sums_[first / lanes], tools.bins, floor);
     for (std::size_t i = 0; i < std::min(lanes, frames - first); ++i) {
       heard += f.silent[i] ? 0 : 1;
-      loudest = std::max(loudest, f.loudest[i]);
       at(out, Figure::centroid) += f.centroid_hz[i];
       at(out, Figure::bandwidth) += f.bandwidth_hz[i];
       at(out, Figure::rolloff) += f.rolloff_hz[i];
       at(out, Figure::chroma) += f.chroma[i];
+      decibels += f.decibels[i];
     }
-  }
-  if (bands != nullptr) *bands = in_bands.figures();
-  double decibels = 0.0;
-  const double floor = std::max(least_power, loudest * deepest_share);
-  for (std::size_t first = 0; first < frames; first += lanes) {
-    const PerFrame sum =
-        sum_of_decibels(spectra_.data() + first / lanes * block, tools.bins.bins, floor);
-    for (std::size_t i = 0; i < std::min(lanes, frames - first); ++i) decibels += sum[i];
   }
   const auto count = static_cast<double>(frames);
   const auto audible = static_cast<double>(std::max<std::size_t>(heard, 1));
@@ -165,11 +170,12 @@ Result<ChannelFigures> ChannelExtractor::figures(std::span<const double> samples
 }
 
 Result<double> ChannelExtractor::mean_amplitude(std::span<const double> samples) {
-  if (auto ok = check_samples(samples); !ok) return pass(ok.error());
+  if (auto ok = check_size(samples); !ok) return pass(ok.error());
   const double out =
       whole_.mean_amplitude(samples, sum_of(samples) / static_cast<double>(samples.size()));
-  if (!std::isfinite(out)) return overflowed("FFT", samples);
-  return out;
+  if (std::isfinite(out)) return out;  // and so were all samples
+  if (auto ok = check_samples(samples); !ok) return pass(ok.error());
+  return overflowed("FFT", samples);
 }
 
 }  // namespace weft::classifier::vibro

@@ -18,24 +18,34 @@ WEFT_INLINE double folded(Lanes sum, const double* rest, std::size_t count, Term
   return out;
 }
 
+// Groups of eight have so many sums in turn, so that none waits for the one before.
+constexpr std::size_t chains = 4, round_size = chains * simd::width;
+
+// The sum of `term` over all values, of which each is a value or eight.
+template <class Term>
+WEFT_INLINE double sum_over(const double* values, std::size_t count, Term term) {
+  Lanes sum[chains] = {};
+  std::size_t i = 0;
+  for (; i + round_size <= count; i += round_size)
+    for (std::size_t c = 0; c < chains; ++c)
+      sum[c] += term(simd::load(values + i + c * simd::width));
+  for (; i + simd::width <= count; i += simd::width) sum[0] += term(simd::load(values + i));
+  return folded((sum[0] + sum[1]) + (sum[2] + sum[3]), values + i, count - i, term);
+}
+
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 double add_up(const double* values, std::size_t count) {
-  Lanes sum{};
-  std::size_t i = 0;
-  for (; i + simd::width <= count; i += simd::width) sum += simd::load(values + i);
-  return folded(sum, values + i, count - i, [](double v) { return v; });
+  return sum_over(
+      values, count, [](auto v) __attribute__((always_inline)) { return v; });
 }
 
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 double add_squares(const double* values, std::size_t count, double middle) {
-  const Lanes off = simd::all<Lanes>(middle);
-  Lanes sum{};
-  std::size_t i = 0;
-  for (; i + simd::width <= count; i += simd::width) {
-    const Lanes v = simd::load(values + i) - off;
-    sum += v * v;
-  }
-  return folded(sum, values + i, count - i, [=](double v) { return (v - middle) * (v - middle); });
+  return sum_over(
+      values, count, [=](auto v) __attribute__((always_inline)) {
+        const auto away = v - simd::all<decltype(v)>(middle);
+        return away * away;
+      });
 }
 
 // Of the pairs (values[i], values[i + 1]), i < count.

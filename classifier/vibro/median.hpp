@@ -4,10 +4,14 @@
 #include <span>
 #include <vector>
 
+#include "classifier/features/lanes.hpp"
+
 namespace weft::classifier::vibro {
 
-/// Counts the values below a pivot, eight side by side, and moves the pivot to where the middle
-/// one must be, until few values are left between the bounds. Keeps its memory between calls.
+/// Counts the values below a pivot, many side by side, and moves the pivot to where the middle one
+/// must be, until few values are left between the bounds; those are picked out. Rounding to single
+/// precision keeps the order, so that counting goes over half the memory; where it leaves too many
+/// values alike, double precision counts on. Keeps its memory between calls.
 class MedianFinder {
  public:
   /// The middle value, or the mean of both middle ones; 0 of none. All finite.
@@ -18,9 +22,9 @@ class MedianFinder {
   struct Pair {
     double at = 0.0, next = 0.0;
   };
-  Pair among(std::span<const double> values, double low, double high, std::size_t place);
-  Pair by_counting(std::span<const double> values, std::size_t rank);
+  Pair ranked(std::span<const double> values, std::size_t rank);
 
+  std::vector<float, simd::LineAllocator<float>> rounded_;
   std::vector<double> picked_;
 };
 

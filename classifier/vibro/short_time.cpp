@@ -20,10 +20,10 @@ using fourier::put;
 using simd::Lanes;
 constexpr std::size_t width = simd::width, lanes = ShortTimeSpectrum::lanes;
 constexpr std::size_t step = fourier::step<Lanes>;
-constexpr std::size_t quarters = 4;        // of a frame, a hop each
-constexpr std::size_t roots_at_once = 16;  // rows that the nearest cache keeps
-
-using PerLane = std::array<double, lanes>;
+constexpr std::size_t quarters = 4;  // of a frame, a hop each
+// Roots of so many bins are under way while the bins before them are added up: a processor takes
+// roots beside products and sums.
+constexpr std::size_t bins_at_once = 2;
 
 // Sixteen frames and the tables of their length.
 struct Job {
@@ -48,17 +48,18 @@ void turn_eight(const double* samples, std::size_t hop, double* to, std::size_t 
 // The largest magnitude in each frame.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void find_largest(const Job& job, double* out) {
-  Lanes low{}, high{};
+  Complex<Lanes> most{}, least{};
   for (std::size_t q = 0; q < quarters; ++q) {
     const double* at = job.by_hop + q;
     const double* const hann = job.hann + q * job.hop;
     for (std::size_t j = 0; j < job.hop; ++j, at += job.columns) {
-      low = simd::larger<Lanes>(low, simd::magnitude<Lanes>(simd::load(at) * hann[j]));
-      high = simd::larger<Lanes>(high, simd::magnitude<Lanes>(simd::load(at + width) * hann[j]));
+      const auto v = get<Lanes>(at) * hann[j];
+      most = {simd::larger<Lanes>(most.re, v.re), simd::larger<Lanes>(most.im, v.im)};
+      least = {simd::smaller<Lanes>(least.re, v.re), simd::smaller<Lanes>(least.im, v.im)};
     }
   }
-  simd::store(out, low);
-  simd::store(out + width, high);
+  put(out, Complex<Lanes>{simd::larger<Lanes>(most.re, -least.re),
+                          simd::larger<Lanes>(most.im, -least.im)});
 }
 
 WEFT_CLONES("arch=x86-64-v4", "avx2")
@@ -85,18 +86,102 @@ void first_level(const Job& job, const PowerOfTwo& scale, double* x) {
   }
 }
 
-// Magnitudes of the transforms, whose bins lie scattered, in their order.
-WEFT_CLONES("arch=x86-64-v4", "avx2")
-void gather(const Job& job, const PowerOfTwo& scale, const double* x, double* to) {
-  const std::size_t length = quarters * job.hop, bins = length / 2 + 1;
-  for (std::size_t first = 0; first < bins; first += roots_at_once) {
-    const std::size_t end = std::min(first + roots_at_once, bins);
-    for (std::size_t k = first; k < end; ++k)
-      put(to + k * lanes,
-          fourier::squares_of(get<Lanes>(x + job.place[k] * step),
-                              get<Lanes>(x + job.place[(length - k) % length] * step)));
-    take_roots<lanes>(to + first * lanes, end - first, scale);
+struct Totals {
+  Complex<Lanes> magnitude{}, moment{}, loudest{};  // low and high frames
+};
+
+// Makes magnitudes a few bins ahead of those that are added up.
+template <class Make>
+struct Ahead {
+  Make magnitudes_of;  // (from, end)
+  std::size_t bins, made = 0;
+
+  WEFT_INLINE void of(std::size_t end) {
+    while (made < bins && made < end + bins_at_once) {
+      const std::size_t next = std::min(made + bins_at_once, bins);
+      magnitudes_of(made, next);
+      made = next;
+    }
   }
+};
+
+// Bins `from` to `end` of sixteen frames are added up, their power with a row of `classes` weights
+// each; `power` [classes] goes on from what it is.
+template <std::size_t classes, class Make>
+WEFT_INLINE void add_bins(std::size_t from, std::size_t end, Ahead<Make>& ahead,
+                          const double* frequency_hz, const double* weight, const double* rows,
+                          Totals& totals, Complex<Lanes>* power) {
+  Complex<Lanes> sum[std::max<std::size_t>(classes, 1)];
+  for (std::size_t i = 0; i < classes; ++i) sum[i] = power[i];
+  Totals own = totals;
+  for (std::size_t first = from; first < end; first += bins_at_once) {
+    const std::size_t last = std::min(first + bins_at_once, end);
+    ahead.of(last);
+    for (std::size_t k = first; k < last; ++k, weight += classes) {
+      const auto m = get<Lanes>(rows + k * lanes);
+      own.magnitude = own.magnitude + m;
+      own.moment = own.moment + m * frequency_hz[k];
+      own.loudest = {simd::larger<Lanes>(own.loudest.re, m.re),
+                     simd::larger<Lanes>(own.loudest.im, m.im)};
+      const Complex<Lanes> square{m.re * m.re, m.im * m.im};
+      for (std::size_t i = 0; i < classes; ++i) sum[i] = sum[i] + square * weight[i];
+    }
+  }
+  totals = own;
+  for (std::size_t i = 0; i < classes; ++i) power[i] = sum[i];
+}
+
+// All bins, whose magnitudes `magnitudes_of` makes.
+template <class Make>
+WEFT_INLINE void add_all_bins(const BinTables& tables, bool chroma, Make magnitudes_of,
+                              const double* rows, BinSums& out) {
+  const double* const hz = tables.frequency_hz.data();
+  Ahead<Make> ahead{magnitudes_of, tables.bins};
+  Totals totals;
+  // Twice round the circle, so that near classes follow each other.
+  Complex<Lanes> power[pitch_classes + near_classes] = {};
+  if (chroma) {
+    add_bins<pitch_classes>(0, tables.wide_bins, ahead, hz, tables.wide_chroma.data(), rows, totals,
+                            power);
+    const double* weight = tables.near_chroma.data();
+    for (const ClassRun& run : tables.runs) {
+      add_bins<near_classes>(run.first_bin, run.end_bin, ahead, hz, weight, rows, totals,
+                             power + run.first_class);
+      weight += (run.end_bin - run.first_bin) * near_classes;
+    }
+  } else {
+    add_bins<0>(0, tables.bins, ahead, hz, nullptr, rows, totals, power);
+  }
+  put(out.magnitude.data(), totals.magnitude);
+  put(out.moment_hz.data(), totals.moment);
+  put(out.loudest.data(), totals.loudest);
+  for (std::size_t c = 0; c < pitch_classes; ++c)
+    put(out.power[c].data(), c < near_classes ? power[c] + power[pitch_classes + c] : power[c]);
+}
+
+// Magnitudes of the transforms, whose bins lie scattered, in their order, and their sums.
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void gather(const Job& job, const PowerOfTwo& scale, const double* x, const BinTables& tables,
+            bool chroma, double* to, BinSums& out) {
+  const std::size_t length = quarters * job.hop;
+  const std::uint32_t* const place = job.place;
+  add_all_bins(
+      tables, chroma,
+      [&](std::size_t from, std::size_t end) __attribute__((always_inline)) {
+        for (std::size_t k = from; k < end; ++k)
+          put(to + k * lanes,
+              fourier::squares_of(get<Lanes>(x + place[k] * step),
+                                  get<Lanes>(x + place[(length - k) % length] * step)));
+        take_roots<lanes>(to + from * lanes, end - from, scale);
+      },
+      to, out);
+}
+
+// Sums of magnitudes that are there.
+WEFT_CLONES("arch=x86-64-v4", "avx2")
+void add_up(const BinTables& tables, bool chroma, const double* rows, BinSums& out) {
+  add_all_bins(tables, chroma, [](std::size_t, std::size_t) __attribute__((always_inline)){}, rows,
+               out);
 }
 
 }  // namespace
@@ -142,16 +227,19 @@ void ShortTimeSpectrum::start(std::span<const double> samples) {
     by_hop_[done % hop * columns_ + before + done / hop] = samples[done];
 }
 
-void ShortTimeSpectrum::magnitudes(std::size_t first, double* to) {
+BinSums ShortTimeSpectrum::magnitudes(std::size_t first, const BinTables& tables, bool chroma,
+                                      double* to) {
+  BinSums out;
   const double* const by_hop = by_hop_.data() + first;
   const std::size_t existing = std::min(lanes, frames_ - first);
   if (size_.hops() < quarters) {  // a frame of two: the second sample, weighed by 1, in both bins
     for (std::size_t f = 0; f < lanes; ++f)
       to[f] = to[lanes + f] = f < existing ? std::abs(by_hop[f + 1]) : 0.0;
-    return;
+    add_up(tables, chroma, to, out);
+    return out;
   }
   const Job job{by_hop, columns_, size_.hop, hann_.data(), twiddle_.data(), place_.data()};
-  PerLane largest;
+  PerFrame largest;
   find_largest(job, largest.data());
   // Frames behind the last one begin in the window still: they are no frames of it.
   std::fill(largest.begin() + static_cast<std::ptrdiff_t>(existing), largest.end(), 0.0);
@@ -161,7 +249,8 @@ void ShortTimeSpectrum::magnitudes(std::size_t first, double* to) {
   first_level(job, scaling.in, x);
   const double* const levels = twiddle_.data() + size_.hop * fourier::twiddles_per_butterfly;
   for (std::size_t q = 0; q < quarters; ++q) forward(x + q * size_.hop * step, size_.hop, levels);
-  gather(job, scaling.out, x, to);
+  gather(job, scaling.out, x, tables, chroma, to, out);
+  return out;
 }
 
 }  // namespace weft::classifier::vibro

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "classifier/features/lanes.hpp"
+#include "classifier/vibro/bin_tables.hpp"
 
 namespace weft::classifier::vibro {
 
@@ -26,12 +27,20 @@ struct FrameSize {
   friend bool operator==(const FrameSize&, const FrameSize&) = default;
 };
 
+/// What is added up over the bins of sixteen frames while their magnitudes are made.
+struct BinSums {
+  PerFrame magnitude{};
+  PerFrame moment_hz{};                         ///< magnitude times frequency
+  PerFrame loudest{};                           ///< the largest magnitude
+  std::array<PerFrame, pitch_classes> power{};  ///< of every pitch class; 0 where not asked for
+};
+
 /// Hann windows of a periodic length, magnitudes of centred frames, zeros beyond both ends. A frame
 /// is four hops, and so are the samples that a butterfly of a transform's first level takes: hops
 /// stand side by side, sixteen frames begin in neighbouring ones, and no frame is copied.
 class ShortTimeSpectrum {
  public:
-  static constexpr std::size_t lanes = simd::block_taxels;
+  static constexpr std::size_t lanes = frame_lanes;
 
   explicit ShortTimeSpectrum(FrameSize size);
 
@@ -41,8 +50,8 @@ class ShortTimeSpectrum {
   /// A new window, at least one sample, all finite.
   void start(std::span<const double> samples);
   /// Frames first .. first + 15 of the window: [bins x 16] to `to`, lanes of frames that do not
-  /// exist are zero.
-  void magnitudes(std::size_t first, double* to);
+  /// exist are zero. `tables` are those of this size; with `chroma` false no class is added up.
+  BinSums magnitudes(std::size_t first, const BinTables& tables, bool chroma, double* to);
 
  private:
   FrameSize size_;

@@ -34,16 +34,42 @@ std::vector<double> frame_of(const std::vector<double>& samples, FrameSize size,
   return out;
 }
 
+constexpr double rate_hz = 8000.0;
+
+// What was added up of one frame is what adding its bins up by definition gives.
+void check_sums(const BinSums& sums, std::size_t f, const std::vector<double>& bins,
+                std::size_t length) {
+  const std::vector<double> weights = chroma_weights(rate_hz, length);
+  double magnitude = 0.0, moment = 0.0, most = 0.0;
+  std::vector<double> power(pitch_classes, 0.0);
+  for (std::size_t k = 0; k < bins.size(); ++k) {
+    magnitude += bins[k];
+    moment += bins[k] * rate_hz * static_cast<double>(k) / static_cast<double>(length);
+    for (std::size_t c = 0; c < pitch_classes; ++c)
+      power[c] += bins[k] * bins[k] * weights[c * bins.size() + k];
+  }
+  CHECK(sums.magnitude[f] == Approx(magnitude).epsilon(1e-13));
+  CHECK(sums.moment_hz[f] == Approx(moment).epsilon(1e-13));
+  CHECK(sums.loudest[f] == *std::max_element(bins.begin(), bins.end()));
+  for (const double v : power) most = std::max(most, v);
+  for (std::size_t c = 0; c < pitch_classes; ++c)
+    CHECK(std::abs(sums.power[c][f] - power[c]) <= 2e-12 * most);
+}
+
 // The largest difference of a bin of a frame from its definition, in parts of the frame's loudest
 // bin; a silent frame must be exactly so.
 double worst_of(ShortTimeSpectrum& spectrum, const std::vector<double>& samples) {
+  const BinTables tables(rate_hz, spectrum.size().length);
   spectrum.start(samples);
   std::vector<double> got(spectrum.bins() * lanes);
   double worst = 0.0;
   const std::size_t frames = spectrum.size().count(samples.size());
   for (std::size_t first = 0; first < frames; first += lanes) {
-    spectrum.magnitudes(first, got.data());
+    const BinSums sums = spectrum.magnitudes(first, tables, true, got.data());
     for (std::size_t f = 0; f < lanes; ++f) {
+      std::vector<double> own;
+      for (std::size_t k = 0; k < spectrum.bins(); ++k) own.push_back(got[k * lanes + f]);
+      check_sums(sums, f, own, spectrum.size().length);
       std::vector<double> want(spectrum.bins(), 0.0);
       if (first + f < frames) want = slow_magnitudes(frame_of(samples, spectrum.size(), first + f));
       const double loudest = *std::max_element(want.begin(), want.end());
@@ -62,6 +88,53 @@ TEST_CASE("Frames have the magnitudes of their definition at every length of a w
     INFO(n << " samples");
     ShortTimeSpectrum spectrum(FrameSize::of(n));
     CHECK(worst_of(spectrum, noise(n, n)) < 1e-13);
+  }
+}
+
+TEST_CASE("Without pitch classes the magnitudes and the other sums are the same") {
+  for (const std::size_t n : {3U, 17U, 200U}) {
+    INFO(n << " samples");
+    ShortTimeSpectrum spectrum(FrameSize::of(n));
+    const BinTables tables(rate_hz, spectrum.size().length);
+    spectrum.start(noise(n, n));
+    std::vector<double> with(spectrum.bins() * lanes), without(with.size());
+    const BinSums all = spectrum.magnitudes(0, tables, true, with.data());
+    const BinSums some = spectrum.magnitudes(0, tables, false, without.data());
+    CHECK(with == without);
+    CHECK(all.magnitude == some.magnitude);
+    CHECK(all.moment_hz == some.moment_hz);
+    CHECK(all.loudest == some.loudest);
+    CHECK(some.power[3] == PerFrame{});
+  }
+}
+
+TEST_CASE("A bin has a say in the classes near its pitch, and all that it says is kept") {
+  for (const auto& [rate, length] : {std::pair{8000.0, 2048},
+                                     {44100.0, 2048},
+                                     {200.0, 128},
+                                     {200.0, 2},
+                                     {8000.0, 16},
+                                     {1.0, 64}}) {
+    INFO(rate << " Hz, " << length);
+    const BinTables tables(rate, static_cast<std::size_t>(length));
+    const auto weights = chroma_weights(rate, static_cast<std::size_t>(length));
+    CHECK(tables.wide_bins <= 20);  // a semitone is 6 % of a frequency
+    std::size_t next = tables.wide_bins;
+    for (const ClassRun& run : tables.runs) {
+      CHECK(run.first_bin == next);
+      next = run.end_bin;
+      CHECK(run.first_class < pitch_classes);
+      for (std::size_t k = run.first_bin; k < run.end_bin; ++k)
+        for (std::size_t i = 0; i < pitch_classes; ++i) {
+          const std::size_t c = (run.first_class + i) % pitch_classes;
+          const double weight = weights[c * tables.bins + k];
+          if (i < near_classes)
+            CHECK(tables.near_chroma[(k - tables.wide_bins) * near_classes + i] == weight);
+          else
+            CHECK(weight < 1e-13);
+        }
+    }
+    CHECK(next == tables.bins);
   }
 }
 

@@ -1,0 +1,41 @@
+#pragma once
+// Weights of the bins of a short-time spectrum.
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "classifier/features/lanes.hpp"
+#include "classifier/vibro/filters.hpp"
+
+namespace weft::classifier::vibro {
+
+/// Frames that are worked on side by side.
+inline constexpr std::size_t frame_lanes = simd::block_taxels;
+/// A figure per frame.
+using PerFrame = std::array<double, frame_lanes>;
+
+/// Pitch classes that one bin has a say in, but for the lowest bins: those nearest to its pitch.
+/// What all others would get from it is less than 1e-13 of what its own class gets.
+inline constexpr std::size_t near_classes = 8;
+
+/// Neighbouring bins with the same near classes.
+struct ClassRun {
+  std::size_t first_bin, end_bin;
+  std::size_t first_class;  ///< 0 to 11; the others follow it, round the circle
+};
+
+/// Of one transform length and rate.
+struct BinTables {
+  BinTables(double rate_hz, std::size_t length);
+
+  std::size_t bins = 0;
+  std::vector<double> frequency_hz;  ///< [bins]
+  std::size_t wide_bins = 0;         ///< the lowest bins, which are a semitone wide or wider
+  std::vector<double> wide_chroma;   ///< [wide_bins x 12], a row per bin
+  std::vector<double> near_chroma;   ///< [bins - wide_bins x 8], a row per bin
+  std::vector<ClassRun> runs;        ///< of the bins that are not wide, in order
+  double mean_a_weighting_db = 0.0;
+};
+
+}  // namespace weft::classifier::vibro
