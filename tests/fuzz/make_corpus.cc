@@ -1,7 +1,8 @@
 // Writes the inputs where fuzzing starts, with the program's own writers and from the golden
 // vectors:
-//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, csv, imprint_file, hdf5, recordings and
-//   one folder for each wire; small: without a whole HDF5 file, as committed in corpus/
+//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, other_models, csv, imprint_file, hdf5,
+//   recordings and one folder for each wire; small: without a whole HDF5 file, as committed in
+//   corpus/
 
 #include <algorithm>
 #include <filesystem>
@@ -33,6 +34,25 @@ bool write_models(const std::filesystem::path& folder) {
     std::ostringstream text;
     if (!model || !classifier::save_model(*model, text)) return false;
     write(folder / std::string(classifier::to_string(learner)), text.view());
+  }
+  return true;
+}
+
+bool write_other_models(const std::filesystem::path& folder) {
+  namespace vibro = classifier::vibro;
+  for (const auto learner :
+       {classifier::Learner::lda, classifier::Learner::svc, classifier::Learner::pvalue}) {
+    const auto model = sample_imprint_model(learner);
+    std::ostringstream text;
+    if (!model || !classifier::imprint::save_imprint_model(*model, text)) return false;
+    write(folder / ("imprint_" + std::string(classifier::to_string(learner))), text.view());
+  }
+  for (const vibro::Method method : vibro::all_methods()) {
+    if (method == vibro::Method::xgb || method == vibro::Method::xgbrf) continue;
+    const auto model = sample_recording_model(method);
+    std::ostringstream text;
+    if (!model || !vibro::save_recording_model(*model, text)) return false;
+    write(folder / ("recording_" + std::string(vibro::to_string(method))), text.view());
   }
   return true;
 }
@@ -183,6 +203,7 @@ int main(int argc, char** argv) {
   weft::fuzz::write_wires(folder);
   weft::fuzz::write_lines(WEFT_API_PAGE, folder / "rpc_lines");
   if (weft::fuzz::write_models(folder / "model_file") &&
+      weft::fuzz::write_other_models(folder / "other_models") &&
       weft::fuzz::write_datasets(folder / "hdf5", argc == 2) &&
       weft::fuzz::write_recordings(folder / "recordings", argc == 2))
     return 0;

@@ -3,11 +3,10 @@
 #include <cmath>
 #include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "classifier/fabric/model_file.hpp"
-#include "protocols/base/crc.hpp"
+#include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace weft::fuzz {
@@ -24,16 +23,6 @@ std::string save(const StoredModel& model) {
   std::ostringstream out;
   demand(classifier::save_model(model, out).has_value(), "a model that was read can be stored");
   return out.str();
-}
-
-/// With a checksum that is right, so that mutations reach the lines behind it.
-std::string with_checksum(std::string_view text) {
-  const std::size_t trailer = text.rfind("crc32 ");
-  const std::string body(text.substr(0, trailer));
-  char line[16];
-  std::snprintf(line, sizeof line, "crc32 %08x",
-                crc32({reinterpret_cast<const std::uint8_t*>(body.data()), body.size()}));
-  return body + line + "\n";
 }
 
 void check(const StoredModel& stored, const classifier::Answer& answer) {

@@ -108,4 +108,58 @@ Result<classifier::StoredModel> sample_model(classifier::Learner learner, classi
       std::move(*trained), setup, {"simulated", "", "0", "fuzz"}, std::move(*aids)};
 }
 
+Result<classifier::imprint::ImprintModel> sample_imprint_model(classifier::Learner learner) {
+  using namespace classifier::imprint;
+  const TaxelGrid grid{6, 8, 1e-3, 7};
+  std::vector<Imprint> imprints;
+  for (std::size_t i = 0; i < 9; ++i) {
+    Imprint one{Image(grid.rows, grid.cols),
+                "imprint" + std::to_string(i),
+                std::string(1, static_cast<char>('a' + i % 3)),
+                {}};
+    one.object = one.label + std::to_string(i / 3);
+    for (std::size_t k = 0; k < grid.rows * grid.cols; ++k)
+      one.image.data()[k] = static_cast<double>((k * (1 + i % 3) * 13 + 5 * i) % 128);
+    imprints.push_back(std::move(one));
+  }
+  FeaturePlan plan{ScaleOptions{}, {LawsSize::three}};
+  plan.scales->sigmas = {0.0, 1.0};
+  plan.scales->form = Form::brief;
+  const auto matrix = build_matrix(imprints, plan, 1);
+  if (!matrix) return pass(matrix.error());
+  classifier::TrainOptions options;
+  options.cap = 3;
+  options.threads = 1;
+  auto trained = classifier::train_learner(*matrix, learner, options);
+  if (!trained) return pass(trained.error());
+  auto aids = classifier::learn_aids(trained->trained, *matrix, options);
+  if (!aids) return pass(aids.error());
+  return ImprintModel{
+      {"simulated", "", "0", "fuzz"}, {grid, plan}, std::move(trained->trained), std::move(*aids)};
+}
+
+Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::vibro::Method method) {
+  using namespace classifier::vibro;
+  std::vector<Recording> recordings;
+  for (std::size_t i = 0; i < 4; ++i) {
+    Recording r{"recording" + std::to_string(i),
+                i % 2 == 0 ? "felt" : "foil",
+                std::to_string(i),
+                {{"X", 200.0, "m/s2"}},
+                {{}}};
+    for (std::size_t k = 0; k < 60; ++k)
+      r.samples[0].push_back(static_cast<double>((k * (2 + 3 * (i % 2)) + i) % 11));
+    recordings.push_back(std::move(r));
+  }
+  RecordingSetup setup;
+  setup.features = {Family::smmrpfft, Combine::concat};
+  setup.window_s = setup.step_s = 0.1;
+  PipelineOptions options;
+  options.method = method;
+  options.components = 2;
+  options.learner.trees = 2;
+  options.learner.threads = 1;
+  return train_recording_model(recordings, setup, options, {"simulated", "", "0", "fuzz"});
+}
+
 }  // namespace weft::fuzz

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "classifier/fabric/model_file.hpp"
+#include "classifier/imprint/imprint_model.hpp"
+#include "classifier/vibro/recording_model.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/recordings/recording_set.hpp"
 
@@ -18,5 +20,11 @@ daemon::RecordingSet sample_recordings();
 
 /// Three fabrics, one taxel, phases P and M. Of one kind of learner, not a choice.
 Result<classifier::StoredModel> sample_model(classifier::Learner learner, classifier::View view);
+
+/// Three textures on an array of 6 x 8.
+Result<classifier::imprint::ImprintModel> sample_imprint_model(classifier::Learner learner);
+
+/// Two textures, one channel, windows of a tenth of a second.
+Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::vibro::Method method);
 
 }  // namespace weft::fuzz

@@ -1,0 +1,21 @@
+#pragma once
+// A model file whose checksum is right, so that mutations reach the lines before it.
+
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include "protocols/base/crc.hpp"
+
+namespace weft::fuzz {
+
+inline std::string with_checksum(std::string_view text) {
+  const std::size_t trailer = text.rfind("crc32 ");
+  const std::string body(text.substr(0, trailer));
+  char line[16];
+  std::snprintf(line, sizeof line, "crc32 %08x",
+                crc32({reinterpret_cast<const std::uint8_t*>(body.data()), body.size()}));
+  return body + line + "\n";
+}
+
+}  // namespace weft::fuzz
