@@ -23,11 +23,6 @@ constexpr std::array<std::string_view, 2> skew_words{"peaks", "signal"};
 constexpr std::array<std::string_view, 2> norm_words{"l2", "rms"};
 constexpr std::array<std::string_view, 2> spectrum_words{"amplitude", "magnitude"};
 
-template <std::size_t n, class Enum>
-std::string_view word_of(const std::array<std::string_view, n>& words, Enum value) {
-  return words[static_cast<std::size_t>(value)];
-}
-
 std::string phase_letters(PhaseSet phases) {
   std::string out;
   if (phases.rest) out += to_char(Phase::rest);

@@ -13,6 +13,12 @@
 
 namespace weft::classifier {
 
+/// Of the words of an enumeration, in the order of its enumerators.
+template <std::size_t n, class Enum>
+std::string_view word_of(const std::array<std::string_view, n>& words, Enum value) {
+  return words[static_cast<std::size_t>(value)];
+}
+
 /// Position of the word under `keyword`; refused where it is none of them, 0 then.
 template <std::size_t n>
 std::size_t word(LineReader& in, std::string_view keyword,

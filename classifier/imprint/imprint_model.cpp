@@ -19,11 +19,6 @@ constexpr std::array<std::string_view, 2> noise_words{"gradient", "literal"};
 constexpr std::array<std::string_view, 2> orientation_words{"circular", "linear"};
 constexpr std::array<std::string_view, 2> laws_words{"3", "5"};
 
-template <std::size_t n, class Enum>
-std::string_view word_of(const std::array<std::string_view, n>& words, Enum value) {
-  return words[static_cast<std::size_t>(value)];
-}
-
 void write_grid(LineWriter& out, const TaxelGrid& grid) {
   out.count("rows", grid.rows);
   out.count("cols", grid.cols);

@@ -25,9 +25,9 @@ struct TrialChoice {
   double window_s = 0.0;       ///< 0: whole strokes
   double window_step_s = 0.0;  ///< 0: no overlap
   std::string norm = "l2";
-  std::string scales = "1,2,4";         ///< of imprints [taxels]
-  std::string imprint_features = "10";  ///< see feature_plan_from()
-  std::string remove_level = {};        ///< "", "motion" or "rest"; see without_level()
+  std::string scales = "0,1,2,3,4";           ///< of imprints [taxels], as in FeaturePlan
+  std::string imprint_features = "10+laws5";  ///< see feature_plan_from()
+  std::string remove_level = {};              ///< "", "motion" or "rest"; see without_level()
 };
 void add_trial_options(CLI::App& command, TrialChoice& choice);
 /// --remove-level, for commands that make no model: a model file does not know of it.

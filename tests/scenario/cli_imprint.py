@@ -4,7 +4,7 @@
     cli_imprint.py WEFT SHARED      exit 77 (skipped) without the recordings, after the rest has passed
 
 tactile22 (28 x 50, 22 objects): presses 1 to 30 train, 31 to 40 test; the learner is chosen by cross-validation on the training
-part, features are the paper's ten at its three scales. Every figure is printed; the aim is 0.85.
+part, features are the paper's ten at its three scales, then the program's own. Every figure is printed; the aim is 0.85.
 """
 import json
 import pathlib
@@ -86,7 +86,7 @@ def models(t, d):
     folder = pathlib.Path(d)
     trained = t.succeeds("train", "zplus.h5", "-o", "z.model", cwd=d)
     t.expect(trained["kind"] == "imprints" and trained["labels"] == ["knit", "planar", "rasp", "screen"], f"train: {trained}")
-    t.expect(trained["taxels"] == 1024 and "7 bits" in trained["array"] and trained["features"] == 30, f"train: {trained}")
+    t.expect(trained["taxels"] == 1024 and "7 bits" in trained["array"] and trained["features"] == 5 * 10 + 24, f"train: {trained}")
     asked = t.succeeds("classify", "z.model", "other.h5", cwd=d)
     right = sum(one["label"] == one["true_label"] for one in asked["imprints"])
     print(f"SIMULATED classify, other presses of the same objects: {right} of {len(asked['imprints'])} right")
@@ -123,17 +123,21 @@ def models(t, d):
 def tactile22(t, source, d):
     t.succeeds("dataset", "import", "--format", "imprint-table", "--shape", "28x50", source.resolve(), "-o", "t22.h5", cwd=d)
     groups = ["--train-groups", ",".join(map(str, range(1, 31))), "--test-groups", ",".join(map(str, range(31, 41)))]
-    ran = t.run("evaluate", "t22.h5", *groups, "--learner", "best,lda,svc,pvalue", "--json", cwd=d)
-    t.expect(ran.returncode == 0, ran.stderr)
-    results = json.loads(ran.stdout)["results"]
-    for name, result in results.items():
-        print(f"tactile22, presses 1-30 to 31-40, 10 features at 1, 2, 4, {name}: {result['accuracy']:.4f}")
-    t.expect(results["best"]["accuracy"] >= AIM, f"tactile22: {results['best']['accuracy']} is below {AIM}")
-    kept_as_evaluated(t, source, results["best"]["accuracy"], d)
+    reached = {}
+    for what, learners, options in (("10 features at 1, 2, 4", "best,lda,svc,pvalue", ["--scales", "1,2,4", "--imprint-features", "10"]),
+                                    ("the program's own features", "lda", [])):
+        ran = t.run("evaluate", "t22.h5", *groups, "--learner", learners, *options, "--json", cwd=d)
+        t.expect(ran.returncode == 0, ran.stderr)
+        results = json.loads(ran.stdout)["results"]
+        for name, result in results.items():
+            print(f"tactile22, presses 1-30 to 31-40, {what}, {name}: {result['accuracy']:.4f}")
+        reached[what] = results[learners.split(",")[0]]["accuracy"]
+        t.expect(reached[what] >= AIM, f"tactile22, {what}: {reached[what]} is below {AIM}")
+    kept_as_evaluated(t, source, reached["the program's own features"], d)
 
 
 def kept_as_evaluated(t, source, accuracy, d):
-    """What `train` stores after presses 1 to 30 is as often right on 31 to 40 as the evaluator's `best` is."""
+    """What `train` stores after presses 1 to 30 is as often right on 31 to 40 as what the evaluator trains."""
     folder = pathlib.Path(d)
     presses = {"train": [], "test": []}
     for line in source.read_text().splitlines():
@@ -142,7 +146,7 @@ def kept_as_evaluated(t, source, accuracy, d):
     for part, lines in presses.items():
         (folder / f"{part}.csv").write_text("\n".join(lines) + "\n")
         t.succeeds("dataset", "import", "--format", "imprint-table", "--shape", "28x50", f"{part}.csv", "-o", f"{part}.h5", cwd=d)
-    t.succeeds("train", "train.h5", "-o", "t22.model", cwd=d)
+    t.succeeds("train", "train.h5", "-o", "t22.model", "--learner", "lda", cwd=d)
     asked = t.succeeds("classify", "t22.model", "test.h5", cwd=d)["imprints"]
     right = sum(one["label"] == one["true_label"] for one in asked) / len(asked)
     print(f"tactile22, the model of presses 1-30 on 31-40: {right:.4f}")
