@@ -19,27 +19,6 @@ using nlohmann::ordered_json;
 constexpr const char* model_name = "imprints";
 constexpr classifier::Learner learner = classifier::Learner::best;
 
-// Of each label more than one of `kinds`.
-bool has_several(const std::vector<std::string>& labels, const std::vector<std::string>& kinds) {
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    bool another = false;
-    for (std::size_t k = 0; k < labels.size(); ++k)
-      another |= labels[k] == labels[i] && kinds[k] != kinds[i];
-    if (!another) return false;
-  }
-  return true;
-}
-
-// All imprints of one object left out in turn; single imprints where a class has one object only.
-Result<Lesson> lesson_of(classifier::FeatureMatrix matrix) {
-  const bool objects = has_several(matrix.labels, matrix.groups);
-  auto splits =
-      classifier::leave_one_group_out(objects ? matrix.groups : matrix.files, matrix.labels);
-  if (!splits) return pass(splits.error());
-  return Lesson{model_name, std::move(matrix), std::move(*splits),
-                objects ? "one object" : "one imprint"};
-}
-
 struct LearntImprints {
   Lesson lesson;
   classifier::LearnerEvaluation evaluation;
@@ -61,13 +40,15 @@ Result<LearntImprints> learn_imprints(const Dataset& data, const std::string& da
   const ci::FeaturePlan plan;
   auto matrix = ci::build_matrix(*imprints, plan, options.threads);
   if (!matrix) return pass(matrix.error());
-  auto lesson = lesson_of(std::move(*matrix));
-  if (!lesson) return pass(lesson.error());
-  auto got = evaluate_and_train(*lesson, learner, options, hooks, announce);
+  // The recipe was refused unless each class has other objects to learn from.
+  auto splits = classifier::leave_one_group_out(matrix->groups, matrix->labels);
+  if (!splits) return pass(splits.error());
+  Lesson lesson{model_name, std::move(*matrix), std::move(*splits), "one object"};
+  auto got = evaluate_and_train(lesson, learner, options, hooks, announce);
   if (!got) return pass(got.error());
   const std::string how = training_words(to_string(learner), options, got->learner.labels().size());
   return LearntImprints{
-      std::move(*lesson),
+      std::move(lesson),
       std::move(got->evaluation),
       {{std::string(to_string(data.info.kind)), dataset_sha256, WEFT_VERSION, how},
        {*grid, plan},
@@ -140,12 +121,8 @@ Result<HandedImprints> hand_over_imprints(const Dataset& data, const std::string
   HandedImprints out;
   out.texts = {{"imprints.html", tables_html(*tables)}, {"imprints.json", figures.dump(2) + "\n"}};
   const auto learnt = learn_imprints(data, dataset_sha256, hooks, stop, announce);
-  if (!learnt && stop()) return pass(learnt.error());
-  // Too few imprints to be asked about: the tables stand without a model.
-  if (!learnt)
-    evaluation["no_model"] = to_string(learnt.error());
-  else if (Status ok = add_model(*learnt, evaluation, out.texts); !ok)
-    return pass(ok.error());
+  if (!learnt) return pass(learnt.error());
+  if (Status ok = add_model(*learnt, evaluation, out.texts); !ok) return pass(ok.error());
   out.evaluation_json = evaluation.dump();
   return out;
 }

@@ -18,10 +18,9 @@ struct HandedImprints {
 };
 
 /// The tables of daemon/imprint on the complete trials of `data`, with all scales, forms and rules;
-/// a model with `weft train`'s defaults, and its accuracy by leaving each object out in turn (each
-/// imprint, where a class has one object). No model where imprints are too few for that, which
-/// evaluation.json then says. Errors: a data set without imprints, what the rules refuse,
-/// wrong_state where it is stopped.
+/// a model with `weft train`'s defaults, and its accuracy by leaving each object out in turn.
+/// Errors: a data set without imprints, what the rules and the learners refuse, wrong_state where
+/// it is stopped.
 Result<HandedImprints> hand_over_imprints(const Dataset& data, const std::string& dataset_sha256,
                                           const recipes::HandOver& wanted,
                                           const HandOverHooks& hooks, std::function<bool()> stop);
