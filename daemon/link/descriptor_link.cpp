@@ -69,11 +69,12 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
 
   Status send(ByteView bytes) {
     if (gone) return fail(Errc::io, "the port is closed", name);
+    if (unsent == Unsent::lost && !waiting.empty()) return {};
     if (!held && waiting.empty()) {
       const Result<std::size_t> taken = put(bytes);
       if (!taken) return pass(taken.error());
       bytes = bytes.subspan(*taken);
-      if (bytes.empty() || unsent == Unsent::lost) return {};
+      if (bytes.empty() || (unsent == Unsent::lost && *taken == 0)) return {};
     }
     if (waiting_bytes + bytes.size() > most_waiting)
       return fail(Errc::io, "the far end does not take what is sent", name,
@@ -162,6 +163,11 @@ void DescriptorLink::on_receive(Receiver receiver) {
 
 void DescriptorLink::on_closed(Closed closed) {
   port_->closed = std::move(closed);
+}
+
+void DescriptorLink::forget_unsent() {
+  port_->waiting.clear();
+  port_->waiting_bytes = 0;
 }
 
 void DescriptorLink::hold_for(Duration delay) {

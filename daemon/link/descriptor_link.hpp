@@ -16,7 +16,8 @@ enum class Framing : std::uint8_t {
 
 enum class Unsent : std::uint8_t {
   waits,  ///< what the port does not take at once is sent when it does
-  lost    ///< as on a wire at whose end nobody is
+  lost    ///< as on a wire at whose end nobody is; never a part: of a message that was begun the
+          ///< rest waits, and what is written meanwhile is lost
 };
 
 /// Thread-bound to its loop. Owns the descriptor.
@@ -37,6 +38,8 @@ class DescriptorLink final : public Link {
   /// Nothing goes out before `delay` is over; what is written meanwhile waits. What comes in until
   /// then is dropped, and so is what both sides of the port held: purged at half of it.
   void hold_for(Duration delay);
+  /// What waits is not sent any more.
+  void forget_unsent();
 
  private:
   struct Port;

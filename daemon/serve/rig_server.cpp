@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/serve/served_link.hpp"
+#include "protocols/modbus/mbap.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -108,10 +109,13 @@ Status RigServer::serve(const DeviceEntry& device) {
   places.insert(places.end(), device.also.begin(), device.also.end());
   std::vector<std::unique_ptr<ServedPlace>> ends;
   std::string where;
+  const auto redirects = [rig = rig_.get(), name = device.name](ByteView datagram) {
+    return rig->redirects(name, datagram);
+  };
+  WholeMessages whole;
+  if (rig_->serves_many(device.name)) whole = protocols::modbus::whole_mbap_frames;
   for (const LinkSettings& place : places) {
-    auto end = serve_link(*loop_, place, [rig = rig_.get(), name = device.name](ByteView datagram) {
-      return rig->redirects(name, datagram);
-    });
+    auto end = serve_link(*loop_, place, redirects, whole);
     if (!end) return pass(end.error());
     ends.push_back(std::move(*end));
     where += (where.empty() ? " on " : " and ") + std::visit(Words{}, place);

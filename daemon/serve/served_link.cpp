@@ -8,6 +8,7 @@ namespace {
 struct Server {
   RealLoop* loop;
   Redirects redirects;
+  WholeMessages whole;
   Result<std::unique_ptr<ServedPlace>> operator()(const MemoryPort&) const {
     return fail(Errc::wrong_state, "a memory link cannot be served", {}, "serial, tcp or udp",
                 "memory", "weft-rig is for rig files whose bench is \"emulated\"");
@@ -18,7 +19,7 @@ struct Server {
     return std::unique_ptr<ServedPlace>(std::move(*terminal));
   }
   Result<std::unique_ptr<ServedPlace>> operator()(const TcpPort& p) const {
-    return serve_tcp(*loop, p.end);
+    return whole ? serve_tcp_to_many(*loop, p.end, whole) : serve_tcp(*loop, p.end);
   }
   Result<std::unique_ptr<ServedPlace>> operator()(const UdpPort& p) const {
     return serve_udp(*loop, p.end, redirects);
@@ -75,8 +76,8 @@ std::unique_ptr<ServedPlace> join_links(std::vector<std::unique_ptr<ServedPlace>
 }
 
 Result<std::unique_ptr<ServedPlace>> serve_link(RealLoop& loop, const LinkSettings& settings,
-                                                Redirects redirects) {
-  return std::visit(Server{&loop, std::move(redirects)}, settings);
+                                                Redirects redirects, WholeMessages whole) {
+  return std::visit(Server{&loop, std::move(redirects), std::move(whole)}, settings);
 }
 
 }  // namespace weft::daemon

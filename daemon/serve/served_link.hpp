@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "daemon/run/link_settings.hpp"
+#include "daemon/serve/served_hosts.hpp"
 #include "daemon/serve/served_socket.hpp"
 
 namespace weft::daemon {
@@ -12,11 +13,12 @@ namespace weft::daemon {
 /// Serves one device. What is sent while nobody listens is lost, as on a wire. A host may come, go
 /// and come again.
 ///   serial  a pseudo-terminal; `path` becomes a symbolic link to it, removed with the link
-///   tcp     listens at host:port; one host at a time, the newest wins
+///   tcp     listens at host:port; several hosts where `whole` tells their messages apart, else one
+///           at a time, the newest wins
 ///   udp     bound to host:port; answers go to whoever sent the last datagram that redirects them
 /// Errors: io, when the place is taken or cannot be made; wrong_state for a link in memory.
 Result<std::unique_ptr<ServedPlace>> serve_link(RealLoop& loop, const LinkSettings& settings,
-                                                Redirects redirects);
+                                                Redirects redirects, WholeMessages whole = {});
 
 /// One device at several places. What it answers goes to whom it answers, what it says unasked to
 /// all. There must be at least one.

@@ -13,8 +13,7 @@ class ServedPlace : public Link {
   /// Out: what a host sees when the plug is pulled. In: the same place again, for hosts to open
   /// anew. Nothing is done when it is so already. Errors: io, when the place cannot be had again.
   virtual Status set_plugged(bool in) = 0;
-  /// Called when another host has the place. Only a TCP port knows: on a terminal and a datagram
-  /// port hosts come and go unseen.
+  /// Called when another host has the place. On a datagram port hosts come and go unseen.
   virtual void on_new_host(std::function<void()>) {}
 };
 

@@ -1,6 +1,8 @@
 #include "daemon/serve/served_terminal.hpp"
 
 #include <fcntl.h>
+#include <sys/ioctl.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -9,7 +11,6 @@
 #include <system_error>
 #include <utility>
 
-#include "daemon/link/descriptor_link.hpp"
 #include "daemon/link/serial_line.hpp"
 
 namespace weft::daemon {
@@ -40,10 +41,27 @@ Status ServedTerminal::plug_in() {
   slave_ = ::open(terminal.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (slave_ < 0) return no_terminal("open");
   if (Status raw = set_line_raw(slave_, false); !raw) return raw;
+  watch_ = std::make_unique<TerminalWatch>(*loop_, terminal, [this] { hosts_changed(); });
   master_->on_receive([this](ByteView bytes, TimePoint at) {
+    watch_->heard();
     if (receiver_) receiver_(bytes, at);
   });
   return publish(terminal);
+}
+
+// Without a plug or a host: lost, as on a wire.
+Status ServedTerminal::write(ByteView bytes) {
+  return master_ && watch_->somebody() ? master_->write(bytes) : Status{};
+}
+
+void ServedTerminal::hosts_changed() {
+  if (watch_->somebody()) {
+    if (came_) came_();
+    return;
+  }
+  master_->forget_unsent();
+  ::tcflush(slave_, TCIFLUSH);
+  ::ioctl(slave_, TIOCNXCL);  // which the last close of a port does; here this end stays open
 }
 
 // A symbolic link that is left over from a killed weft-rig is replaced; anything else is not.
@@ -63,6 +81,7 @@ Status ServedTerminal::publish(const std::string& terminal) {
 void ServedTerminal::pull() {
   std::error_code ignored;
   if (std::exchange(published_, false)) std::filesystem::remove(path_, ignored);
+  watch_.reset();
   master_.reset();  // hosts that hold the other end are hung up on
   if (slave_ >= 0) ::close(slave_);
   slave_ = -1;

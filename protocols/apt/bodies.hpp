@@ -1,7 +1,8 @@
 #pragma once
 // The data part of APT messages: one struct per layout, its fields in wire order. fields() is the
 // only description of a layout; reading, writing and the size all follow from it.
-// Source: APT16 and reference A.4, A.5.
+// Source: APT16 and reference A.4, A.5; what a panel keeps, racks and analogue inputs: the issue of
+// 9 December 2025.
 
 #include <array>
 #include <cstdint>
@@ -197,6 +198,73 @@ struct BowIndex {
   bool operator==(const BowIndex&) const = default;
 };
 
+/// GET_ADCINPUTS, 4 bytes: 0 to 32768 for 0 to 5 V. It carries no channel.
+struct AdcInputs {
+  std::uint16_t input1_counts = 0;
+  std::uint16_t input2_counts = 0;  ///< not used
+
+  WEFT_APT_FIELDS(input1_counts, input2_counts)
+  bool operator==(const AdcInputs&) const = default;
+};
+
+/// RACK_GET_STATUSBITS, 4 bytes: the digital outputs of a rack. It carries no channel.
+struct RackStatusBits {
+  std::uint32_t bits = 0;
+
+  WEFT_APT_FIELDS(bits)
+  bool operator==(const RackStatusBits&) const = default;
+};
+
+/// POTPARAMS, 26 bytes: from which deflection of a panel's slider on, 0 to 127, which speed.
+struct PotParams {
+  std::uint16_t channel = 1;
+  std::uint16_t zero_window = 0;
+  std::int32_t velocity1_counts_s = 0;
+  std::uint16_t window1 = 0;
+  std::int32_t velocity2_counts_s = 0;
+  std::uint16_t window2 = 0;
+  std::int32_t velocity3_counts_s = 0;
+  std::uint16_t window3 = 0;
+  std::int32_t velocity4_counts_s = 0;
+
+  WEFT_APT_FIELDS(channel, zero_window, velocity1_counts_s, window1, velocity2_counts_s, window2,
+                  velocity3_counts_s, window3, velocity4_counts_s)
+  bool operator==(const PotParams&) const = default;
+};
+
+/// BUTTONPARAMS, 16 bytes. Mode: 1 the panel's buttons jog, 2 they go to the two positions.
+struct ButtonParams {
+  std::uint16_t channel = 1;
+  std::uint16_t mode = 1;
+  std::int32_t position1_counts = 0;
+  std::int32_t position2_counts = 0;
+  std::uint16_t timeout1_ms = 0;  ///< how long a button is held to store a position or to home
+  std::uint16_t timeout2_ms = 0;
+
+  WEFT_APT_FIELDS(channel, mode, position1_counts, position2_counts, timeout1_ms, timeout2_ms)
+  bool operator==(const ButtonParams&) const = default;
+};
+
+/// KCUBEMMIPARAMS, 28 bytes: the wheel and the display of a K-cube. Mode: 1 velocity, 2 jog, 3 go
+/// to the positions. The issue of December 2025 adds eight bytes for the BBD30x, which K-cubes
+/// lack.
+struct KcubePanelParams {
+  std::uint16_t channel = 1;
+  std::uint16_t mode = 1;
+  std::int32_t maximum_velocity_counts = 0;
+  std::int32_t acceleration_counts = 0;
+  std::uint16_t direction = 1;  ///< 0 the wheel moves nothing, 1 upwards is forward, 2 is reverse
+  std::int32_t position1_counts = 0;
+  std::int32_t position2_counts = 0;
+  std::uint16_t brightness_percent = 0;
+  std::uint16_t dim_after_min = 0;  ///< 0: never
+  std::uint16_t dim_level = 0;      ///< 0 to 10
+
+  WEFT_APT_FIELDS(channel, mode, maximum_velocity_counts, acceleration_counts, direction,
+                  position1_counts, position2_counts, brightness_percent, dim_after_min, dim_level)
+  bool operator==(const KcubePanelParams&) const = default;
+};
+
 namespace detail {
 
 template <class Field>
@@ -270,6 +338,8 @@ Message make_message(MessageId id, const Body& body, Route route) {
 
 static_assert(body_size<HardwareInfo> == 84 && body_size<RichResponse> == 68);
 static_assert(body_size<JogParams> == 22 && body_size<StatusUpdate> == 14);
+static_assert(body_size<PotParams> == 26 && body_size<ButtonParams> == 16);
+static_assert(body_size<KcubePanelParams> == 28);
 
 }  // namespace weft::protocols::apt
 

@@ -12,7 +12,8 @@ struct DataSize {
 };
 
 // Long messages with one fixed length (reference A.4). MOVE_RELATIVE and MOVE_ABSOLUTE have two
-// forms and are left out; so is MOVE_COMPLETED, whose figure in APT16 shows a short header.
+// forms and are left out; so are MOVE_COMPLETED, whose figure in APT16 shows a short header, and
+// the parameters of K-cubes, which have other lengths in newer issues.
 constexpr std::array long_messages{
     DataSize{MessageId::hw_get_info, 84},         DataSize{MessageId::hw_richresponse, 68},
     DataSize{MessageId::set_enccounter, 6},       DataSize{MessageId::get_enccounter, 6},
@@ -30,7 +31,10 @@ constexpr std::array long_messages{
     DataSize{MessageId::set_dcpidparams, 20},     DataSize{MessageId::get_dcpidparams, 20},
     DataSize{MessageId::set_avmodes, 4},          DataSize{MessageId::get_avmodes, 4},
     DataSize{MessageId::set_eepromparams, 4},     DataSize{MessageId::set_bowindex, 4},
-    DataSize{MessageId::get_bowindex, 4},
+    DataSize{MessageId::get_bowindex, 4},         DataSize{MessageId::set_potparams, 26},
+    DataSize{MessageId::get_potparams, 26},       DataSize{MessageId::set_buttonparams, 16},
+    DataSize{MessageId::get_buttonparams, 16},    DataSize{MessageId::get_adcinputs, 4},
+    DataSize{MessageId::rack_get_statusbits, 4},
 };
 
 constexpr std::array short_messages{
@@ -41,11 +45,20 @@ constexpr std::array short_messages{
     MessageId::hw_no_flash_programming,
     MessageId::rack_req_bayused,
     MessageId::rack_get_bayused,
+    MessageId::hub_req_bayused,
+    MessageId::hub_get_bayused,
     MessageId::hw_response,
     MessageId::mod_set_chanenablestate,
     MessageId::mod_req_chanenablestate,
     MessageId::mod_get_chanenablestate,
+    MessageId::mod_set_digoutputs,
+    MessageId::mod_req_digoutputs,
+    MessageId::mod_get_digoutputs,
     MessageId::mod_identify,
+    MessageId::rack_req_statusbits,
+    MessageId::rack_set_digoutputs,
+    MessageId::rack_req_digoutputs,
+    MessageId::rack_get_digoutputs,
     MessageId::req_enccounter,
     MessageId::req_poscounter,
     MessageId::req_velparams,
@@ -53,6 +66,7 @@ constexpr std::array short_messages{
     MessageId::req_limswitchparams,
     MessageId::req_powerparams,
     MessageId::req_statusbits,
+    MessageId::req_adcinputs,
     MessageId::req_genmoveparams,
     MessageId::req_homeparams,
     MessageId::move_home,
@@ -68,7 +82,9 @@ constexpr std::array short_messages{
     MessageId::req_dcstatusupdate,
     MessageId::ack_dcstatusupdate,
     MessageId::req_dcpidparams,
+    MessageId::req_potparams,
     MessageId::req_avmodes,
+    MessageId::req_buttonparams,
     MessageId::req_bowindex,
     MessageId::set_trigger,
     MessageId::req_trigger,

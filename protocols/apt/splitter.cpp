@@ -13,8 +13,10 @@ constexpr bool is_host(std::uint8_t a) {
   return a == address::host || a == 0;
 }
 
+}  // namespace
+
 /// Length of the message at the front, or 0 when these six bytes cannot be a header.
-std::size_t plausible_length(ByteView header) {
+std::size_t Splitter::plausible_length(ByteView header) const {
   const bool has_data = (header[4] & long_form) != 0;
   const auto dest = static_cast<std::uint8_t>(header[4] & ~long_form);
   const std::uint8_t source = header[5];
@@ -23,13 +25,12 @@ std::size_t plausible_length(ByteView header) {
   if (!to_unit && !to_host) return 0;
   const std::size_t size = has_data ? header[2] | std::size_t{header[3]} << 8 : 0;
   if (has_data && (size == 0 || size > max_data_size)) return 0;
+  if (lengths_ == Lengths::any) return header_size + size;
   const auto id = static_cast<MessageId>(header[0] | header[1] << 8);
   const auto documented = documented_data_size(id);
   if (documented && *documented != size) return 0;
   return header_size + size;
 }
-
-}  // namespace
 
 bool Splitter::next(Message& message) {
   for (ByteView bytes = buffer_.view(); bytes.size() >= header_size; bytes = buffer_.view()) {

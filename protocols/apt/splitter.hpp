@@ -9,14 +9,22 @@
 
 namespace weft::protocols::apt {
 
+/// Which lengths are believed of messages whose id the protocol has.
+enum class Lengths : std::uint8_t {
+  documented,  ///< those of APT16: of use where noise is to be got over
+  any          ///< whatever the header says, as a controller does: newer issues have longer bodies
+};
+
 /// push() a chunk, then call next() until it returns false. Any chunking of a stream gives the same
 /// messages. A header is plausible when exactly one side of its route is a known unit, its length
-/// is 1 to 255 and, for ids of the protocol, form and length are those of APT16. Anything else is
-/// skipped byte by byte. Unknown ids with a plausible route are passed on.
+/// is 1 to 255 and, for ids of the protocol, form and length are believed. Anything else is skipped
+/// byte by byte. Unknown ids with a plausible route are passed on.
 class Splitter {
  public:
   /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
   static constexpr std::size_t capacity = 65536;
+
+  explicit Splitter(Lengths lengths = Lengths::documented) : lengths_(lengths) {}
 
   void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
 
@@ -25,11 +33,16 @@ class Splitter {
 
   /// Forgets a message in progress; the counter stays.
   void clear() { buffer_.clear(); }
+  /// After next() returned false: whether a message is in progress.
+  [[nodiscard]] bool in_progress() const { return !buffer_.view().empty(); }
 
   /// Bytes that belonged to no plausible message, or did not fit.
   [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
 
  private:
+  [[nodiscard]] std::size_t plausible_length(ByteView header) const;
+
+  Lengths lengths_;
   StreamBuffer buffer_{capacity};
   std::uint64_t skipped_bytes_ = 0;
 };

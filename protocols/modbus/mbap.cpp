@@ -16,7 +16,26 @@ void append_frame(Bytes& out, std::uint16_t transaction, std::uint8_t unit,
   writer.write(static_cast<std::uint16_t>(pdu.size() + 1)).write(unit).put(pdu);
 }
 
+/// Of six bytes or more; nothing when they begin no frame.
+std::optional<std::size_t> frame_size(ByteView bytes) {
+  BigReader reader(bytes.subspan(2));
+  const auto protocol = reader.read<std::uint16_t>();
+  const std::size_t length = reader.read<std::uint16_t>();
+  if (protocol != 0 || length < shortest || length > longest_pdu + 1) return std::nullopt;
+  return head_size + length;
+}
+
 }  // namespace
+
+std::size_t whole_mbap_frames(ByteView bytes) {
+  std::size_t at = 0;
+  while (bytes.size() - at >= head_size) {
+    const std::size_t size = frame_size(bytes.subspan(at)).value_or(1);
+    if (bytes.size() - at < size) break;
+    at += size;
+  }
+  return at;
+}
 
 void append_mbap(Bytes& out, std::uint16_t transaction, std::uint8_t unit, const Request& request) {
   append_frame(out, transaction, unit, request);
@@ -28,20 +47,18 @@ void append_mbap(Bytes& out, std::uint16_t transaction, std::uint8_t unit, const
 
 std::optional<MbapFrame> MbapSplitter::next() {
   for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
-    BigReader reader(bytes);
-    MbapFrame frame;
-    frame.transaction = reader.read<std::uint16_t>();
-    const auto protocol = reader.read<std::uint16_t>();
-    const std::size_t length = reader.read<std::uint16_t>();
-    if (protocol != 0 || length < shortest || length > longest_pdu + 1) {
+    const std::optional<std::size_t> size = frame_size(bytes);
+    if (!size) {
       buffer_.consume(1);
       ++skipped_bytes_;
       continue;
     }
-    if (reader.remaining() < length) return std::nullopt;
-    frame.unit = reader.read<std::uint8_t>();
-    frame.pdu = reader.take(length - 1);
-    buffer_.consume(head_size + length);
+    if (bytes.size() < *size) return std::nullopt;
+    MbapFrame frame;
+    frame.transaction = BigReader(bytes).read<std::uint16_t>();
+    frame.unit = bytes[head_size];
+    frame.pdu = bytes.first(*size).subspan(head_size + 1);
+    buffer_.consume(*size);
     return frame;
   }
   return std::nullopt;

@@ -20,6 +20,9 @@ struct MbapFrame {
 void append_mbap(Bytes& out, std::uint16_t transaction, std::uint8_t unit, const Request& request);
 void append_mbap(Bytes& out, std::uint16_t transaction, std::uint8_t unit, const Reply& reply);
 
+/// How many bytes at the front are whole frames, or no part of any.
+std::size_t whole_mbap_frames(ByteView bytes);
+
 /// As RtuSplitter. Bytes that cannot begin a frame are skipped one by one.
 class MbapSplitter {
  public:

@@ -1,5 +1,7 @@
 #include "protocols/modbus/rtu.hpp"
 
+#include <algorithm>
+
 #include "protocols/base/crc.hpp"
 
 namespace weft::protocols::modbus {
@@ -7,6 +9,9 @@ namespace {
 
 constexpr std::size_t crc_size = 2;
 constexpr std::size_t no_frame = 0;
+constexpr std::size_t shortest_frame = 4;
+constexpr std::size_t longest_frame = 256;  // MODBUS over Serial Line 1.02, 2.3
+constexpr std::uint8_t all_slaves = 0;
 
 template <class Message>
 void append_frame(Bytes& out, std::uint8_t slave, const Message& message) {
@@ -23,6 +28,7 @@ std::optional<std::size_t> counted(ByteView bytes, std::size_t head, std::size_t
 }
 
 // Standard functions that nobody here serves are framed too: they are answered with an exception.
+// No frame: of an unknown length.
 std::optional<std::size_t> request_size(ByteView bytes) {
   switch (bytes[1]) {
     case 0x01:
@@ -38,6 +44,9 @@ std::optional<std::size_t> request_size(ByteView bytes) {
     case 0x0C:
     case 0x11:
       return 4;
+    case 0x14:
+    case 0x15:
+      return counted(bytes, 3, 2);
     case 0x0F:
     case 0x10:
       return counted(bytes, 7, 6);
@@ -87,9 +96,18 @@ void append_rtu(Bytes& out, std::uint8_t slave, const Reply& reply) {
   append_frame(out, slave, reply);
 }
 
-void RtuSplitter::skip_byte() {
-  buffer_.consume(1);
-  ++skipped_bytes_;
+void RtuSplitter::skip(std::size_t count) {
+  buffer_.consume(count);
+  skipped_bytes_ += count;
+  in_step_ = false;
+}
+
+ByteView RtuSplitter::take(ByteView bytes, Span frame) {
+  skip(frame.at);
+  buffer_.consume(frame.end - frame.at);
+  in_step_ = side_ == Side::requests;
+  to_all_ = bytes[frame.at] == all_slaves;
+  return bytes.subspan(frame.at + 1, frame.end - frame.at - 1 - crc_size);
 }
 
 std::optional<std::size_t> RtuSplitter::frame_size(ByteView bytes) const {
@@ -98,21 +116,51 @@ std::optional<std::size_t> RtuSplitter::frame_size(ByteView bytes) const {
   return side_ == Side::requests ? request_size(bytes) : reply_size(bytes);
 }
 
+/// Of bytes that begin no frame of a known length to this slave: whether a request begins there
+/// that only its CRC tells.
+bool RtuSplitter::may_begin_here(ByteView bytes) const {
+  if (!in_step_ || bytes.size() < 2) return false;
+  if (bytes[0] == all_slaves && slave_ != all_slaves) return bytes[1] == 0x06 || bytes[1] == 0x10;
+  return bytes[0] == slave_ && bytes[1] > 0 && bytes[1] < 0x80;
+}
+
+/// The frame that ends first, whether it is the one that may begin here or lies behind: so that any
+/// chunking gives the same.
+std::optional<RtuSplitter::Span> RtuSplitter::first_whole(ByteView bytes) const {
+  std::optional<Span> found;
+  bytes = bytes.first(std::min(bytes.size(), longest_frame));
+  std::uint16_t crc = crc16_modbus({});
+  for (std::size_t end = 1; end <= bytes.size() && !found; ++end) {
+    crc = crc16_modbus(bytes.subspan(end - 1, 1), crc);
+    // over its own check value the CRC of a frame is zero
+    const bool right_size = bytes[0] == slave_ || request_size(bytes) == end;
+    if (end >= shortest_frame && crc == 0 && right_size) found = Span{0, end};
+  }
+  for (std::size_t at = 1; at + shortest_frame <= bytes.size(); ++at) {
+    const std::optional<std::size_t> size = frame_size(bytes.subspan(at));
+    if (!size || size == no_frame || at + *size > bytes.size()) continue;
+    if (found && found->end <= at + *size) continue;
+    if (crc_agrees(bytes.subspan(at, *size))) found = Span{at, at + *size};
+  }
+  return found;
+}
+
 std::optional<ByteView> RtuSplitter::next() {
   for (ByteView bytes = buffer_.view(); !bytes.empty(); bytes = buffer_.view()) {
     const std::optional<std::size_t> size = frame_size(bytes);
+    if (size == no_frame && may_begin_here(bytes)) {
+      if (const std::optional<Span> frame = first_whole(bytes)) return take(bytes, *frame);
+      if (bytes.size() < longest_frame) return std::nullopt;
+    }
     if (size == no_frame) {
-      skip_byte();
+      if (bytes.size() < 2 && bytes[0] == all_slaves && in_step_) return std::nullopt;
+      skip(1);
       continue;
     }
     if (!size || bytes.size() < *size) return std::nullopt;
-    if (!crc_agrees(bytes.first(*size))) {
-      ++crc_errors_;
-      skip_byte();
-      continue;
-    }
-    buffer_.consume(*size);
-    return bytes.subspan(1, *size - 1 - crc_size);
+    if (crc_agrees(bytes.first(*size))) return take(bytes, {0, *size});
+    ++crc_errors_;
+    skip(1);
   }
   return std::nullopt;
 }

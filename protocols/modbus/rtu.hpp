@@ -19,34 +19,53 @@ enum class Side : std::uint8_t { requests, replies };
 /// operating system does not keep: any chunking gives the same frames. Bytes outside a frame to or
 /// from `slave` are skipped; after a wrong CRC the search goes on one byte further.
 ///
-/// A frame that is cut short holds up what follows until its length is reached. Who knows that the
+/// Requests of functions whose length is not known here are framed too, so that they can be
+/// refused: such a one ends where its CRC agrees first. Writes to all slaves (address 0) are passed
+/// on. Both only where a frame has to begin: behind another one, or behind silence.
+///
+/// A frame that is cut short holds up what follows until its length is reached, or until a whole
+/// frame lies behind it where its own length or address is not told for sure. Who knows that the
 /// line has been silent calls clear().
 class RtuSplitter {
  public:
   static constexpr std::size_t capacity = 4096;
 
-  RtuSplitter(Side side, std::uint8_t slave) : side_(side), slave_(slave) {}
+  RtuSplitter(Side side, std::uint8_t slave)
+      : side_(side), slave_(slave), in_step_(side == Side::requests) {}
 
   void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
   /// The PDU of the next frame, valid until the next push() or clear().
   std::optional<ByteView> next();
+  /// Whether the last frame was a request to all slaves, which none answers.
+  [[nodiscard]] bool to_all() const { return to_all_; }
   /// What next() has not taken.
   [[nodiscard]] ByteView rest() const { return buffer_.view(); }
-  void clear() { buffer_.clear(); }
+  void clear() {
+    buffer_.clear();
+    in_step_ = side_ == Side::requests;
+  }
 
   [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
   /// Frames with a right slave address and a plausible length, and a wrong check value.
   [[nodiscard]] std::uint64_t crc_errors() const { return crc_errors_; }
 
  private:
+  struct Span {
+    std::size_t at, end;
+  };
   [[nodiscard]] std::optional<std::size_t> frame_size(ByteView bytes) const;
-  void skip_byte();
+  [[nodiscard]] bool may_begin_here(ByteView bytes) const;
+  [[nodiscard]] std::optional<Span> first_whole(ByteView bytes) const;
+  ByteView take(ByteView bytes, Span frame);
+  void skip(std::size_t count);
 
   Side side_;
   std::uint8_t slave_;
+  bool in_step_;  ///< requests: nothing was skipped since the last frame or silence
   StreamBuffer buffer_{capacity};
   std::uint64_t skipped_bytes_ = 0;
   std::uint64_t crc_errors_ = 0;
+  bool to_all_ = false;
 };
 
 }  // namespace weft::protocols::modbus

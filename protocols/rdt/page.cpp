@@ -100,7 +100,7 @@ std::string encode(const SettingsPage& page) {
          tag("cfgcpt", number(page.counts_per_torque)) + tag("cfgmr", list(page.max_ratings)) +
          tag("cfgtfx", list(page.tool_transform)) + tag("scfgtdu", "mm") +
          tag("scfgtau", "degrees") + tag("comrdte", page.rdt_enabled ? "Enabled" : "Disabled") +
-         tag("comrdtrate", number(page.rdt_rate_hz)) +
+         tag("comrdtrate", std::to_string(std::lround(page.rdt_rate_hz))) +
          tag("comrdtbsiz", std::to_string(page.buffer_size)) + tag("runrate", "7000") +
          tag("netip", "192.168.1.1") + tag("nethwaddr", "00-16-BD-00-00-00") +
          tag("mfgdigsn", page.calibration_serial) + tag("mfgdigver", "2.2.59") + "</netft>\n";

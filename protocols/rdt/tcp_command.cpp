@@ -1,6 +1,5 @@
 #include "protocols/rdt/tcp_command.hpp"
 
-#include <algorithm>
 #include <numbers>
 #include <string>
 
@@ -27,7 +26,13 @@ struct Writer {
     constexpr std::size_t reserved = 5;
     out->resize(out->size() + reserved);
   }
-  void operator()(const WriteCondition& w) const { BigWriter(*out).put(w.rest); }
+  void operator()(const WriteCondition& w) const {
+    BigWriter writer(*out);
+    writer.write(w.index).write(w.axis).write(w.output_code).write(w.comparison);
+    writer.write(w.compared_with);
+    constexpr std::size_t reserved = 13;
+    out->resize(out->size() + reserved);
+  }
 };
 
 ReadFt read_ft(ByteView bytes) {
@@ -46,6 +51,17 @@ WriteTransform write_transform(ByteView bytes) {
   write.distance_unit = reader.read<std::uint8_t>();
   write.angle_unit = reader.read<std::uint8_t>();
   for (std::int16_t& value : write.hundredths) value = reader.read<std::int16_t>();
+  return write;
+}
+
+WriteCondition write_condition(ByteView bytes) {
+  BigReader reader(bytes.subspan(1));
+  WriteCondition write;
+  write.index = reader.read<std::uint8_t>();
+  write.axis = reader.read<std::uint8_t>();
+  write.output_code = reader.read<std::uint8_t>();
+  write.comparison = reader.read<std::int8_t>();
+  write.compared_with = reader.read<std::int16_t>();
   return write;
 }
 
@@ -80,11 +96,8 @@ Result<CommandRequest> decode_command(ByteView bytes) {
       return ReadCalibration{};
     case TcpCommand::write_transform:
       return write_transform(bytes);
-    case TcpCommand::write_condition: {
-      WriteCondition write;
-      std::copy(bytes.begin() + 1, bytes.end(), write.rest.begin());
-      return write;
-    }
+    case TcpCommand::write_condition:
+      return write_condition(bytes);
   }
   return fail(Errc::unsupported, "the command port has no such command", {}, "0 to 3",
               std::to_string(bytes[0]));

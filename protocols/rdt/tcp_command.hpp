@@ -1,6 +1,7 @@
 #pragma once
 // The Net F/T's command port, TCP 49151: requests of 20 bytes without a first word of their own,
-// big-endian. Source: Axia and NETrs clients (reference B.4). What is from memory says so: [M].
+// big-endian. Source: ATI manual 9610-05-Ethernet Axia-09, section 10, and clients of the Axia and
+// NETrs, which are of the same family (reference B.4).
 
 #include <array>
 #include <cstdint>
@@ -21,11 +22,11 @@ enum class TcpCommand : std::uint8_t {
   read_ft = 0,
   read_calibration = 1,
   write_transform = 2,
-  write_condition = 3,  ///< [M]
+  write_condition = 3,
 };
 
 struct ReadFt {
-  std::uint16_t condition_mask = 0;  ///< of the threshold conditions that are to be enabled
+  std::uint16_t condition_mask = 0;  ///< which of conditions 0 to 15 are enabled from now on
   bool bias = false;                 ///< the present reading becomes zero
   bool clear_latch = false;          ///< of the threshold conditions
 
@@ -42,9 +43,13 @@ struct WriteTransform {
 
   bool operator==(const WriteTransform&) const = default;
 };
-/// Its layout is not sourced: the 19 bytes as they came.
+/// A threshold condition.
 struct WriteCondition {
-  std::array<std::uint8_t, command_size - 1> rest{};
+  std::uint8_t index = 0;          ///< 0 to 31
+  std::uint8_t axis = 0;           ///< 0 Fx to 5 Tz
+  std::uint8_t output_code = 0;    ///< what the box tells on its other outputs
+  std::int8_t comparison = 1;      ///< 1: above the value, -1: below
+  std::int16_t compared_with = 0;  ///< counts divided by CalibrationReply::scale
 
   bool operator==(const WriteCondition&) const = default;
 };
@@ -72,7 +77,7 @@ struct CalibrationReply {
 
   bool operator==(const CalibrationReply&) const = default;
 };
-/// Answer to WriteTransform and WriteCondition [M].
+/// Answer to WriteTransform and WriteCondition.
 struct WriteReply {
   TcpCommand command{};
   std::uint8_t error = 0;  ///< 0: taken
@@ -88,8 +93,8 @@ Result<FtReply> decode_ft_reply(ByteView bytes);
 Result<CalibrationReply> decode_calibration_reply(ByteView bytes);
 Result<WriteReply> decode_write_reply(ByteView bytes);
 
-/// Of the units of a WriteTransform: 1 inch, 2 foot, 3 mm, 4 cm, 5 m; 1 degree, 2 radian. 3 and 1
-/// are sourced, the others [M]. Errors: unsupported.
+/// Of the units of a WriteTransform: 1 inch, 2 foot, 3 mm, 4 cm, 5 m; 1 degree, 2 radian. Errors:
+/// unsupported.
 Result<double> metres_per(std::uint8_t distance_unit);
 Result<double> radians_per(std::uint8_t angle_unit);
 

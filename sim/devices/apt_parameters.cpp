@@ -56,6 +56,27 @@ HomeParams homing_of(const StageModel& model) {
   return homing;
 }
 
+/// From deflections of 20, 50, 80 and 100 on, as in the document's example; a tenth, a fifth, three
+/// tenths and half of the default speed, in position counts a second [E].
+PotParams slider_of(const StageModel& model) {
+  const auto part = [&](double of_speed) {
+    return or_zero(position_to_counts(model.scale, of_speed * model.default_speed));
+  };
+  return {1, 20, part(0.1), 50, part(0.2), 80, part(0.3), 100, part(0.5)};
+}
+
+/// Velocity mode at the default speed; half bright, dimmed after ten minutes [E].
+KcubePanelParams panel_of(const StageModel& model) {
+  const VelocityParams velocity = velocity_of(model);
+  KcubePanelParams panel;
+  panel.maximum_velocity_counts = velocity.maximum_velocity_counts;
+  panel.acceleration_counts = velocity.acceleration_counts;
+  panel.brightness_percent = 50;
+  panel.dim_after_min = 10;
+  panel.dim_level = 2;
+  return panel;
+}
+
 /// PRM1-Z8: 850, 150, 2720, 50 (reference A.7); all four filters on.
 Bytes pid_of_prm1_z8() {
   Bytes bytes;
@@ -84,10 +105,13 @@ AptParameters::AptParameters(const StageModel& model) {
            {MessageId::set_powerparams, bytes_of(PowerParams{1, 15, 30})},
            {MessageId::set_bowindex, bytes_of(BowIndex{})},
            {MessageId::set_avmodes, blank(4)},
+           {MessageId::set_potparams, bytes_of(slider_of(model))},
+           {MessageId::set_buttonparams, bytes_of(ButtonParams{1, 1, 0, 0, 2000, 2000})},
            {MessageId::set_dcpidparams, pid_of_prm1_z8()},
+           {MessageId::set_kcubemmiparams, bytes_of(panel_of(model))},
            {MessageId::set_kcubetrigconfig, blank(12)},
            {MessageId::set_kcubepostrig, blank(34)},
-           {MessageId::set_loopparams, blank(28)}};
+           {MessageId::set_loopparams, blank(36)}};
 }
 
 AptParameters::Answer AptParameters::handle(const Message& message) {
@@ -97,7 +121,9 @@ AptParameters::Answer AptParameters::handle(const Message& message) {
     const auto documented = documented_data_size(set);
     const bool fits = documented ? message.data.size() == *documented : !message.data.empty();
     if (!fits) return {Outcome::refused, set, nullptr};
-    body = message.data;
+    // Issues and hosts disagree on how much of a K-cube's messages there is; the answer keeps its
+    // own length.
+    std::copy_n(message.data.begin(), std::min(body.size(), message.data.size()), body.begin());
     return {Outcome::taken, set, nullptr};
   }
   return {};

@@ -15,12 +15,12 @@ namespace {
 using namespace protocols::apt;
 
 constexpr Duration update_period = std::chrono::milliseconds(100);  // APT16: 10 Hz
-/// The rest of a message is not waited for longer: its host has gone, and what comes is another's.
+/// The rest of a message is not waited for longer, counted from its beginning: its host has gone,
+/// or its length was damaged.
 constexpr Duration half_message_kept = std::chrono::milliseconds(500);
 constexpr std::uint16_t kcube_hardware_type = 16;  // seen for K-cubes (A.5, M)
 constexpr std::uint16_t card_hardware_type = 44;
 constexpr std::uint16_t rack_hardware_type = 45;
-constexpr std::uint8_t occupied = 1, vacant = 2;
 
 const StageModel& model_of(const AptStageParams& params) {
   WEFT_ASSERT(params.stage != nullptr);
@@ -46,15 +46,19 @@ const Stage& AptStageEmulator::stage() const {
 
 void AptStageEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
-  if (now - heard_ > half_message_kept) splitter_.clear();
-  heard_ = now;
+  if (begun_ && now - *begun_ > half_message_kept) splitter_.clear();
+  if (!splitter_.in_progress()) begun_ = now;
   splitter_.push(bytes);
-  while (splitter_.next(message_)) handle(message_, now, out);
+  while (splitter_.next(message_)) {
+    begun_ = now;
+    handle(message_, now, out);
+  }
   suffer_motion(now, out);
 }
 
 void AptStageEmulator::meet_new_host() {
   splitter_.clear();
+  begun_.reset();
   forget_host();
 }
 
@@ -118,7 +122,8 @@ bool AptStageEmulator::is_for_us(std::uint8_t destination) const {
 }
 
 void AptStageEmulator::handle(const Message& message, TimePoint now, ByteSink& out) {
-  if (!is_for_us(message.dest)) {
+  const auto documented = documented_data_size(message.id);
+  if (!is_for_us(message.dest) || (documented && message.data.size() != *documented)) {
     ++ignored_;
     return;
   }
@@ -134,7 +139,13 @@ void AptStageEmulator::handle(const Message& message, TimePoint now, ByteSink& o
 
 bool AptStageEmulator::handle_system(const Message& message, TimePoint now, ByteSink& out) {
   switch (message.id) {
+    // What a host says when it begins shows that it lives as an acknowledgement does: one that went
+    // without a word, on a terminal where hosts change unseen, is not held against the next.
+    case MessageId::hw_no_flash_programming:
+      unacknowledged_ = 0;
+      return true;
     case MessageId::hw_req_info:
+      unacknowledged_ = 0;
       reply_info(now, out);
       return true;
     case MessageId::hw_start_updatemsgs:
@@ -156,7 +167,6 @@ bool AptStageEmulator::handle_system(const Message& message, TimePoint now, Byte
     case MessageId::mod_identify:
       ++identified_;
       return true;
-    case MessageId::hw_no_flash_programming:
     case MessageId::set_eepromparams:
     case MessageId::set_trigger:
       return true;
@@ -166,13 +176,6 @@ bool AptStageEmulator::handle_system(const Message& message, TimePoint now, Byte
     default:
       return false;
   }
-}
-
-bool AptStageEmulator::handle_rack(const Message& message, ByteSink& out) {
-  if (message.id != MessageId::rack_req_bayused) return false;
-  const bool ours = message.param1 == params_.bay.value_or(0);
-  reply_short(MessageId::rack_get_bayused, message.param1, ours ? occupied : vacant, out);
-  return true;
 }
 
 bool AptStageEmulator::handle_status(const Message& message, TimePoint now, ByteSink& out) {

@@ -62,6 +62,7 @@ class AptStageEmulator final : public Emulator {
   void handle(const Message& message, TimePoint now, ByteSink& out);
   bool handle_system(const Message& message, TimePoint now, ByteSink& out);
   bool handle_rack(const Message& message, ByteSink& out);
+  bool handle_inputs_and_outputs(const Message& message, ByteSink& out);
   bool handle_motion(const Message& message, TimePoint now, ByteSink& out);
   bool handle_status(const Message& message, TimePoint now, ByteSink& out);
   bool handle_counters(const Message& message, TimePoint now, ByteSink& out);
@@ -114,9 +115,9 @@ class AptStageEmulator final : public Emulator {
   AptStageParams params_;
   BenchWorld* world_;
   AptParameters parameters_;
-  protocols::apt::Splitter splitter_;
-  TimePoint heard_{};
-  Message message_;  ///< kept for the room of its data
+  protocols::apt::Splitter splitter_{protocols::apt::Lengths::any};
+  std::optional<TimePoint> begun_;  ///< when the message in progress began to come
+  Message message_;                 ///< kept for the room of its data
   Bytes buffer_;
   std::uint8_t host_ = protocols::apt::address::host;
   std::uint8_t unit_ = protocols::apt::address::usb_unit;  ///< whose messages come unasked
@@ -131,6 +132,8 @@ class AptStageEmulator final : public Emulator {
   bool on_low_end_ = false;       ///< such a motion has ended at the switch
   std::optional<TimePoint> next_update_;
   std::uint32_t unacknowledged_ = 0;
+  std::uint8_t outputs_ = 0;       ///< digital, of the channel
+  std::uint8_t rack_outputs_ = 0;  ///< digital, of its rack
   std::uint64_t ignored_ = 0;
   std::uint64_t identified_ = 0;
 

@@ -16,19 +16,25 @@ std::uint32_t AptStageEmulator::status_bits(TimePoint now) const {
   return bits;
 }
 
+/// The bits of one motion add up: "in motion, moving clockwise" is of the shaft, "performing a
+/// homing move" and "jogging" of why (issue of December 2025, GET_USTATUSUPDATE; Thorlabs' adapter
+/// for Micro-Manager: "1 - moving, 0 - stationary"). No source shows the word of a real unit that
+/// homes.
 std::uint32_t AptStageEmulator::motion_bits(TimePoint now) const {
-  const bool forward = held_ ? goal_ >= stage().position(now) : stage().velocity(now) >= 0;
+  const double velocity = stage().velocity(now);
+  const bool forward = velocity == 0 ? goal_ >= stage().position(now) : velocity > 0;
+  const std::uint32_t moving = forward ? status::moving_forward : status::moving_reverse;
   switch (motion_) {
     case Motion::none:
       return 0;
     case Motion::home:
     case Motion::home_run_off:
-      return status::homing;
+      return moving | status::homing;
     case Motion::jog:
-      return forward ? status::jogging_forward : status::jogging_reverse;
+      return moving | (forward ? status::jogging_forward : status::jogging_reverse);
     case Motion::move:
     case Motion::stopping:
-      return forward ? status::moving_forward : status::moving_reverse;
+      return moving;
   }
   return 0;
 }

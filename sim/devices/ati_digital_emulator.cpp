@@ -16,6 +16,8 @@ using protocols::modbus::Reply;
 /// A request is over when the line has been silent for so long. On a wire 3.5 characters would do;
 /// an operating system may hold back the second half of a write for longer.
 constexpr Duration silence = std::chrono::milliseconds(20);
+/// Silence means nothing on TCP; the rest of a request is not waited for longer.
+constexpr Duration half_request_kept = std::chrono::milliseconds(500);
 
 /// The gauges' converter is what limits and quantises here.
 FtSensorParams unlimited(FtSensorParams params) {
@@ -78,11 +80,7 @@ AtiDigitalEmulator::AtiDigitalEmulator(const AtiDigitalParams& params, BenchWorl
 
 void AtiDigitalEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
-  if (now - heard_ > silence) {
-    rtu_.clear();
-    tcp_.clear();
-    jam_bytes_ = 0;
-  }
+  if (now - heard_ > (params_.modbus_tcp ? half_request_kept : silence)) forget_half_said();
   heard_ = now;
   if (params_.modbus_tcp) return serve_tcp(bytes, now, out);
   if (!streaming_) return serve_rtu(bytes, now, out);
@@ -90,11 +88,19 @@ void AtiDigitalEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   streaming_ = jam_bytes_ < digital::jam_size;
 }
 
+void AtiDigitalEmulator::forget_half_said() {
+  rtu_.clear();
+  tcp_.clear();
+  jam_bytes_ = 0;
+}
+
 void AtiDigitalEmulator::serve_rtu(ByteView bytes, TimePoint now, ByteSink& out) {
   rtu_.push(bytes);
   while (const std::optional<ByteView> pdu = rtu_.next()) {
+    const Reply reply = answer(*pdu, now);
+    if (rtu_.to_all()) continue;  // obeyed, and answered by nobody
     buffer_.clear();
-    append_rtu(buffer_, params_.slave, answer(*pdu, now));
+    append_rtu(buffer_, params_.slave, reply);
     if (struck_by(FaultKind::crc_errors, now) != nullptr) buffer_.back() ^= 0x55;
     out(buffer_);
   }

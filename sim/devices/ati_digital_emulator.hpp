@@ -34,6 +34,7 @@ class AtiDigitalEmulator final : public ForceEmulator {
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
   void wake(TimePoint now, ByteSink& out) override;
+  void meet_new_host() override { forget_half_said(); }
 
   [[nodiscard]] bool streaming() const { return streaming_; }
 
@@ -41,6 +42,7 @@ class AtiDigitalEmulator final : public ForceEmulator {
   using Reply = protocols::modbus::Reply;
   using GaugeCounts = std::array<std::int16_t, protocols::ati_digital::gauges>;
 
+  void forget_half_said();
   void serve_rtu(ByteView bytes, TimePoint now, ByteSink& out);
   void serve_tcp(ByteView bytes, TimePoint now, ByteSink& out);
   [[nodiscard]] Reply answer(ByteView pdu, TimePoint now);

@@ -19,8 +19,9 @@ struct Answerer {
     const bool taken = box->set_transform(write).has_value();
     append(*out, rdt::WriteReply{rdt::TcpCommand::write_transform, taken ? no_error : refused});
   }
-  void operator()(const rdt::WriteCondition&) const {
-    append(*out, rdt::WriteReply{rdt::TcpCommand::write_condition, refused});
+  void operator()(const rdt::WriteCondition& write) const {
+    const bool taken = box->set_condition(write).has_value();
+    append(*out, rdt::WriteReply{rdt::TcpCommand::write_condition, taken ? no_error : refused});
   }
 
   static constexpr std::uint8_t no_error = 0, refused = 1;

@@ -9,9 +9,8 @@
 
 namespace weft::sim {
 
-/// One connection: READFT, READCALINFO and WRITETRANSFORM. WRITECONDITION, whose layout is not
-/// sourced, is refused in its answer; other commands are not answered. Conditions are the rig
-/// file's threshold, whatever mask READFT brings.
+/// One connection: READFT, READCALINFO, WRITETRANSFORM and WRITECONDITION (WRITETHRESHOLD in newer
+/// manuals). Other commands are not answered.
 class NetftCommandEmulator final : public ClientEmulator {
  public:
   /// `box` is asked at each request; nullptr: the box is off, and nothing is answered.

@@ -54,6 +54,7 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
 void RdtEmulator::start(const rdt::Request& request, TimePoint now) {
   if (!rdt_enabled_) return;
   streaming_ = true;
+  stream_rate_hz_ = params_.rate_hz;
   buffered_ = request.command == rdt::RequestCommand::start_buffered;
   wanted_ = request.sample_count;
   taken_ = 0;
@@ -69,7 +70,7 @@ void RdtEmulator::stop(ByteSink& out) {
 
 TimePoint RdtEmulator::sample_time(std::uint64_t sample) const {
   // From the start each time, so that rates that do not divide a second do not drift.
-  return started_ + from_seconds(static_cast<double>(sample) / params_.rate_hz);
+  return started_ + from_seconds(static_cast<double>(sample) / stream_rate_hz_);
 }
 
 std::optional<TimePoint> RdtEmulator::next_wakeup() const {
@@ -103,14 +104,27 @@ rdt::Record RdtEmulator::record_at(TimePoint at) {
   record.ft_sequence = number;
   if (reading.saturated) record.status = rdt::status::summary | rdt::status::saturation;
   const double fz_n = reading.counts[2] / params_.sensor.counts_per_n;
-  latched_ = latched_ || (params_.threshold_n > 0 && std::abs(fz_n) > params_.threshold_n);
+  const std::array<std::int32_t, 6> counts = transformed(reading.counts);
+  latched_ = latched_ || (params_.threshold_n > 0 && std::abs(fz_n) > params_.threshold_n) ||
+             condition_met(counts);
   if (latched_) record.status |= rdt::status::summary | rdt::status::monitor_condition;
   if (const Fault* bit = suffers(FaultKind::status_bits, at))
     record.status |= rdt::status::summary | 1U << std::clamp(static_cast<int>(bit->amount), 0, 31);
-  const std::array<std::int32_t, 6> counts = transformed(reading.counts);
   std::copy_n(counts.begin(), 3, record.force_counts.begin());
   std::copy_n(counts.begin() + 3, 3, record.torque_counts.begin());
   return record;
+}
+
+bool RdtEmulator::condition_met(const std::array<std::int32_t, 6>& counts) const {
+  for (std::size_t i = 0; i < 16; ++i) {
+    const std::optional<rdt::WriteCondition>& condition = conditions_[i];
+    if (!condition || (conditions_enabled_ >> i & 1) == 0) continue;
+    const std::int64_t limit =
+        std::int64_t{condition->compared_with} * scale_of(params_.sensor, condition->axis);
+    const std::int64_t told = counts[condition->axis];
+    if (condition->comparison > 0 ? told > limit : told < limit) return true;
+  }
+  return false;
 }
 
 std::array<std::int32_t, 6> RdtEmulator::transformed(
@@ -192,6 +206,7 @@ rdt::CalibrationReply RdtEmulator::calibration_reply(TimePoint now) const {
 }
 
 rdt::FtReply RdtEmulator::read_ft(const rdt::ReadFt& read, TimePoint now) {
+  conditions_enabled_ = read.condition_mask;
   if (read.bias) sensor_.bias(world_->contact(now), conversion_at(now));
   if (read.clear_latch) latched_ = false;
   const rdt::Record record = record_at(now);
@@ -209,6 +224,19 @@ Status RdtEmulator::set_transform(const rdt::WriteTransform& write) {
   if (!made) return pass(made.error());
   transform_ = *made;
   return {};
+}
+
+Status RdtEmulator::set_condition(const rdt::WriteCondition& write) {
+  if (write.index >= conditions_.size() || write.axis > 5 || std::abs(write.comparison) != 1)
+    return fail(Errc::range, "no such threshold condition", {},
+                "index 0 to 31, axis 0 to 5, comparison 1 or -1");
+  conditions_[write.index] = write;
+  return {};
+}
+
+void RdtEmulator::set_rate_hz(double rate_hz) {
+  constexpr double conversions_hz = 7000;
+  params_.rate_hz = conversions_hz / std::max(1.0, std::floor(conversions_hz / rate_hz));
 }
 
 void RdtEmulator::flush(ByteSink& out) {

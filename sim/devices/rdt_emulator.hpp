@@ -2,7 +2,9 @@
 // An ATI Net F/T box: RDT requests in, records out, one datagram a call (reference protocols.md
 // B.1, B.2).
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "protocols/rdt/page.hpp"
@@ -41,8 +43,12 @@ class RdtEmulator final : public ForceEmulator {
   [[nodiscard]] protocols::rdt::CalibrationReply calibration_reply(TimePoint now) const;
   /// Errors: unsupported, for a unit that the box does not have.
   Status set_transform(const protocols::rdt::WriteTransform& write);
-  /// Of the next stream; 1 to 7000.
-  void set_rate_hz(double rate_hz) { params_.rate_hz = rate_hz; }
+  /// Of the conditions that a READFT enables. Errors: range, for an axis, an index or a comparison
+  /// that there is not.
+  Status set_condition(const protocols::rdt::WriteCondition& write);
+  /// Of the next stream; 1 to 7000. The box sends every n-th of its 7000 conversions a second: it
+  /// takes the next rate upwards that it has [M].
+  void set_rate_hz(double rate_hz);
   /// Of buffered streams; 1 to 40.
   void set_records_per_datagram(std::size_t count) { params_.records_per_datagram = count; }
   /// The low-pass filter's number, 0 to 12, which the page shows; readings are not filtered [E].
@@ -61,6 +67,7 @@ class RdtEmulator final : public ForceEmulator {
   void sample(TimePoint at, ByteSink& out);
   protocols::rdt::Record record_at(TimePoint at);
   void suffer_reading(FtReading& reading, TimePoint at);
+  [[nodiscard]] bool condition_met(const std::array<std::int32_t, 6>& counts) const;
   [[nodiscard]] std::array<std::int32_t, 6> transformed(
       const std::array<std::int32_t, 6>& counts) const;
   void suffer_sequence(TimePoint at);
@@ -71,9 +78,12 @@ class RdtEmulator final : public ForceEmulator {
   BenchWorld* world_;
   FtSensor sensor_;
   ToolTransform transform_;
+  std::array<std::optional<protocols::rdt::WriteCondition>, 32> conditions_{};
+  std::uint16_t conditions_enabled_ = 0;  ///< a bit for each of the first sixteen
   bool rdt_enabled_ = true;
   unsigned user_filter_ = 0;
   bool streaming_ = false;
+  double stream_rate_hz_ = 0;  ///< of the present stream
   bool buffered_ = false;
   std::uint32_t wanted_ = 0;  ///< 0: until stopped
   std::uint64_t taken_ = 0;   ///< samples since the start request

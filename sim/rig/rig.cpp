@@ -175,6 +175,13 @@ bool Rig::redirects(std::string_view device_name, ByteView datagram) const {
   return false;
 }
 
+bool Rig::serves_many(std::string_view device_name) const {
+  for (const EmulatedDevice& device : parts_->config.devices)
+    if (const auto* digital = std::get_if<AtiDigitalParams>(&device.params))
+      if (device.name == device_name && digital->modbus_tcp) return true;
+  return false;
+}
+
 void Rig::meet_new_host(std::string_view device_name) {
   const auto found = parts_->attached.find(device_name);
   if (found != parts_->attached.end()) found->second->meet_new_host();

@@ -60,6 +60,10 @@ class Rig {
   /// Whether a datagram makes its sender the one whom the device answers: the box's stream follows
   /// the latest start request, and nothing else.
   [[nodiscard]] bool redirects(std::string_view device_name, ByteView datagram) const;
+  /// Whether several hosts may speak to the device at once over TCP: Modbus TCP tells answers apart
+  /// by transaction and connection (MODBUS Messaging on TCP/IP 1.0b, 4.2.2); an APT stage has one
+  /// host.
+  [[nodiscard]] bool serves_many(std::string_view device_name) const;
   /// Another host has the device's place. Nothing happens for a device that is not attached.
   void meet_new_host(std::string_view device_name);
 

@@ -33,12 +33,13 @@ void try_message(ByteView bytes) {
          "a message that was read is written back");
   try_bodies<HardwareInfo, RichResponse, ChannelCounts, VelocityParams, JogParams,
              LimitSwitchParams, PowerParams, HomeParams, StatusBits, StatusUpdate, DcStatusUpdate,
-             BowIndex>(message->data);
+             BowIndex, AdcInputs, RackStatusBits, PotParams, ButtonParams, KcubePanelParams>(
+      message->data);
 }
 
-void try_stream(const ChunkedInput& input) {
-  Splitter whole;
-  Splitter pieces;
+void try_stream(const ChunkedInput& input, Lengths lengths) {
+  Splitter whole(lengths);
+  Splitter pieces(lengths);
   const auto at_once = split<Message>(whole, input.stream, {});
   demand(at_once == split<Message>(pieces, input.stream, input.sizes),
          "any chunking gives the same messages");
@@ -59,6 +60,8 @@ void try_stream(const ChunkedInput& input) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const weft::fuzz::ChunkedInput input({data, size});
   weft::fuzz::try_message(input.stream);
-  weft::fuzz::try_stream(input);
+  for (const auto lengths :
+       {weft::protocols::apt::Lengths::documented, weft::protocols::apt::Lengths::any})
+    weft::fuzz::try_stream(input, lengths);
   return 0;
 }

@@ -64,6 +64,27 @@ def near_home(path, rig, plate_mm=60):
     path.write_text(json.dumps(rig, indent=1))
 
 
+PLATE_KG = 0.3
+START_RX_DEG = 2.0  # large enough to tell a sine from noise
+
+
+def digital_rig(root, folder, framing, link):
+    """emulated17 with a Digital F/T sensor."""
+    path, rig = rig_file(root, folder)
+    for device in rig["devices"]:
+        if device["role"] == "rx":
+            device["emulator"]["start_deg"] = START_RX_DEG
+        if device["role"] == "wrench":
+            rate_hz = device["config"]["rate_hz"]
+            for key in ("http", "also"):
+                device.pop(key, None)
+            device.update(driver="ati_digital", config={"rate_hz": rate_hz}, link=link,
+                          emulator={"kind": "ati_digital", "framing": framing, "rate_hz": rate_hz,
+                                    "plate_mass_kg": PLATE_KG})
+    path.write_text(json.dumps(rig))
+    return path, rig
+
+
 class ServedRig:
     """weft-rig while the block runs. Its orders are answered on the console."""
 

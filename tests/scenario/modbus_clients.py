@@ -17,10 +17,9 @@ import sys
 import tempfile
 
 from cli_support import Checks
-from emulated_support import ServedRig, free_port, rig_file
+from emulated_support import PLATE_KG, START_RX_DEG, ServedRig, digital_rig, free_port
 
-PLATE_KG, GRAVITY = 0.3, 9.80665
-START_RX_DEG = 2.0  # large enough to tell a sine from noise
+GRAVITY = 9.80665
 TOLERANCE = [0.05] * 3 + [0.002] * 3  # N, N m: resolution of the sensor and five times its noise
 try:
     from pymodbus.client import ModbusSerialClient, ModbusTcpClient
@@ -33,23 +32,6 @@ try:
 except ImportError as missing:
     print(f"skipped: python3-pymodbus 3 is not installed ({missing})")
     sys.exit(77)
-
-
-def digital_rig(root, folder, framing, link):
-    """emulated17 with a Digital F/T sensor."""
-    path, rig = rig_file(root, folder)
-    for device in rig["devices"]:
-        if device["role"] == "rx":
-            device["emulator"]["start_deg"] = START_RX_DEG
-        if device["role"] == "wrench":
-            rate_hz = device["config"]["rate_hz"]
-            for key in ("http", "also"):
-                device.pop(key, None)
-            device.update(driver="ati_digital", config={"rate_hz": rate_hz}, link=link,
-                          emulator={"kind": "ati_digital", "framing": framing, "rate_hz": rate_hz,
-                                    "plate_mass_kg": PLATE_KG})
-    path.write_text(json.dumps(rig))
-    return path, rig
 
 
 def s16(words):

@@ -152,6 +152,11 @@ add_test(NAME scenario_rig_tcp
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/rig_tcp.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_rig_tcp PROPERTIES TIMEOUT 120 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# Hosts as nobody should write them: gone without a word, reading nothing, asking everything, two at once.
+add_test(NAME scenario_rig_hosts
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/rig_hosts.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_rig_hosts PROPERTIES TIMEOUT 180 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # Other people's Modbus programs against the emulated Digital F/T sensor; Debian's python3-pymodbus belongs to /usr/bin/python3.
 pkg_check_modules(MODBUS IMPORTED_TARGET libmodbus)
 if(SYSTEM_PYTHON3 AND MODBUS_FOUND)
@@ -258,7 +263,7 @@ set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHO
 # script/test has two slots for each processor: a test that computes takes two of them, one that waits for ports in real time one.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
 set_tests_properties(${all_tests} PROPERTIES PROCESSORS 2)
-foreach(waiting emulated_trial emulated_kill real_bench rig_tcp align modbus_clients apt_client netft_client doctor vibro_ports)
+foreach(waiting emulated_trial emulated_kill real_bench rig_tcp rig_hosts align modbus_clients apt_client netft_client doctor vibro_ports)
   if(TEST scenario_${waiting})
     set_tests_properties(scenario_${waiting} PROPERTIES PROCESSORS 1)
   endif()

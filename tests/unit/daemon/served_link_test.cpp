@@ -1,7 +1,14 @@
-// What hosts see of a device whose plug is pulled and put in again, on real ports.
+// What hosts see of a device on real ports: that they come and go, and that its plug is pulled and
+// put in again.
 
 #include "daemon/serve/served_link.hpp"
 
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -85,6 +92,140 @@ TEST_CASE("a terminal whose plug is pulled hangs up, is gone, and comes back at 
     speaks(loop, at);
     CHECK_FALSE((*host.opened)->write(Bytes{1}));  // the old link stays closed
   }
+}
+
+namespace {
+
+/// A host that opened the port with nothing but open(2), and reads when the test says so.
+struct PlainHost {
+  explicit PlainHost(const std::string& path)
+      : port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+    REQUIRE(port >= 0);
+  }
+  ~PlainHost() { ::close(port); }
+  Bytes read() const {
+    Bytes all(1 << 16);
+    const ssize_t count = ::read(port, all.data(), all.size());
+    all.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+    return all;
+  }
+  int port;
+};
+
+}  // namespace
+
+TEST_CASE("what is said while nobody has a terminal open is lost, and whoever opens it is new") {
+  RealLoop loop;
+  const test::TemporaryFolder folder;
+  const std::string path = (folder / "port").string();
+  const auto device = echo(loop, SerialSettings{.path = path});
+  int hosts = 0;
+  device->on_new_host([&] { ++hosts; });
+  for (int round = 1; round <= 3; ++round) {
+    REQUIRE(device->write(Bytes(20, 0xEE)));
+    {
+      const PlainHost host(path);
+      run(loop, [&] { return hosts == round; });
+      const PlainHost other(path);  // beside the first: nobody new
+      REQUIRE(::write(host.port, "hello", 5) == 5);
+      Bytes heard;
+      run(loop, [&] {
+        const Bytes more = host.read();
+        heard.insert(heard.end(), more.begin(), more.end());
+        return heard.size() >= 5;
+      });
+      CHECK(heard == Bytes{'h', 'e', 'l', 'l', 'o'});
+      CHECK(hosts == round);
+      for (int i = 0; i < 2000; ++i) REQUIRE(device->write(Bytes(20, 0xEE)));  // left unread
+    }
+    bool later = false;
+    loop.after(20ms, [&] { later = true; });
+    run(loop, [&] { return later; });
+  }
+  const PlainHost last(path);
+  REQUIRE(::write(last.port, "x", 1) == 1);  // seen to come before its first byte is heard
+  run(loop, [&] { return hosts == 4; });
+  Bytes heard;
+  run(loop, [&] {
+    heard = last.read();
+    return !heard.empty();
+  });
+  CHECK(heard == Bytes{'x'});
+}
+
+TEST_CASE("a terminal that a host had for itself is free for the next, as that one set its line") {
+  RealLoop loop;
+  const test::TemporaryFolder folder;
+  const std::string path = (folder / "port").string();
+  const auto device = echo(loop, SerialSettings{.path = path});
+  int hosts = 0;
+  device->on_new_host([&] { ++hosts; });
+  {
+    const PlainHost host(path);
+    termios line{};
+    REQUIRE(::tcgetattr(host.port, &line) == 0);
+    line.c_cc[VMIN] = 7;
+    REQUIRE(::tcsetattr(host.port, TCSANOW, &line) == 0);
+    REQUIRE(::ioctl(host.port, TIOCEXCL) == 0);
+    run(loop, [&] { return hosts == 1; });
+  }
+  bool later = false;
+  loop.after(20ms, [&] { later = true; });
+  run(loop, [&] { return later; });
+  const PlainHost host(path);
+  termios line{};
+  REQUIRE(::tcgetattr(host.port, &line) == 0);
+  CHECK(line.c_cc[VMIN] == 7);
+  int exclusive = 1;
+  REQUIRE(::ioctl(host.port, TIOCGEXCL, &exclusive) == 0);
+  CHECK(exclusive == 0);
+}
+
+TEST_CASE("a host that does not read for long finds whole messages, the eldest") {
+  RealLoop loop;
+  const test::TemporaryFolder folder;
+  const std::string path = (folder / "port").string();
+  const auto device = echo(loop, SerialSettings{.path = path});
+  int hosts = 0;
+  device->on_new_host([&] { ++hosts; });
+  const PlainHost host(path);
+  run(loop, [&] { return hosts == 1; });
+  constexpr std::size_t size = 19;  // of no system's buffer a whole part
+  std::uint16_t said = 0;
+  const auto say = [&](int times) {
+    for (int i = 0; i < times; ++i, ++said) {
+      Bytes message(size, static_cast<std::uint8_t>(said >> 8));
+      message.front() = static_cast<std::uint8_t>(said);
+      REQUIRE(device->write(message));
+    }
+  };
+  say(5000);
+  Bytes heard;
+  const auto read_all = [&] {
+    bool later = false;
+    loop.after(50ms, [&] { later = true; });
+    run(loop, [&] {
+      const Bytes more = host.read();
+      heard.insert(heard.end(), more.begin(), more.end());
+      return later;
+    });
+  };
+  read_all();
+  const std::uint16_t next = said;
+  say(10);
+  read_all();
+  REQUIRE(heard.size() % size == 0);
+  REQUIRE(heard.size() < 5000 * size);
+  std::vector<unsigned> numbers;
+  for (std::size_t at = 0; at < heard.size(); at += size) {
+    const auto end = heard.begin() + static_cast<std::ptrdiff_t>(at + size);
+    const auto rest = heard.begin() + static_cast<std::ptrdiff_t>(at + 1);
+    REQUIRE(std::all_of(rest, end, [&](std::uint8_t byte) { return byte == *rest; }));
+    numbers.push_back(heard[at] | heard[at + 1] << 8U);
+  }
+  REQUIRE(numbers.size() > 20);
+  for (std::size_t i = 0; i + 10 < numbers.size(); ++i) REQUIRE(numbers[i] == i);
+  for (std::size_t i = 0; i < 10; ++i) CHECK(numbers[numbers.size() - 10 + i] == next + i);
 }
 
 TEST_CASE("a TCP device whose plug is pulled resets its host, refuses others, and comes back") {

@@ -164,6 +164,27 @@ TEST_CASE("the splitter finds the next message behind garbage, and counts the ga
   }
 }
 
+TEST_CASE("a splitter that believes any length takes a message that is not the document's whole") {
+  Bytes stream;
+  const Bytes odd = encode({MessageId::set_velparams, 0, 0, 0x50, 0x01, Bytes(40, 0x50)});
+  const Bytes long_home = encode({MessageId::move_home, 0, 0, 0x50, 0x01, Bytes(7, 0x01)});
+  const Bytes good = encode({MessageId::hw_req_info, 0, 0, 0x50, 0x01, {}});
+  for (const Bytes& bytes : {odd, long_home, good})
+    stream.insert(stream.end(), bytes.begin(), bytes.end());
+  Splitter splitter(Lengths::any);
+  splitter.push(stream);
+  Message message;
+  for (const Bytes& bytes : {odd, long_home, good}) {
+    REQUIRE(splitter.next(message));
+    CHECK(encode(message) == bytes);
+  }
+  CHECK(splitter.skipped_bytes() == 0);
+  CHECK_FALSE(splitter.in_progress());
+  splitter.push(ByteView(good).first(3));
+  CHECK_FALSE(splitter.next(message));
+  CHECK(splitter.in_progress());
+}
+
 TEST_CASE("bit flips, cuts and noise neither crash the APT splitter nor deafen it") {
   std::mt19937 random(3);
   for (int round = 0; round < 300; ++round) {

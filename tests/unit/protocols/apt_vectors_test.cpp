@@ -57,6 +57,39 @@ void from_json_fields(const json& f, DcStatusUpdate& b) {
 void from_json_fields(const json& f, BowIndex& b) {
   b = {f.at("channel"), f.at("index")};
 }
+void from_json_fields(const json& f, PotParams& b) {
+  b = {f.at("channel"),
+       f.at("zero_window"),
+       f.at("velocity1_counts_s"),
+       f.at("window1"),
+       f.at("velocity2_counts_s"),
+       f.at("window2"),
+       f.at("velocity3_counts_s"),
+       f.at("window3"),
+       f.at("velocity4_counts_s")};
+}
+void from_json_fields(const json& f, ButtonParams& b) {
+  b = {f.at("channel"),          f.at("mode"),        f.at("position1_counts"),
+       f.at("position2_counts"), f.at("timeout1_ms"), f.at("timeout2_ms")};
+}
+void from_json_fields(const json& f, KcubePanelParams& b) {
+  b = {f.at("channel"),
+       f.at("mode"),
+       f.at("maximum_velocity_counts"),
+       f.at("acceleration_counts"),
+       f.at("direction"),
+       f.at("position1_counts"),
+       f.at("position2_counts"),
+       f.at("brightness_percent"),
+       f.at("dim_after_min"),
+       f.at("dim_level")};
+}
+void from_json_fields(const json& f, AdcInputs& b) {
+  b = {f.at("input1_counts"), f.at("input2_counts")};
+}
+void from_json_fields(const json& f, RackStatusBits& b) {
+  b = {f.at("bits")};
+}
 void from_json_fields(const json& f, HardwareInfo& b) {
   b = {};
   b.serial = f.at("serial");
@@ -93,6 +126,11 @@ const std::map<std::string, BodyCheck> body_checks{
     {"DcStatusUpdate", check_body<DcStatusUpdate>},
     {"BowIndex", check_body<BowIndex>},
     {"HardwareInfo", check_body<HardwareInfo>},
+    {"PotParams", check_body<PotParams>},
+    {"ButtonParams", check_body<ButtonParams>},
+    {"KcubePanelParams", check_body<KcubePanelParams>},
+    {"AdcInputs", check_body<AdcInputs>},
+    {"RackStatusBits", check_body<RackStatusBits>},
 };
 
 Bytes bytes_of(const json& vector) {
@@ -105,7 +143,7 @@ Bytes bytes_of(const json& vector) {
 
 TEST_CASE("every APT vector decodes to its fields and encodes back to its bytes") {
   const std::vector<Vector> vectors = testing::load_vectors("apt");
-  REQUIRE(vectors.size() >= 47);
+  REQUIRE(vectors.size() >= 54);
   for (const Vector& vector : vectors) {
     INFO(vector.name);
     const json golden = json::parse(vector.text);

@@ -221,6 +221,73 @@ TEST_CASE("standard functions that nobody serves are framed and refused as unkno
   }
 }
 
+namespace {
+
+Bytes framed(const std::string& hex) {
+  Bytes frame = from_hex(hex);
+  LittleWriter(frame).write(crc16_modbus(frame));
+  return frame;
+}
+
+Bytes joined(std::initializer_list<Bytes> parts) {
+  Bytes all;
+  for (const Bytes& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+/// The PDUs that come out of requests to slave 10, byte by byte or in larger pieces.
+std::vector<Bytes> pdus_in(const Bytes& stream, std::size_t piece) {
+  RtuSplitter splitter(Side::requests, 10);
+  std::vector<Bytes> out;
+  for (std::size_t at = 0; at < stream.size(); at += piece) {
+    splitter.push(ByteView(stream).subspan(at, std::min(piece, stream.size() - at)));
+    while (const auto pdu = splitter.next()) out.emplace_back(pdu->begin(), pdu->end());
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a function of any length is framed by its check value, and holds up nothing behind it") {
+  const Bytes identify = framed("0A 2B 0E 01 00"), odd = framed("0A 64 01 02 03 04 05 06 07");
+  const Bytes read = framed("0A 03 00 1D 00 01"), file = framed("0A 14 07 06 00 04 00 01 00 02");
+  const auto pdu = [](const Bytes& frame) { return Bytes(frame.begin() + 1, frame.end() - 2); };
+  Bytes damaged = odd;
+  damaged[4] ^= 1;
+  for (const std::size_t piece : {1U, 3U, 1000U}) {
+    CHECK(pdus_in(joined({identify, read, odd, file}), piece) ==
+          std::vector<Bytes>{pdu(identify), pdu(read), pdu(odd), pdu(file)});
+    CHECK(pdus_in(joined({damaged, read, read}), piece) ==
+          std::vector<Bytes>{pdu(read), pdu(read)});
+    CHECK(pdus_in(joined({Bytes(72, 0), read}), piece) == std::vector<Bytes>{pdu(read)});
+    CHECK(pdus_in(framed("0A 83 02"), piece).empty());  // somebody's exception
+  }
+}
+
+TEST_CASE("what is written to all slaves is told apart, what is read from all is not taken") {
+  RtuSplitter splitter(Side::requests, 10);
+  splitter.push(joined({framed("00 06 00 1F 00 02"), framed("0A 03 00 1D 00 01"),
+                        framed("00 10 00 00 00 01 02 00 05"), framed("00 03 00 1D 00 01")}));
+  CHECK(decode_request(splitter.next().value()).value() == Request(WriteOne{0x1F, 2}));
+  CHECK(splitter.to_all());
+  CHECK(splitter.next());
+  CHECK_FALSE(splitter.to_all());
+  CHECK(std::holds_alternative<WriteMany>(decode_request(splitter.next().value()).value()));
+  CHECK(splitter.to_all());
+  CHECK_FALSE(splitter.next());
+}
+
+TEST_CASE("whole Modbus TCP frames are told from half ones") {
+  const Bytes frame = from_hex("12 34 00 00 00 06 0A 03 00 1D 00 01");
+  for (std::size_t cut = 0; cut < frame.size(); ++cut) {
+    const Bytes part(frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(cut));
+    CHECK(whole_mbap_frames(part) == 0);
+    CHECK(whole_mbap_frames(joined({frame, part})) == frame.size());
+  }
+  CHECK(whole_mbap_frames(Bytes(5, 0xFF)) == 0);
+  CHECK(whole_mbap_frames(joined({Bytes(7, 0xFF), frame})) == 7 + frame.size());
+}
+
 TEST_CASE("Modbus messages of a wrong length or with absurd counts are refused") {
   CHECK(refused_request("") == Errc::unsupported);
   CHECK(refused_request("03 00 00 00") == Errc::parse);

@@ -19,8 +19,11 @@ CommandRequest request_of(const json& f) {
       return ReadFt{f.at("condition_mask"), f.at("bias"), f.at("clear_latch")};
     case 1:
       return ReadCalibration{};
-    default:
+    case 2:
       return WriteTransform{f.at("distance_unit"), f.at("angle_unit"), f.at("hundredths")};
+    default:
+      return WriteCondition{f.at("index"), f.at("axis"), f.at("output_code"), f.at("comparison"),
+                            f.at("compared_with")};
   }
 }
 
@@ -60,7 +63,7 @@ TEST_CASE("every vector of the command port decodes to its fields and encodes ba
     check(golden);
     ++seen;
   }
-  CHECK(seen == 6);
+  CHECK(seen == 7);
 }
 
 TEST_CASE("requests of another length or command, and replies of another first word, are refused") {

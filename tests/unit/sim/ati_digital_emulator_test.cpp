@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "protocols/base/crc.hpp"
 #include "sim/devices/rdt_emulator.hpp"
 #include "tests/unit/sim/support.hpp"
 
@@ -240,4 +241,74 @@ TEST_CASE("a request that was cut short is over when the line has been silent") 
   Sensor sensor;
   CHECK(sensor.ask("0A 10 00 00 00 06 0C 02 1F").empty());
   CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+}
+
+TEST_CASE("every function that the sensor does not have is refused with exception 1") {
+  Sensor sensor;
+  for (int code = 1; code < 0x80; ++code) {
+    const auto function = static_cast<std::uint8_t>(code);
+    const bool served =
+        code == 3 || code == 4 || code == 6 || code == 0x10 || code == 0x46 || code == 0x6A;
+    if (served) continue;
+    // As long as the standard says, where it does.
+    Bytes request{10, function, 0, 0, 0, 1};
+    if (code == 0x07 || code == 0x0B || code == 0x0C || code == 0x11) request = {10, function};
+    if (code == 0x0F) request = {10, function, 0, 0, 0, 8, 1, 0xFF};
+    if (code == 0x14 || code == 0x15) request = {10, function, 7, 6, 0, 4, 0, 1, 0, 2};
+    if (code == 0x16) request = {10, function, 0, 4, 0, 0xF2, 0, 0x25};
+    if (code == 0x17) request = {10, function, 0, 0, 0, 1, 0, 0, 0, 1, 2, 0, 0};
+    if (code == 0x18) request = {10, function, 0, 1};
+    if (code == 0x2B) request = {10, function, 0x0E, 1, 0};  // read device identification
+    LittleWriter(request).write(crc16_modbus(request));
+    Bytes refusal{10, static_cast<std::uint8_t>(code | 0x80), 1};
+    LittleWriter(refusal).write(crc16_modbus(refusal));
+    CAPTURE(code);
+    CHECK(sensor.ask(request) == refusal);
+  }
+  CHECK(sensor.ask("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
+}
+
+TEST_CASE("a wrong quantity is a wrong value, whatever the address is") {
+  Sensor sensor;
+  const auto refusal = [&](const std::string& text) {
+    Bytes request = hex(text);
+    LittleWriter(request).write(crc16_modbus(request));
+    const Bytes reply = sensor.ask(request);
+    REQUIRE(reply.size() == 5);
+    CHECK(reply[1] == (request[1] | 0x80));
+    return int{reply[2]};
+  };
+  CHECK(refusal("0A 03 00 00 00 00") == 3);
+  CHECK(refusal("0A 03 FF FF 00 7E") == 3);
+  CHECK(refusal("0A 04 00 00 00 7E") == 3);
+  CHECK(refusal("0A 10 00 00 00 00 00") == 3);
+  CHECK(refusal("0A 10 00 00 00 02 02 00 01") == 3);  // two registers in two bytes
+  CHECK(refusal("0A 03 0C E0 00 7D") == 2);
+  CHECK(refusal("0A 04 00 2D 00 01") == 2);
+  CHECK(refusal("0A 06 00 1D 00 00") == 2);
+  CHECK(refusal("0A 10 00 0B 00 02 04 00 01 00 01") == 2);
+}
+
+TEST_CASE("what is written to all slaves is done, and answered by nobody") {
+  Sensor sensor;
+  sensor.ask("0A 6A AA FF 1D");
+  Bytes to_all = hex("00 06 00 1F 00 02");
+  LittleWriter(to_all).write(crc16_modbus(to_all));
+  CHECK(sensor.ask(to_all).empty());
+  CHECK(sensor.holding(digital::holding::baud_index) == 2);
+  Bytes question = hex("00 03 00 1D 00 01");
+  LittleWriter(question).write(crc16_modbus(question));
+  CHECK(sensor.ask(question).empty());
+}
+
+TEST_CASE("a Modbus TCP request may come in pieces, however slowly within half a second") {
+  AtiDigitalParams params;
+  params.modbus_tcp = true;
+  Sensor sensor(params);
+  CHECK(sensor.ask("12 34 00 00 00 06").empty());
+  CHECK(sensor.ask("0A 03 00 1D 00 01") == hex("12 34 00 00 00 05 0A 03 02 00 00"));
+  CHECK(sensor.ask("12 34 00 00 00 06 0A").empty());
+  sensor.device.meet_new_host();
+  CHECK(sensor.ask("00 01 00 00 00 06 0A 03 00 1D 00 01").size() == 11);
+  CHECK(sensor.ask("00 01 00 00 00 05 0A 2B 0E 01 00") == hex("00 01 00 00 00 03 0A AB 01"));
 }

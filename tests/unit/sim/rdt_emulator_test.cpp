@@ -215,6 +215,18 @@ TEST_CASE("the box's web pages set what they show") {
   box.run(1);
   CHECK(box.datagrams.size() == 2);
   CHECK(box.take().size() == 8);
+  get("/comm.cgi?comrdtrate=300");  // every 23rd of 7000 conversions
+  CHECK(shows("<comrdtrate>304</comrdtrate>"));
+  box.send(start);
+  box.run(1);
+  const auto records = box.take();
+  CHECK(records.size() == 305);
+  const auto conversions = static_cast<int>(records[304].ft_sequence - records[0].ft_sequence);
+  CHECK(std::abs(conversions - 304 * 23) <= 1);
+  get("/comm.cgi?comrdtrate=7000");  // of the next stream
+  box.run(0.1);
+  CHECK(box.take().size() < 35);
+  box.send("12 34 00 00 00 00 00 00");
   get("/comm.cgi?comrdte=0");
   CHECK(shows("<comrdte>Disabled</comrdte>"));
   box.send(start);
@@ -323,10 +335,43 @@ TEST_CASE("a tool transform moves torques and turns the frame, on the stream too
   CHECK(port.wrench()[2] == Approx(sensed[2]).margin(0.005));
 }
 
-TEST_CASE("the command port refuses a condition, and does not answer what it does not know") {
+TEST_CASE("a condition that is written latches once a READFT has enabled it") {
+  RdtEmulatorParams params;
+  params.sensor.noise = {};
+  Box box(params);
+  CommandPort port(box);
+  const auto scale = rdt::decode_calibration_reply(port.ask(rdt::ReadCalibration{})).value();
+  const auto newtons = [&](double n) {
+    return static_cast<std::int16_t>(n * scale.counts_per_force / scale.scale[2]);
+  };
+  const auto status = [&](const rdt::ReadFt& read) {
+    return rdt::decode_ft_reply(port.ask(read)).value().status;
+  };
+  const auto taken = hex("12 34 03 00"), refused = hex("12 34 03 01");
+  // the plate weighs 2.9 N
+  CHECK(port.ask(rdt::WriteCondition{.index = 3, .axis = 2, .compared_with = newtons(2)}) == taken);
+  CHECK(port.ask(rdt::WriteCondition{.index = 4, .axis = 2, .compared_with = newtons(4)}) == taken);
+  CHECK(port.ask(rdt::WriteCondition{
+            .index = 5, .axis = 2, .comparison = -1, .compared_with = newtons(4)}) == taken);
+  CHECK(status({}) == 0);
+  CHECK(status({.condition_mask = 1U << 4}) == 0);
+  CHECK(status({.condition_mask = 1U << 3}) == 0x8001);
+  CHECK(status({.condition_mask = 1U << 4}) == 0x8001);  // latched
+  CHECK(status({.condition_mask = 1U << 4, .clear_latch = true}) == 0);
+  box.send(start);
+  box.run(0.1);
+  CHECK(box.take().back().status == 0);
+  CHECK(status({.condition_mask = 1U << 5}) == 0x8001);
+  box.run(0.1);
+  CHECK(box.take().back().status == 0x80010000);
+  CHECK(port.ask(rdt::WriteCondition{.index = 32}) == refused);
+  CHECK(port.ask(rdt::WriteCondition{.axis = 6}) == refused);
+  CHECK(port.ask(rdt::WriteCondition{.comparison = 0}) == refused);
+}
+
+TEST_CASE("the command port does not answer what it does not know") {
   Box box;
   CommandPort port(box);
-  CHECK(port.ask(rdt::WriteCondition{}) == hex("12 34 03 01"));
   Bytes reply;
   ByteSink out = [&](ByteView b) { reply.insert(reply.end(), b.begin(), b.end()); };
   const Bytes unknown(rdt::command_size, 0x77);

@@ -1,0 +1,73 @@
+#pragma once
+// One APT stage on a bench of its own, for tests. Byte strings in them are those of reference
+// protocols.md A.8; positions and times are the trapezoid's.
+
+#include <catch2/catch.hpp>
+#include <utility>
+
+#include "sim/devices/apt_stage_emulator.hpp"
+#include "tests/unit/sim/support.hpp"
+
+namespace weft::sim::test {
+
+using protocols::apt::Axis;
+using protocols::apt::DcStatusUpdate;
+using protocols::apt::decode;
+using protocols::apt::decode_body;
+using protocols::apt::find_stage;
+using protocols::apt::StatusUpdate;
+
+inline WorldParams stages_world() {
+  WorldParams params;
+  for (StageParams& stage : params.stages)
+    stage = {.low = 0, .high = 0.15, .start = 0.02, .quantum = 0, .backlash = 0};
+  params.stages[3] = {.low = -3.2, .high = 3.2, .start = 0.1, .quantum = 0, .backlash = 0};
+  params.plant.geometry.plate_z_m = 0.1;
+  return params;
+}
+
+/// One stage on a bench of its own.
+struct Unit {
+  explicit Unit(const std::string& stage = "LTS150",
+                RetargetPolicy retarget = RetargetPolicy::replan)
+      : world(stages_world(), 1), emulator(params(stage, retarget), world, {}) {}
+
+  static AptStageParams params(const std::string& stage, RetargetPolicy retarget) {
+    AptStageParams p;
+    p.stage = find_stage(stage);
+    p.axis = p.stage->axis == Axis::linear ? AxisId::x : AxisId::rx;
+    p.model = p.stage->axis == Axis::linear ? "LTS150" : "KDC101";
+    p.retarget = retarget;
+    return p;
+  }
+  void send(const Bytes& bytes) { emulator.receive(bytes, now, sink); }
+  void send(const std::string& text) { send(hex(text)); }
+  /// Lets time pass, calling the emulator when it asks for it.
+  void run(double seconds) {
+    const TimePoint end = now + from_seconds(seconds);
+    for (auto at = emulator.next_wakeup(); at && *at <= end; at = emulator.next_wakeup())
+      emulator.wake(now = *at, sink);
+    now = end;
+  }
+  Bytes take() { return std::exchange(out, {}); }
+  StatusUpdate status() {
+    take();
+    send("80 04 01 00 50 01");
+    return decode_body<StatusUpdate>(decode(take())->data).value();
+  }
+  void ready() {
+    send("10 02 01 01 50 01");
+    send("43 04 01 00 50 01");
+    run(20);
+    take();
+  }
+  double position() { return world.stage(AxisId::x).position(now); }
+
+  Bytes out;
+  ByteSink sink = [this](ByteView bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); };
+  TimePoint now{};
+  BenchWorld world;
+  AptStageEmulator emulator;
+};
+
+}  // namespace weft::sim::test
