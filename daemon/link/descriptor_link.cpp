@@ -36,6 +36,11 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
 
   void have_read(const asio::error_code& error, std::size_t count) {
     if (gone || error == asio::error::operation_aborted) return;
+    if (framing == Framing::terminals && error.value() == EIO) {
+      paused = true;
+      if (vacant) vacant();
+      return;
+    }
     if (error && !harmless(error)) {
       if (error == asio::error::eof) let_read_to_the_end();
       return close(error.message());
@@ -137,8 +142,10 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
   std::size_t waiting_bytes = 0;
   bool held = false;
   bool gone = false;
+  bool paused = false;
   Link::Receiver receiver;
   Link::Closed closed;
+  std::function<void()> vacant;
 };
 
 DescriptorLink::DescriptorLink(RealLoop& loop, int descriptor, Framing framing, std::string name,
@@ -150,6 +157,7 @@ DescriptorLink::DescriptorLink(RealLoop& loop, int descriptor, Framing framing, 
 DescriptorLink::~DescriptorLink() {
   port_->receiver = {};
   port_->closed = {};
+  port_->vacant = {};
   if (!port_->gone) port_->close({});
 }
 
@@ -168,6 +176,14 @@ void DescriptorLink::on_closed(Closed closed) {
 void DescriptorLink::forget_unsent() {
   port_->waiting.clear();
   port_->waiting_bytes = 0;
+}
+
+void DescriptorLink::on_vacant(std::function<void()> vacant) {
+  port_->vacant = std::move(vacant);
+}
+
+void DescriptorLink::resume() {
+  if (!port_->gone && std::exchange(port_->paused, false)) port_->read();
 }
 
 void DescriptorLink::hold_for(Duration delay) {

@@ -1,6 +1,7 @@
 #pragma once
 // The link that all ports share: a descriptor, read when it is ready, written at once.
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -10,8 +11,9 @@
 namespace weft::daemon {
 
 enum class Framing : std::uint8_t {
-  stream,    ///< no bytes for good means that the far end is gone
-  datagrams  ///< each read and write is one datagram; a far end that is not there yet is no error
+  stream,     ///< no bytes for good means that the far end is gone
+  terminals,  ///< of a pseudo-terminal's master: nobody has the other end open, until resume()
+  datagrams   ///< each read and write is one datagram; a far end that is not there yet is no error
 };
 
 enum class Unsent : std::uint8_t {
@@ -40,6 +42,9 @@ class DescriptorLink final : public Link {
   void hold_for(Duration delay);
   /// What waits is not sent any more.
   void forget_unsent();
+  /// Of a master: called when the last has closed the terminal; nothing is read until resume().
+  void on_vacant(std::function<void()> vacant);
+  void resume();
 
  private:
   struct Port;

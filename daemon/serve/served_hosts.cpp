@@ -9,39 +9,26 @@ namespace {
 /// A host that has sent so much without a whole message is no host of this device.
 constexpr std::size_t most_unfinished = 65536;
 
-class ManyHosts final : public ServedPlace {
+class ManyHosts final : public TcpPlace {
  public:
   ManyHosts(RealLoop& loop, Endpoint at, WholeMessages whole)
-      : loop_(&loop), at_(std::move(at)), whole_(std::move(whole)) {}
+      : TcpPlace(loop, std::move(at)), whole_(std::move(whole)) {}
 
-  Status set_plugged(bool in) override {
-    if (in == (door_ != nullptr)) return {};
-    hosts_.clear();
-    door_.reset();
-    if (!in) return {};
-    auto door = TcpDoor::open(
-        *loop_, at_, [this](std::unique_ptr<Link> host) { welcome(std::move(host)); },
-        TcpDoor::Ends::reset);
-    if (!door) return pass(door.error());
-    door_ = std::move(*door);
-    return {};
-  }
   // Nobody there: lost, as on a wire.
   Status write(ByteView bytes) override {
     const auto host = hosts_.find(asked_last_);
     if (host != hosts_.end()) static_cast<void>(host->second.link->write(bytes));
     return {};
   }
-  void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
-  void on_closed(Closed) override {}  // a device outlives its hosts
 
  private:
-  void welcome(std::unique_ptr<Link> link) {
+  void welcome(std::unique_ptr<Link> link) override {
     const std::size_t id = ++last_host_;
     link->on_receive([this, id](ByteView bytes, TimePoint at) { take(id, bytes, at); });
     link->on_closed([this, id](const Error&) { end_soon(id); });
     hosts_[id].link = std::move(link);
   }
+  void part_with_hosts() override { hosts_.clear(); }
   void take(std::size_t id, ByteView bytes, TimePoint at) {
     const auto host = hosts_.find(id);
     if (host == hosts_.end()) return;
@@ -54,11 +41,11 @@ class ManyHosts final : public ServedPlace {
     const Bytes messages(said.begin(), end);
     said.erase(said.begin(), end);
     asked_last_ = id;
-    if (receiver_) receiver_(messages, at);
+    hear(messages, at);
   }
   // Not from inside the link's own callback.
   void end_soon(std::size_t id) {
-    loop_->after({}, [this, id, alive = std::weak_ptr(alive_)] {
+    loop().after({}, [this, id, alive = std::weak_ptr(alive_)] {
       if (alive.lock()) hosts_.erase(id);
     });
   }
@@ -67,24 +54,18 @@ class ManyHosts final : public ServedPlace {
     std::unique_ptr<Link> link;
     Bytes said;  ///< no whole message yet
   };
-  RealLoop* loop_;
-  Endpoint at_;
   WholeMessages whole_;
-  Receiver receiver_;
   std::map<std::size_t, Host> hosts_;
   std::size_t last_host_ = 0;
   std::size_t asked_last_ = 0;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-  std::unique_ptr<TcpDoor> door_;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<ServedPlace>> serve_tcp_to_many(RealLoop& loop, const Endpoint& at,
                                                        WholeMessages whole) {
-  auto made = std::make_unique<ManyHosts>(loop, at, std::move(whole));
-  if (Status in = made->set_plugged(true); !in) return pass(in.error());
-  return std::unique_ptr<ServedPlace>(std::move(made));
+  return plugged_in<ManyHosts>(loop, at, std::move(whole));
 }
 
 }  // namespace weft::daemon

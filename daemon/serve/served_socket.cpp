@@ -30,51 +30,27 @@ tl::unexpected<Error> cannot_serve(const Endpoint& at, const asio::error_code& e
 }
 
 /// The host's link changes; the device keeps one.
-class NewestHost final : public ServedPlace {
+class NewestHost final : public TcpPlace {
  public:
-  static Result<std::unique_ptr<ServedPlace>> open(RealLoop& loop, const Endpoint& at) {
-    auto made = std::make_unique<NewestHost>(loop, at);
-    if (Status in = made->set_plugged(true); !in) return pass(in.error());
-    return std::unique_ptr<ServedPlace>(std::move(made));
-  }
-  NewestHost(RealLoop& loop, Endpoint at) : loop_(&loop), at_(std::move(at)) {}
+  using TcpPlace::TcpPlace;
 
-  Status set_plugged(bool in) override {
-    if (in == (door_ != nullptr)) return {};
-    host_.reset();
-    door_.reset();
-    if (!in) return {};
-    auto door = TcpDoor::open(
-        *loop_, at_, [this](std::unique_ptr<Link> host) { welcome(std::move(host)); },
-        TcpDoor::Ends::reset);
-    if (!door) return pass(door.error());
-    door_ = std::move(*door);
-    return {};
-  }
   // Nobody there: lost, as on a wire.
   Status write(ByteView bytes) override {
     if (host_) static_cast<void>(host_->write(bytes));
     return {};
   }
-  void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
-  void on_closed(Closed) override {}  // a device outlives its hosts
   void on_new_host(std::function<void()> came) override { came_ = std::move(came); }
 
  private:
-  void welcome(std::unique_ptr<Link> host) {
+  void welcome(std::unique_ptr<Link> host) override {
     host_ = std::move(host);
     if (came_) came_();
-    host_->on_receive([this](ByteView bytes, TimePoint at) {
-      if (receiver_) receiver_(bytes, at);
-    });
+    host_->on_receive([this](ByteView bytes, TimePoint at) { hear(bytes, at); });
   }
+  void part_with_hosts() override { host_.reset(); }
 
-  RealLoop* loop_;
-  Endpoint at_;
-  Receiver receiver_;
   std::function<void()> came_;
   std::unique_ptr<Link> host_;
-  std::unique_ptr<TcpDoor> door_;
 };
 
 class UdpPlace final : public ServedPlace {
@@ -193,8 +169,21 @@ std::uint16_t TcpDoor::port() const {
   return parts_->acceptor.local_endpoint(ignored).port();
 }
 
+Status TcpPlace::set_plugged(bool in) {
+  if (in == (door_ != nullptr)) return {};
+  part_with_hosts();
+  door_.reset();
+  if (!in) return {};
+  auto door = TcpDoor::open(
+      *loop_, at_, [this](std::unique_ptr<Link> host) { welcome(std::move(host)); },
+      TcpDoor::Ends::reset);
+  if (!door) return pass(door.error());
+  door_ = std::move(*door);
+  return {};
+}
+
 Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& at) {
-  return NewestHost::open(loop, at);
+  return plugged_in<NewestHost>(loop, at);
 }
 
 Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,

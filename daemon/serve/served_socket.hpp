@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "daemon/link/port_link.hpp"
 #include "daemon/serve/served_place.hpp"
@@ -27,6 +28,37 @@ class TcpDoor {
   explicit TcpDoor(std::shared_ptr<Parts> parts) : parts_(std::move(parts)) {}
   std::shared_ptr<Parts> parts_;
 };
+
+/// A place behind a TCP door: out, connections are reset and others refused.
+class TcpPlace : public ServedPlace {
+ public:
+  TcpPlace(RealLoop& loop, Endpoint at) : loop_(&loop), at_(std::move(at)) {}
+  Status set_plugged(bool in) override;
+  void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
+  void on_closed(Closed) override {}  // a device outlives its hosts
+
+ protected:
+  virtual void welcome(std::unique_ptr<Link> host) = 0;
+  virtual void part_with_hosts() = 0;
+  [[nodiscard]] RealLoop& loop() const { return *loop_; }
+  void hear(ByteView bytes, TimePoint at) const {
+    if (receiver_) receiver_(bytes, at);
+  }
+
+ private:
+  RealLoop* loop_;
+  Endpoint at_;
+  Receiver receiver_;
+  std::unique_ptr<TcpDoor> door_;
+};
+
+/// `Place` is made of `arguments` and plugged in.
+template <class Place, class... Arguments>
+Result<std::unique_ptr<ServedPlace>> plugged_in(Arguments&&... arguments) {
+  auto made = std::make_unique<Place>(std::forward<Arguments>(arguments)...);
+  if (Status in = made->set_plugged(true); !in) return pass(in.error());
+  return std::unique_ptr<ServedPlace>(std::move(made));
+}
 
 /// One host at a time, the newest wins. Unplugged, the host's connection is reset and others are
 /// refused.

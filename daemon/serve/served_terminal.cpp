@@ -1,6 +1,7 @@
 #include "daemon/serve/served_terminal.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
@@ -15,6 +16,9 @@
 
 namespace weft::daemon {
 namespace {
+
+/// How late a host may be noticed that opens the terminal.
+constexpr Duration look_period = std::chrono::milliseconds(5);
 
 tl::unexpected<Error> no_terminal(const char* what) {
   return fail(Errc::io, "cannot make a pseudo-terminal", what, {},
@@ -31,46 +35,77 @@ Result<std::unique_ptr<ServedTerminal>> ServedTerminal::create(RealLoop& loop,
 }
 
 Status ServedTerminal::plug_in() {
-  const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
-  if (master < 0) return no_terminal("posix_openpt");
-  master_ = std::make_unique<DescriptorLink>(*loop_, master, Framing::stream, path_, Unsent::lost);
-  if (::grantpt(master) != 0 || ::unlockpt(master) != 0) return no_terminal("grantpt");
-  const std::string terminal = ::ptsname(master);
-  // Kept open: a master whose slaves are all closed reads an error (protocols.md D.5). Raw before
-  // the path is known: a cooked terminal echoes.
-  slave_ = ::open(terminal.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-  if (slave_ < 0) return no_terminal("open");
-  if (Status raw = set_line_raw(slave_, false); !raw) return raw;
-  watch_ = std::make_unique<TerminalWatch>(*loop_, terminal, [this] { hosts_changed(); });
+  master_port_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  if (master_port_ < 0) return no_terminal("posix_openpt");
+  master_ = std::make_unique<DescriptorLink>(*loop_, master_port_, Framing::terminals, path_,
+                                             Unsent::lost);
+  if (::grantpt(master_port_) != 0 || ::unlockpt(master_port_) != 0) return no_terminal("grantpt");
+  terminal_ = ::ptsname(master_port_);
+  // Raw before the path is known, for a cooked terminal echoes: it stays so as long as its master
+  // is open. Closed again, so that hosts are seen to come and go.
+  const int other_end = open_other_end();
+  if (other_end < 0) return no_terminal("open");
+  const Status raw = set_line_raw(other_end, false);
+  ::close(other_end);
+  if (!raw) return raw;
   master_->on_receive([this](ByteView bytes, TimePoint at) {
-    watch_->heard();
+    have_host();
     if (receiver_) receiver_(bytes, at);
   });
-  return publish(terminal);
+  master_->on_vacant([this] { have_lost_host(); });
+  look_for_host();
+  return publish();
+}
+
+int ServedTerminal::open_other_end() const {
+  return ::open(terminal_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
 }
 
 // Without a plug or a host: lost, as on a wire.
 Status ServedTerminal::write(ByteView bytes) {
-  return master_ && watch_->somebody() ? master_->write(bytes) : Status{};
+  return master_ && occupied_ ? master_->write(bytes) : Status{};
 }
 
-void ServedTerminal::hosts_changed() {
-  if (watch_->somebody()) {
-    if (came_) came_();
-    return;
-  }
+void ServedTerminal::have_host() {
+  if (!std::exchange(occupied_, true) && came_) came_();
+}
+
+// What was not read and who may open the port ends with the last host, as on a port; settings of
+// the line stay.
+void ServedTerminal::have_lost_host() {
+  occupied_ = false;
   master_->forget_unsent();
-  ::tcflush(slave_, TCIFLUSH);
-  ::ioctl(slave_, TIOCNXCL);  // which the last close of a port does; here this end stays open
+  if (const int other_end = open_other_end(); other_end >= 0) {
+    ::tcflush(other_end, TCIFLUSH);
+    ::ioctl(other_end, TIOCNXCL);
+    ::close(other_end);
+  }
+  look_for_host();
+}
+
+/// Nothing tells a master that its terminal is opened; a hang-up that is over does.
+void ServedTerminal::look_for_host() {
+  if (std::exchange(looking_, true)) return;
+  loop_->after(look_period, [this, alive = std::weak_ptr(alive_)] {
+    if (!alive.lock()) return;
+    looking_ = false;
+    if (!master_ || occupied_) return;
+    pollfd port{master_port_, POLLIN, 0};
+    static_cast<void>(::poll(&port, 1, 0));
+    const bool vacant = (port.revents & POLLHUP) != 0;
+    if (vacant && (port.revents & POLLIN) == 0) return look_for_host();
+    have_host();
+    master_->resume();
+  });
 }
 
 // A symbolic link that is left over from a killed weft-rig is replaced; anything else is not.
-Status ServedTerminal::publish(const std::string& terminal) {
+Status ServedTerminal::publish() {
   std::error_code error;
   const std::filesystem::path place(path_);
   if (place.has_parent_path()) std::filesystem::create_directories(place.parent_path(), error);
   if (std::filesystem::is_symlink(place, error)) std::filesystem::remove(place, error);
-  std::filesystem::create_symlink(terminal, place, error);
+  std::filesystem::create_symlink(terminal_, place, error);
   if (error)
     return fail(Errc::io, "cannot put the port there", path_, "a place for a symbolic link",
                 error.message());
@@ -81,10 +116,8 @@ Status ServedTerminal::publish(const std::string& terminal) {
 void ServedTerminal::pull() {
   std::error_code ignored;
   if (std::exchange(published_, false)) std::filesystem::remove(path_, ignored);
-  watch_.reset();
   master_.reset();  // hosts that hold the other end are hung up on
-  if (slave_ >= 0) ::close(slave_);
-  slave_ = -1;
+  occupied_ = false;
 }
 
 Status ServedTerminal::set_plugged(bool in) {

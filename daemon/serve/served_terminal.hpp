@@ -6,7 +6,6 @@
 
 #include "daemon/link/descriptor_link.hpp"
 #include "daemon/serve/served_place.hpp"
-#include "daemon/serve/terminal_watch.hpp"
 
 namespace weft::daemon {
 
@@ -33,17 +32,23 @@ class ServedTerminal final : public ServedPlace {
   ServedTerminal(RealLoop& loop, std::string path) : loop_(&loop), path_(std::move(path)) {}
   Status plug_in();
   void pull();
-  void hosts_changed();
-  Status publish(const std::string& terminal);
+  Status publish();
+  [[nodiscard]] int open_other_end() const;
+  void have_host();
+  void have_lost_host();
+  void look_for_host();
 
   RealLoop* loop_;
   std::string path_;  ///< of the symbolic link
   Receiver receiver_;
   std::function<void()> came_;
   std::unique_ptr<DescriptorLink> master_;
-  int slave_ = -1;
-  std::unique_ptr<TerminalWatch> watch_;
+  int master_port_ = -1;  ///< owned by master_
+  std::string terminal_;
+  bool occupied_ = false;  ///< somebody has the terminal open
+  bool looking_ = false;
   bool published_ = false;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
 }  // namespace weft::daemon

@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 from cli_support import Checks
-from emulated_support import PLATE_KG, START_RX_DEG, ServedRig, digital_rig, free_port
+from emulated_support import PLATE_KG, START_RX_DEG, ServedRig, digital_rig, free_port, tried
 
 GRAVITY = 9.80665
 TOLERANCE = [0.05] * 3 + [0.002] * 3  # N, N m: resolution of the sensor and five times its noise
@@ -112,11 +112,7 @@ def short_trial(t, d, path):
                   {"phase": "M", "force_N": 5, "force_band_N": 0.25, "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 4}]},
                   {"phase": "E", "duration_s": 1}]}}}
     (d / "recipe.json").write_text(json.dumps(recipe))
-    for attempt in range(3):
-        ran = t.run("run", "recipe.json", "--rig", path, "--out", f"out{attempt}", "--no-evaluate", "--json", cwd=d)
-        if ran.returncode == 0 or "readings have stopped" not in ran.stdout + ran.stderr:
-            break
-        print(f"attempt {attempt + 1}: the machine kept a port waiting; once more")
+    ran = tried(lambda attempt: t.run("run", "recipe.json", "--rig", path, "--out", f"out{attempt}", "--no-evaluate", "--json", cwd=d))
     t.expect(ran.returncode == 0, f"a trial with the Digital F/T on a port: {ran.stdout} {ran.stderr}")
     if ran.returncode == 0:
         rms = json.loads(ran.stdout)["force_rms_error_n"]

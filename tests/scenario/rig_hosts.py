@@ -63,7 +63,7 @@ class Terminal:
 
     def silent(self, seconds):
         heard = self.read(4096, seconds)
-        assert not heard, f"nobody asked for {heard.hex(' ')}"
+        assert not heard, f"nobody asked for {len(heard)} bytes: {heard[:40].hex(' ')}"
 
 
 def gone_without_a_word(path):
@@ -97,6 +97,7 @@ def reads_nothing(path):
         for _ in range(asked):
             lazy.send(0x0005)
         time.sleep(0.5)
+    time.sleep(0.1)
     with Terminal(path) as other:
         other.silent(0.3)  # what the one before left unread is not the next one's
         other.send(0x0211, 1)

@@ -112,68 +112,72 @@ struct PlainHost {
   int port;
 };
 
+/// A device on a terminal that sends back what it hears and counts new hosts.
+struct Terminal {
+  Terminal() {
+    device->on_new_host([this] { ++hosts; });
+  }
+  void wait(Duration time) {
+    bool later = false;
+    loop.after(time, [&] { later = true; });
+    run(loop, [&] { return later; });
+  }
+  /// What comes to `host` until `done` of it.
+  template <class Done>
+  Bytes heard(const PlainHost& host, Done done) {
+    Bytes all;
+    run(loop, [&] {
+      const Bytes more = host.read();
+      all.insert(all.end(), more.begin(), more.end());
+      return done(all);
+    });
+    return all;
+  }
+
+  RealLoop loop;
+  const test::TemporaryFolder folder;
+  const std::string path = (folder / "port").string();
+  const std::unique_ptr<ServedPlace> device = echo(loop, SerialSettings{.path = path});
+  int hosts = 0;
+};
+
 }  // namespace
 
 TEST_CASE("what is said while nobody has a terminal open is lost, and whoever opens it is new") {
-  RealLoop loop;
-  const test::TemporaryFolder folder;
-  const std::string path = (folder / "port").string();
-  const auto device = echo(loop, SerialSettings{.path = path});
-  int hosts = 0;
-  device->on_new_host([&] { ++hosts; });
+  Terminal at;
   for (int round = 1; round <= 3; ++round) {
-    REQUIRE(device->write(Bytes(20, 0xEE)));
+    REQUIRE(at.device->write(Bytes(20, 0xEE)));
     {
-      const PlainHost host(path);
-      run(loop, [&] { return hosts == round; });
-      const PlainHost other(path);  // beside the first: nobody new
+      const PlainHost host(at.path);
+      run(at.loop, [&] { return at.hosts == round; });
+      const PlainHost other(at.path);  // beside the first: nobody new
       REQUIRE(::write(host.port, "hello", 5) == 5);
-      Bytes heard;
-      run(loop, [&] {
-        const Bytes more = host.read();
-        heard.insert(heard.end(), more.begin(), more.end());
-        return heard.size() >= 5;
-      });
-      CHECK(heard == Bytes{'h', 'e', 'l', 'l', 'o'});
-      CHECK(hosts == round);
-      for (int i = 0; i < 2000; ++i) REQUIRE(device->write(Bytes(20, 0xEE)));  // left unread
+      CHECK(at.heard(host, [](const Bytes& b) { return b.size() >= 5; }) ==
+            Bytes{'h', 'e', 'l', 'l', 'o'});
+      CHECK(at.hosts == round);
+      for (int i = 0; i < 2000; ++i) REQUIRE(at.device->write(Bytes(20, 0xEE)));  // left unread
     }
-    bool later = false;
-    loop.after(20ms, [&] { later = true; });
-    run(loop, [&] { return later; });
+    at.wait(20ms);
   }
-  const PlainHost last(path);
+  const PlainHost last(at.path);
   REQUIRE(::write(last.port, "x", 1) == 1);  // seen to come before its first byte is heard
-  run(loop, [&] { return hosts == 4; });
-  Bytes heard;
-  run(loop, [&] {
-    heard = last.read();
-    return !heard.empty();
-  });
-  CHECK(heard == Bytes{'x'});
+  CHECK(at.heard(last, [](const Bytes& b) { return !b.empty(); }) == Bytes{'x'});
+  CHECK(at.hosts == 4);
 }
 
 TEST_CASE("a terminal that a host had for itself is free for the next, as that one set its line") {
-  RealLoop loop;
-  const test::TemporaryFolder folder;
-  const std::string path = (folder / "port").string();
-  const auto device = echo(loop, SerialSettings{.path = path});
-  int hosts = 0;
-  device->on_new_host([&] { ++hosts; });
+  Terminal at;
+  termios line{};
   {
-    const PlainHost host(path);
-    termios line{};
+    const PlainHost host(at.path);
     REQUIRE(::tcgetattr(host.port, &line) == 0);
     line.c_cc[VMIN] = 7;
     REQUIRE(::tcsetattr(host.port, TCSANOW, &line) == 0);
     REQUIRE(::ioctl(host.port, TIOCEXCL) == 0);
-    run(loop, [&] { return hosts == 1; });
+    run(at.loop, [&] { return at.hosts == 1; });
   }
-  bool later = false;
-  loop.after(20ms, [&] { later = true; });
-  run(loop, [&] { return later; });
-  const PlainHost host(path);
-  termios line{};
+  at.wait(20ms);
+  const PlainHost host(at.path);
   REQUIRE(::tcgetattr(host.port, &line) == 0);
   CHECK(line.c_cc[VMIN] == 7);
   int exclusive = 1;
@@ -182,50 +186,40 @@ TEST_CASE("a terminal that a host had for itself is free for the next, as that o
 }
 
 TEST_CASE("a host that does not read for long finds whole messages, the eldest") {
-  RealLoop loop;
-  const test::TemporaryFolder folder;
-  const std::string path = (folder / "port").string();
-  const auto device = echo(loop, SerialSettings{.path = path});
-  int hosts = 0;
-  device->on_new_host([&] { ++hosts; });
-  const PlainHost host(path);
-  run(loop, [&] { return hosts == 1; });
+  Terminal at;
+  const PlainHost host(at.path);
+  run(at.loop, [&] { return at.hosts == 1; });
   constexpr std::size_t size = 19;  // of no system's buffer a whole part
-  std::uint16_t said = 0;
+  unsigned said = 0;
   const auto say = [&](int times) {
     for (int i = 0; i < times; ++i, ++said) {
       Bytes message(size, static_cast<std::uint8_t>(said >> 8));
       message.front() = static_cast<std::uint8_t>(said);
-      REQUIRE(device->write(message));
+      REQUIRE(at.device->write(message));
     }
   };
-  say(5000);
-  Bytes heard;
   const auto read_all = [&] {
     bool later = false;
-    loop.after(50ms, [&] { later = true; });
-    run(loop, [&] {
-      const Bytes more = host.read();
-      heard.insert(heard.end(), more.begin(), more.end());
-      return later;
-    });
+    at.loop.after(50ms, [&] { later = true; });
+    return at.heard(host, [&](const Bytes&) { return later; });
   };
-  read_all();
-  const std::uint16_t next = said;
-  say(10);
-  read_all();
-  REQUIRE(heard.size() % size == 0);
+  say(5000);
+  Bytes heard = read_all();
   REQUIRE(heard.size() < 5000 * size);
+  const unsigned next = said;
+  say(10);
+  const Bytes more = read_all();
+  heard.insert(heard.end(), more.begin(), more.end());
+  REQUIRE(heard.size() % size == 0);
   std::vector<unsigned> numbers;
-  for (std::size_t at = 0; at < heard.size(); at += size) {
-    const auto end = heard.begin() + static_cast<std::ptrdiff_t>(at + size);
-    const auto rest = heard.begin() + static_cast<std::ptrdiff_t>(at + 1);
-    REQUIRE(std::all_of(rest, end, [&](std::uint8_t byte) { return byte == *rest; }));
-    numbers.push_back(heard[at] | heard[at + 1] << 8U);
+  for (std::size_t k = 0; k < heard.size(); k += size) {
+    const auto rest = heard.begin() + static_cast<std::ptrdiff_t>(k + 1);
+    REQUIRE(std::all_of(rest, rest + size - 1, [&](std::uint8_t byte) { return byte == *rest; }));
+    numbers.push_back(heard[k] | heard[k + 1] << 8U);
   }
   REQUIRE(numbers.size() > 20);
-  for (std::size_t i = 0; i + 10 < numbers.size(); ++i) REQUIRE(numbers[i] == i);
-  for (std::size_t i = 0; i < 10; ++i) CHECK(numbers[numbers.size() - 10 + i] == next + i);
+  for (unsigned i = 0; i + 10 < numbers.size(); ++i) REQUIRE(numbers[i] == i);
+  for (unsigned i = 0; i < 10; ++i) CHECK(numbers[numbers.size() - 10 + i] == next + i);
 }
 
 TEST_CASE("a TCP device whose plug is pulled resets its host, refuses others, and comes back") {
