@@ -32,8 +32,8 @@ Result<Lease> Leases::acquire(const Asked& asked, Clock now) {
   if (const auto other = holder(asked.scope, now)) return held(*other, now);
   const std::string id = "L-" + epoch_ + "-" + std::to_string(next_++);
   return by_id_
-      .insert_or_assign(
-          id, Lease{id, asked.scope, asked.user, asked.session, asked.note, now + asked.ttl})
+      .insert_or_assign(id, Lease{id, asked.scope, asked.user, asked.session, asked.note,
+                                  now + asked.ttl, now + asked.ttl})
       .first->second;
 }
 
@@ -55,6 +55,15 @@ Result<Lease> Leases::renew(std::string_view id, std::string_view user, millisec
   if (!lease) return pass(lease.error());
   (*lease)->expires = now + ttl;
   return **lease;
+}
+
+bool Leases::is_to_be_noted(std::string_view id) {
+  constexpr std::chrono::seconds worth_a_line{1};
+  const auto found = by_id_.find(id);
+  if (found == by_id_.end() || found->second.expires - found->second.noted < worth_a_line)
+    return false;
+  found->second.noted = found->second.expires;
+  return true;
 }
 
 Result<Lease> Leases::release(std::string_view id, std::string_view user, Clock now) {

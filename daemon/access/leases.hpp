@@ -22,6 +22,7 @@ struct Lease {
   std::string session;
   std::string note;
   std::chrono::nanoseconds expires{};  ///< on the clock of the calls' `now`
+  std::chrono::nanoseconds noted{};    ///< when it ends as the journal has it
 };
 
 /// Time is an argument; any monotonic origin.
@@ -43,6 +44,8 @@ class Leases {
   /// By its holder. Errors: not_found (never was, or is over), wrong_state (another's), range.
   Result<Lease> renew(std::string_view id, std::string_view user, std::chrono::milliseconds ttl,
                       Clock now);
+  /// Whether it ends a second or more later than was noted of it; then it counts as noted.
+  bool is_to_be_noted(std::string_view id);
   Result<Lease> release(std::string_view id, std::string_view user, Clock now);
   /// By anybody who may, with a reason of at least three letters.
   Result<Lease> break_lease(std::string_view id, std::string_view reason, Clock now);

@@ -14,18 +14,14 @@ using rpc::Call;
 using rpc::Outcome;
 using rpc::ParamType;
 
-Outcome data_sets(const Services& services) {
-  json out = json::array();
-  for (const control::RunView& run : services.desk->all()) {
-    const control::StoredRun& stored = run.stored;
-    if (stored.dataset_sha256.empty()) continue;
-    json one{{"run", stored.id()},        {"recipe", stored.recipe.stem().string()},
-             {"name", stored.name},       {"created_us", stored.created_us},
-             {"outcome", stored.outcome}, {"dataset_sha256", stored.dataset_sha256}};
-    if (run.hand_over) one["handover"] = to_string(run.hand_over->state);
-    out.push_back(std::move(one));
-  }
-  return text_of({{"datasets", std::move(out)}});
+json data_set_json(const control::RunView& run) {
+  const control::StoredRun& stored = run.stored;
+  if (stored.dataset_sha256.empty()) return {};
+  json one{{"run", stored.id()},        {"recipe", stored.recipe.stem().string()},
+           {"name", stored.name},       {"created_us", stored.created_us},
+           {"outcome", stored.outcome}, {"dataset_sha256", stored.dataset_sha256}};
+  if (run.hand_over) one["handover"] = to_string(run.hand_over->state);
+  return one;
 }
 
 std::string path_of(const std::string& run, const std::string& name) {
@@ -217,9 +213,10 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
                "data sets of all runs, oldest first, complete or not",
                {},
                {},
-               {},
-               "datasets: run, recipe, name, created_us, outcome, dataset_sha256, handover"},
-              [s](const Call&) { return data_sets(*s); });
+               page_params(),
+               "datasets: run, recipe, name, created_us, outcome, dataset_sha256, handover; next, "
+               "null where there is no more"},
+              [s](const Call& call) { return runs_page(*s, call, "datasets", data_set_json); });
   methods.add(
       {"data.verify",
        "whether a run's campaign file, data set and hand-over are what was recorded, byte by "

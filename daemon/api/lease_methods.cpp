@@ -26,6 +26,23 @@ json lease_json(const Services& services, const Lease& lease) {
           {"note", lease.note}, {"expires_us", services.utc_us() + left.count() / 1000}};
 }
 
+/// What a topic "lease:SCOPE" tells: who holds it now, and what has just been done with the lease,
+/// so that one of these is there in a snapshot and the others are not.
+json delta_of(std::string_view what, const json& lease, bool is_held, std::string_view who) {
+  json delta{{"held", is_held ? lease : json()}, {"by", who}};
+  for (const std::string_view each : {"acquired", "renewed", "released", "broken", "expired"})
+    delta[std::string(each)] = each == what ? lease : json();
+  return delta;
+}
+
+void tell(const Services& services, const Lease& lease, std::string_view what, json payload,
+          std::string_view who) {
+  payload["by"] = who;
+  const bool is_held = what == "acquired" || what == "renewed";
+  services.hub->publish("lease:" + lease.scope, delta_of(what, payload, is_held, who),
+                        services.utc_us());
+}
+
 /// What `change` does with the leases is told once it is in the journal; where it cannot be kept
 /// they stay as they were.
 Outcome changed(const Services& services, const Call& call, std::string_view what,
@@ -40,9 +57,21 @@ Outcome changed(const Services& services, const Call& call, std::string_view wha
       !ok)
     return refused(ok.error());
   *services.leases = std::move(after);
-  services.hub->publish("lease:" + lease->scope, json{{std::string(what), payload}},
-                        services.utc_us());
+  tell(services, *lease, what, lease_json(services, *lease), by(call.caller));
   return text_of(lease_json(services, *lease));
+}
+
+/// In the journal where it adds a second or more to what is there: who renews without end does not
+/// fill it. A disk that is full takes nobody's lease away.
+Outcome renew(const Services& services, const Call& call, std::chrono::milliseconds ttl) {
+  const std::string id = call.params.at("lease").get<std::string>();
+  const auto lease = services.leases->renew(id, call.caller.user, ttl, services.now());
+  if (!lease) return refused(lease.error());
+  const json told = lease_json(services, *lease);
+  if (services.leases->is_to_be_noted(id))
+    services.desk->note("", "lease.renewed", by(call.caller), text_of(told));
+  tell(services, *lease, "renewed", told, by(call.caller));
+  return text_of(told);
 }
 
 milliseconds ttl_of(const Call& call) {
@@ -70,6 +99,13 @@ Outcome list_leases(const Services& services) {
 
 }  // namespace
 
+void tell_expired(const Services& services, const Lease& lease) {
+  constexpr std::string_view who = "auto:time";
+  const json told = lease_json(services, lease);
+  services.desk->note("", "lease.expired", who, text_of(told));
+  tell(services, lease, "expired", told, who);
+}
+
 void add_lease_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
   const auto id_of = [](const Call& call) { return call.params.at("lease").get<std::string>(); };
@@ -90,12 +126,7 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                {lease_param, ttl_param},
                "lease, expires_us",
                rpc::Memory::while_running},
-              [s, id_of](const Call& call) -> Outcome {
-                const auto lease =
-                    s->leases->renew(id_of(call), call.caller.user, ttl_of(call), s->now());
-                if (!lease) return refused(lease.error());
-                return text_of(lease_json(*s, *lease));
-              });
+              [s](const Call& call) { return renew(*s, call, ttl_of(call)); });
   methods.add({"lease.release",
                "done with it",
                Role::operator_,

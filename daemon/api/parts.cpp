@@ -7,6 +7,7 @@
 namespace weft::daemon::api {
 
 using nlohmann::json;
+using rpc::ParamType;
 
 std::string text_of(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -63,10 +64,6 @@ void check_apart(
       });
 }
 
-std::string by(const rpc::Caller& caller) {
-  return caller.session + " (" + caller.user + ")";
-}
-
 tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
                                                     const rpc::Caller& caller) {
   const std::string scope = "rig:" + services.rig_name;
@@ -118,6 +115,72 @@ Result<std::filesystem::path> recipe_file(const Services& services, const std::s
   const std::string_view meant = recipes::closest(stem, {known.begin(), known.end()});
   return fail(Errc::not_found, "no such recipe", "/params/recipe", {}, recipes::clipped(name),
               meant.empty() ? "See recipe.list" : "Did you mean " + std::string(meant) + "?");
+}
+
+namespace {
+
+constexpr std::int64_t most_runs = 1000;
+
+/// "R-000318" is 318; 0 where `from` is left out. Errors: not_found.
+Result<std::int64_t> first_of(const Services& services, const rpc::Call& call) {
+  const auto from = call.params.find("from");
+  if (from == call.params.end()) return 0;
+  const auto run = services.desk->get(from->get<std::string>());
+  if (!run) return fail(Errc::not_found, "no such run", "/params/from", {}, from->dump());
+  return run->stored.number;
+}
+
+Result<std::size_t> most_of(const rpc::Call& call) {
+  const std::int64_t most = call.params.value("most", most_runs);
+  if (most >= 1 && most <= most_runs) return static_cast<std::size_t>(most);
+  return fail(Errc::range, "how many runs", "/params/most", "1 to " + std::to_string(most_runs),
+              call.params.at("most").dump());
+}
+
+}  // namespace
+
+bool ListPage::add(const json& item) {
+  std::string text = text_of(item);
+  const bool has_room = items_.size() < most_ && bytes_ + text.size() < most_bytes;
+  if (!items_.empty() && !has_room) return false;
+  bytes_ += text.size() + 1;
+  items_.push_back(std::move(text));
+  return true;
+}
+
+std::string ListPage::text(Order order) const {
+  std::string out = "[";
+  out.reserve(bytes_ + 2);
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    if (i > 0) out += ',';
+    out += items_[order == Order::as_added ? i : items_.size() - 1 - i];
+  }
+  return out += ']';
+}
+
+const std::vector<rpc::ParamSpec>& page_params() {
+  static const std::vector<rpc::ParamSpec> params{
+      {"from", ParamType::text, false, "this run on: next of the page before"},
+      {"most", ParamType::integer, false, "runs, 1000 at most, and no more than 1 MiB"}};
+  return params;
+}
+
+rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const char* name,
+                       const std::function<json(const control::RunView&)>& told) {
+  const auto first = first_of(services, call);
+  if (!first) return refused(first.error());
+  const auto most = most_of(call);
+  if (!most) return refused(most.error());
+  ListPage page(*most);
+  json next;
+  for (const control::RunView& run : services.desk->all()) {
+    if (run.stored.number < *first) continue;
+    const json one = told(run);
+    if (one.is_null() || page.add(one)) continue;
+    next = run.stored.id();
+    break;
+  }
+  return std::string("{\"") + name + "\":" + page.text() + R"(,"next":)" + text_of(next) + "}";
 }
 
 }  // namespace weft::daemon::api

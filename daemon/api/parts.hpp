@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/api/services.hpp"
 
@@ -23,8 +24,6 @@ void check_apart(
     const Services& services, const rpc::Call& call, const rpc::Responder& respond,
     CampaignRequest request,
     std::function<rpc::Outcome(const rpc::Call&, const control::RunDesk::Checked&)> then);
-/// "s-41 (ada)": who made a change.
-std::string by(const rpc::Caller& caller);
 
 /// Refuses a change to the rig while another user holds its lease.
 tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
@@ -37,6 +36,29 @@ Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call);
 
 /// What run.start and queue.add ask for. Errors: recipe_file()'s, seed_of()'s.
 Result<control::RunWish> wish_for_run(const Services& services, const rpc::Call& call);
+
+/// One answer's part of a list, bounded in bytes: a client reads it as one line.
+class ListPage {
+ public:
+  static constexpr std::size_t most_bytes = std::size_t{1} << 20;
+  explicit ListPage(std::size_t most) : most_(most) {}
+  /// False where there is no room: it is the next page's first. The first one always has room.
+  bool add(const nlohmann::json& item);
+  enum class Order { as_added, reversed };
+  /// A JSON array.
+  [[nodiscard]] std::string text(Order order = Order::as_added) const;
+
+ private:
+  std::size_t most_, bytes_ = 0;
+  std::vector<std::string> items_;
+};
+
+/// "from" and "most" of a list of runs, for run.list and data.list.
+const std::vector<rpc::ParamSpec>& page_params();
+/// {`name`: [...], next: the run that the next page begins with, or null}: of the runs that `told`
+/// has something to say of, null where it has not. Errors: range, not_found.
+rpc::Outcome runs_page(const Services& services, const rpc::Call& call, const char* name,
+                       const std::function<nlohmann::json(const control::RunView&)>& told);
 
 /// A recipe of the folder by its name, with or without ".json".
 /// Errors: invalid_argument (not a plain name), not_found, with a did-you-mean.

@@ -114,7 +114,7 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
                {},
                {},
                {},
-               "JSON Schema, draft 2020-12, with x-unit"},
+               "a JSON Schema of draft 2020-12 with x-unit"},
               [](const Call&) -> Outcome { return text_of(json::parse(recipe_schema_json())); });
   methods.add({"recipe.check",
                "everything that would be refused, before anything moves",

@@ -88,7 +88,8 @@ Status is_as_known(const std::string& found, const std::optional<std::string>& k
               "recipe.check tells the digest of what is there");
 }
 
-/// The journal first: no recipe is there of which nobody knows who put it.
+/// The journal first: no recipe is there of which nobody knows who put it. One that could not be
+/// written has a second line, which says so.
 Outcome written(const Services& services, const Offered& offered, std::size_t trials) {
   const fs::path file = services.recipes / (offered.name + ".json");
   const auto before = digest_of(file);
@@ -103,7 +104,12 @@ Outcome written(const Services& services, const Offered& offered, std::size_t tr
           services.log->journal(services.utc_us(), "", "recipe.put", offered.by, text_of(told));
       !ok)
     return refused(ok.error());
-  if (Status ok = write_text_file(file, offered.text); !ok) return refused(ok.error());
+  if (Status ok = write_text_file(file, offered.text); !ok) {
+    json not_put = told;
+    not_put["error"] = to_string(ok.error());
+    services.desk->note("", "recipe.not_put", offered.by, text_of(not_put));
+    return refused(ok.error());
+  }
   return text_of(told);
 }
 

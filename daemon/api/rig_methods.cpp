@@ -38,6 +38,20 @@ Outcome latched(bool emergency) {
   return text_of({{"latched", true}, {"latch", emergency ? "estop" : "halt"}});
 }
 
+void add_stop(rpc::Methods& methods, std::string_view name, std::string_view summary,
+              rpc::DirectHandler handler) {
+  methods.add({name,
+               summary,
+               Role::observer,
+               Effect::change,
+               {{"reason", ParamType::text, false, "a few words, for whoever resets it"}},
+               "latched, latch, warnings (what was wrong with the request, which was heeded all "
+               "the same; only where there is some)",
+               rpc::Memory::while_running,
+               rpc::Urgency::stop},
+              std::move(handler));
+}
+
 /// An emergency stop is released by who may change the rig, not by who runs recipes on it.
 Outcome reset(const Services& services, const Call& call) {
   if (auto free = nobody_else_holds(services, call.caller); !free)
@@ -64,29 +78,25 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
                {},
                {},
                {},
-               "rig, run, latch (halt or estop), latched_by, left_by"},
+               "rig, run, latch (halt or estop), latched_by (with the reason, where one was "
+               "given), left_by",
+               rpc::Memory::over_restarts,
+               rpc::Urgency::urgent},
               [s](const Call&) -> Outcome { return text_of(rig_json(*s->desk)); });
-  methods.add({"rig.halt",
-               "stops motion where it is and latches the rig; needs no lease and no role",
-               Role::observer,
-               Effect::read,
-               {},
-               "latched, latch"},
-              [s](const Call& call) -> Outcome {
-                s->desk->halt(by(call.caller));
-                return latched(s->desk->standing().emergency);
-              });
-  methods.add({"rig.estop",
-               "as rig.halt, and only an engineer resets it; needs no lease and no role. It is a "
-               "stop by software: no rig has a power path that it could cut",
-               Role::observer,
-               Effect::read,
-               {},
-               "latched, latch"},
-              [s](const Call& call) -> Outcome {
-                s->desk->emergency_stop(by(call.caller));
-                return latched(true);
-              });
+  add_stop(methods, "rig.halt",
+           "stops motion where it is and latches the rig, each time that it is asked for; needs no "
+           "lease and no role, on the local socket no session.open",
+           [s](const Call& call) -> Outcome {
+             s->desk->halt(by(call.caller), call.params.value("reason", ""));
+             return latched(s->desk->standing().emergency);
+           });
+  add_stop(methods, "rig.estop",
+           "as rig.halt, and only an engineer resets it. It is a stop by software: no rig has a "
+           "power path that it could cut",
+           [s](const Call& call) -> Outcome {
+             s->desk->emergency_stop(by(call.caller), call.params.value("reason", ""));
+             return latched(true);
+           });
   methods.add({"rig.reset",
                "somebody has looked at the rig: it may move again; after an emergency stop an "
                "engineer",

@@ -137,10 +137,15 @@ Outcome pause(const Services& services, const Call& call) {
 
 Outcome list_runs(const Services& services, const Call& call) {
   const std::string wanted = call.params.value("state", "");
-  json out = json::array();
-  for (const RunView& run : services.desk->all())
-    if (wanted.empty() || wanted == to_string(run.machine.state)) out.push_back(run_json(run));
-  return text_of({{"runs", std::move(out)}});
+  return runs_page(services, call, "runs", [&wanted](const RunView& run) {
+    return wanted.empty() || wanted == to_string(run.machine.state) ? run_json(run) : json();
+  });
+}
+
+std::vector<rpc::ParamSpec> list_params() {
+  std::vector<rpc::ParamSpec> params{{"state", ParamType::text, false, "only those in this state"}};
+  params.insert(params.end(), page_params().begin(), page_params().end());
+  return params;
 }
 
 Outcome annotate(const Services& services, const Call& call) {
@@ -160,7 +165,14 @@ Outcome annotate(const Services& services, const Call& call) {
 
 void add_order(rpc::Methods& methods, const Services* s, std::string_view name,
                std::string_view summary, Order order) {
-  methods.add({name, summary, Role::operator_, Effect::change, {run_param}, "the run"},
+  methods.add({name,
+               summary,
+               Role::operator_,
+               Effect::change,
+               {run_param},
+               "the run",
+               rpc::Memory::over_restarts,
+               rpc::Urgency::urgent},
               [s, order](const Call& call) { return ordered(*s, call, order); });
 }
 
@@ -206,7 +218,9 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
                Role::operator_,
                Effect::change,
                {run_param, {"at", ParamType::text, false, "boundary (default) or now"}},
-               "the run"},
+               "the run",
+               rpc::Memory::over_restarts,
+               rpc::Urgency::urgent},
               [s](const Call& call) { return pause(*s, call); });
   methods.add({"run.resume",
                "goes on: up, position, bias, then the next repetition; an interrupted run with the "
@@ -266,7 +280,8 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
                {},
                {},
                {run_param},
-               "the run; attention is the next human action (null: none), next_attention_us since "
+               "the run; submitted_by who put it in line, by who changed it last; attention is the "
+               "next human action (null: none), next_attention_us since "
                "when it is asked or when it will be"},
               [s](const Call& call) -> Outcome {
                 const auto run = s->desk->get(run_of(call));
@@ -277,8 +292,8 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
                "all runs, oldest first",
                {},
                {},
-               {{"state", ParamType::text, false, "only those in this state"}},
-               "runs"},
+               list_params(),
+               "runs, next (null where there is no more)"},
               [s](const Call& call) { return list_runs(*s, call); });
   methods.add(
       {"run.wait",
@@ -309,7 +324,8 @@ json run_json(const RunView& run) {
            {"state", to_string(run.machine.state)},
            {"recipe", stored.recipe.stem().string()},
            {"name", stored.name},
-           {"by", stored.by},
+           {"submitted_by", stored.by},
+           {"by", run.changed_by.empty() ? "auto:daemon" : run.changed_by},
            {"created_us", stored.created_us},
            {"folder", stored.folder.string()},
            {"takes_rejected", run.takes_rejected},

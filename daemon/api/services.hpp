@@ -87,6 +87,8 @@ void open_served_file(const Services& services, std::string_view path,
                       const std::function<void(const Result<server::ServedFile>&)>& told);
 /// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
 std::string readiness_json(const Services& services);
+/// Its time is over: in the journal, then told.
+void tell_expired(const Services& services, const access::Lease& lease);
 /// A run for a client; also what "run:ID" events carry.
 nlohmann::json run_json(const control::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.

@@ -83,6 +83,7 @@ void pass_on(server::Hub& hub, const LiveFrame& frame, std::string_view run, std
   constexpr double deg_per_rad = 57.29577951308232;
   const auto tell = [&](std::string_view topic, json delta) {
     delta["run"] = run;
+    delta["by"] = "auto:run";
     delta["bench_s"] = frame.bench_s;
     hub.pass_on(topic, delta, t_us);
   };

@@ -90,7 +90,8 @@ Outcome open(const Services& services, const Call& call) {
   if (!made) return tl::unexpected(made.error());
   call.conversation->subscribe(made->subscription);
   return R"({"sub":")" + made->subscription->id() + R"(","seq":)" + std::to_string(made->seq) +
-         R"(,"snapshot":)" + made->snapshot_json + "}";
+         R"(,"left_off":)" + std::to_string(made->left_off) + R"(,"snapshot":)" +
+         made->snapshot_json + "}";
 }
 
 Outcome grant(const Call& call) {
@@ -116,20 +117,22 @@ Outcome close(const Call& call) {
 
 void add_subscription_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
-  methods.add({"sub.open",
-               "events from now on: a snapshot, then what changes",
-               {},
-               {},
-               {{"topics", ParamType::list, true, "\"run:R-000318\"; \"run:*\" for all of a kind"},
-                {"mode", ParamType::text, false, "latest (merged) or every (bounded, gaps told)"},
-                {"max_hz", ParamType::number, false, "of latest, 20 [Hz]"},
-                {"credit", ParamType::integer, false,
-                 "so many events, and no more before sub.credit; what waits longer than the bound "
-                 "is a gap that is told"},
-                {"from_seq", ParamType::integer, false, "all events after this one instead"},
-                {"epoch", ParamType::text, false, "of the daemon that numbered from_seq"}},
-               "sub, seq, snapshot"},
-              [s](const Call& call) { return open(*s, call); });
+  methods.add(
+      {"sub.open",
+       "events from now on: a snapshot, then what changes",
+       {},
+       {},
+       {{"topics", ParamType::list, true, "\"run:R-000318\"; \"run:*\" for all of a kind"},
+        {"mode", ParamType::text, false, "latest (merged) or every (bounded, gaps told)"},
+        {"max_hz", ParamType::number, false, "of latest, 20 [Hz]"},
+        {"credit", ParamType::integer, false,
+         "so many events, and no more before sub.credit; what waits longer than the bound "
+         "is a gap that is told"},
+        {"from_seq", ParamType::integer, false, "all events after this one instead"},
+        {"epoch", ParamType::text, false, "of the daemon that numbered from_seq"}},
+       "sub, seq, snapshot (by topic, at most 1 MiB), left_off (so many topics had no room in "
+       "it: those that changed longest ago; ask for them by name, or run.list)"},
+      [s](const Call& call) { return open(*s, call); });
   methods.add({"sub.credit",
                "lets a subscription that was opened with credit send more events",
                {},

@@ -80,16 +80,22 @@ void add_rig_file_blocker(const Services& services, json& blockers) {
     blockers.push_back(blocker("rig.invalid", services.rig.string(), to_string(limits.error())));
 }
 
-json lines_json(const std::vector<control::RunStore::Line>& lines) {
-  json out = json::array();
-  for (const auto& line : lines)
-    out.push_back({{"sequence", line.sequence},
-                   {"t_us", line.utc_us},
-                   {"run", line.run},
-                   {"kind", line.kind},
-                   {"by", line.by},
-                   {"data", json::parse(line.payload_json, nullptr, false)}});
-  return out;
+/// A folder that cannot be read, or is gone, has no recipe that a run could be started of.
+void add_recipes_blocker(const Services& services, json& blockers) {
+  std::error_code error;
+  const std::filesystem::directory_iterator found(services.recipes, error);
+  if (error)
+    blockers.push_back(blocker("recipes.unreadable", services.recipes.string(),
+                               "No run can be started of a recipe there: " + error.message()));
+}
+
+json line_json(const control::RunStore::Line& line) {
+  return {{"sequence", line.sequence},
+          {"t_us", line.utc_us},
+          {"run", line.run},
+          {"kind", line.kind},
+          {"by", line.by},
+          {"data", json::parse(line.payload_json, nullptr, false)}};
 }
 
 Result<std::size_t> lines_wanted(const Call& call) {
@@ -104,7 +110,11 @@ Outcome log_tail(const Services& services, const Call& call) {
   if (!most) return refused(most.error());
   const auto lines = services.log->tail(call.params.value("run", ""), *most);
   if (!lines) return refused(lines.error());
-  return text_of({{"lines", lines_json(*lines)}});
+  ListPage page(*most);
+  std::size_t left = lines->size();  // the newest that there is room for
+  while (left > 0 && page.add(line_json((*lines)[left - 1]))) --left;
+  return R"({"lines":)" + page.text(ListPage::Order::reversed) + R"(,"left_off":)" +
+         std::to_string(left) + "}";
 }
 
 /// A whole number from 0 on, as SQLite has them.
@@ -135,8 +145,14 @@ Outcome log_query(const Services& services, const Call& call) {
   wanted.most = *most;
   const auto page = services.log->query(wanted);
   if (!page) return refused(page.error());
-  return text_of(
-      {{"lines", lines_json(page->lines)}, {"next", page->next ? json(*page->next) : json()}});
+  ListPage told(*most);
+  json next = page->next ? json(*page->next) : json();
+  for (const auto& line : page->lines) {
+    if (told.add(line_json(line))) continue;
+    next = line.sequence;
+    break;
+  }
+  return R"({"lines":)" + told.text() + R"(,"next":)" + text_of(next) + "}";
 }
 
 }  // namespace
@@ -144,6 +160,7 @@ Outcome log_query(const Services& services, const Call& call) {
 std::string readiness_json(const Services& services) {
   json blockers = json::array();
   add_rig_file_blocker(services, blockers);
+  add_recipes_blocker(services, blockers);
   add_standing_blocker(services.desk->standing(), blockers);
   if (!services.desk->is_kept())
     blockers.push_back(blocker("storage.io", services.data.string(),
@@ -202,8 +219,11 @@ void add_system_methods(rpc::Methods& methods, const Services& services) {
                {},
                {},
                {{"run", rpc::ParamType::text, false, "of this run only"},
-                {"most", rpc::ParamType::integer, false, "lines, 100"}},
-               "lines: sequence, t_us, run, kind, by, data"},
+                {"most", rpc::ParamType::integer, false,
+                 "lines, 100; 10000 at most, and no more "
+                 "than 1 MiB"}},
+               "lines: sequence, t_us, run, kind, by, data; left_off: so many older ones had no "
+               "room, log.query has them"},
               [s](const Call& call) { return log_tail(*s, call); });
   methods.add({"log.query",
                "lines of the daemon's journal, oldest first, by run, kind and time",

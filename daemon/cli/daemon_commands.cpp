@@ -126,16 +126,34 @@ void add_options(CLI::App& command, TokenRemoveArgs& args) {
   command.add_option("--tokens", args.file, "the daemon's file of tokens")->required();
 }
 
+namespace {
+
+/// Page by page.
+Result<json> all_runs(Client& daemon) {
+  json runs = json::array();
+  json params = json::object();
+  for (;;) {
+    const auto page = call(daemon, "run.list", params);
+    if (!page) return pass(page.error());
+    for (const json& run : page->at("runs")) runs.push_back(run);
+    const json next = page->value("next", json());
+    if (next.is_null()) return runs;
+    params["from"] = next;
+  }
+}
+
+}  // namespace
+
 Result<int> run_status(const StatusArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
   const auto ready = call(*daemon, "system.ready");
   if (!ready) return pass(ready.error());
-  const auto runs = call(*daemon, "run.list");
+  const auto runs = all_runs(*daemon);
   if (!runs) return pass(runs.error());
   std::string text = ready_text(*ready);
-  for (const json& run : runs->at("runs")) text += run_line(run);
-  print(console, text, {{"ready", *ready}, {"runs", runs->at("runs")}});
+  for (const json& run : *runs) text += run_line(run);
+  print(console, text, {{"ready", *ready}, {"runs", *runs}});
   return exit_ok;
 }
 

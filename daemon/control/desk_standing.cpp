@@ -10,28 +10,48 @@ using nlohmann::json;
 
 void RunDesk::stand(const RigStanding& standing, std::string_view by) {
   trusted_.clear();  // it was for how the rig stood then
-  if (standing == standing_ && standing.fact != RigStanding::Fact::latched) return;
+  const bool is_same = standing == standing_;
+  if (is_same && standing.fact != RigStanding::Fact::latched) return;
   standing_ = standing;  // every halt is told
-  keep_standing();
+  if (!is_same) keep_standing();
   if (around_.stands) around_.stands(standing_, by);
 }
 
-void RunDesk::halt(std::string_view by) {
-  latch(by, standing_.emergency);
-  note("", "halt", by);
+void RunDesk::halt(std::string_view by, std::string_view reason) {
+  latch("halt", by, reason, standing_.emergency);
 }
 
-void RunDesk::emergency_stop(std::string_view by) {
-  latch(by, true);
-  note("", "estop", by);
+void RunDesk::emergency_stop(std::string_view by, std::string_view reason) {
+  latch("estop", by, reason, true);
 }
 
-void RunDesk::latch(std::string_view by, bool emergency) {
+void RunDesk::latch(std::string_view kind, std::string_view by, std::string_view reason,
+                    bool emergency) {
+  bool is_news = standing_.fact != RigStanding::Fact::latched || standing_.emergency != emergency;
   for (const auto& run : runs_) {  // motion first, then what has to reach the disk
     const auto step = on_order(run->view.machine, run->limits, Order::halt, around_.now());
-    if (step) apply(*run, *step, by);
+    if (!step) continue;
+    is_news = is_news || step->next.state != run->state();
+    apply(*run, *step, by);
   }
-  stand({RigStanding::Fact::latched, std::string(by), emergency}, by);
+  std::string why(by);
+  if (!reason.empty()) why.append(": ").append(reason);
+  stand({RigStanding::Fact::latched, std::move(why), emergency}, by);
+  note_stop({std::string(kind), std::string(by), std::string(reason)}, is_news);
+}
+
+void RunDesk::note_stop(const RepeatedStops::Stop& stop, bool is_news) {
+  if (!repeated_stops_.is_line(stop, is_news, around_.now())) return;
+  const json payload = stop.reason.empty() ? json::object() : json{{"reason", stop.reason}};
+  note("", stop.kind, stop.by, payload.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+void RunDesk::note_repeated(const std::vector<RepeatedStops::Counted>& counted) {
+  for (const auto& [stop, times] : counted) {
+    json payload{{"repeated", times}};
+    if (!stop.reason.empty()) payload["reason"] = stop.reason;
+    note("", stop.kind, stop.by, payload.dump(-1, ' ', false, json::error_handler_t::replace));
+  }
 }
 
 Status RunDesk::reset(std::string_view reason, std::string_view by) {
@@ -43,7 +63,9 @@ Status RunDesk::reset(std::string_view reason, std::string_view by) {
   if (const auto run = active())
     return fail(Errc::wrong_state, "a run has not ended yet", *run, "ended", {},
                 "Wait for it; one that does not answer ends with the daemon");
-  const std::string payload = json{{"reason", reason}}.dump();
+  note_repeated(repeated_stops_.all());
+  const std::string payload =
+      json{{"reason", reason}}.dump(-1, ' ', false, json::error_handler_t::replace);
   const Status kept = store_.together([&] {
     Status done = store_.keep(RigStanding{});
     return done ? store_.journal(around_.utc_us(), "", "reset", by, payload) : done;

@@ -62,6 +62,7 @@ RunDesk::~RunDesk() {
     if (run->thread.joinable()) run->orders->give({Order::abort, "shutdown"});
   for (const auto& run : runs_)
     if (run->thread.joinable()) run->thread.join();
+  note_repeated(repeated_stops_.all());
 }
 
 RunDesk::Run* RunDesk::find(std::string_view id) const {
@@ -115,7 +116,7 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   plan_known(*run, known_of(checked->plan));
   runs_.push_back(std::move(run));
   Run& added = *runs_.back();
-  tell(added);
+  tell(added, wish.by);
   if (around_.lined) around_.lined(line_, wish.by);
   begin_next();
   return added.view;
@@ -167,7 +168,7 @@ void RunDesk::begin_next() {
       hooks.planned = [this, &run](const recipes::Plan& plan) {
         around_.post([this, &run, known = known_of(plan)] {
           plan_known(run, known);
-          tell(run);
+          tell(run, "auto:run");
         });
       };
     hooks.orders = &*run.orders;
@@ -189,7 +190,7 @@ void RunDesk::begin_next() {
         run.view.wall_left_s = line.wall_left_s;
         run.view.takes_rejected = line.takes_rejected;
         if (line.outcome == recipes::Outcome::rejected) note_rejected(run, line);
-        tell(run);
+        tell(run, "auto:run");
       });
     };
     const CampaignRequest request = request_of(stored);
@@ -227,7 +228,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     keep(run);
     tell_end(run);
   }
-  tell(run);
+  tell(run, by);
 }
 
 void RunDesk::tell_end(Run& run) {
@@ -282,7 +283,8 @@ void RunDesk::count_trials(Run& run) {
   keep(run);
 }
 
-void RunDesk::tell(Run& run) {
+void RunDesk::tell(Run& run, std::string_view by) {
+  run.view.changed_by = by;
   name_time(run.view);
   if (around_.changed) around_.changed(run.view);
 }
@@ -344,17 +346,18 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
   Run* const run = find(id);
   if (run == nullptr) return;
   run->view.hand_over = fact;
-  tell(*run);
+  tell(*run, "auto:hand_over");
 }
 
 void RunDesk::tick() {
   keep_again();
+  note_repeated(repeated_stops_.over(around_.now()));
   constexpr std::chrono::seconds set_otherwise{1};
   const auto ahead = wall_ahead();
   const bool clock_was_set = std::chrono::abs(ahead - wall_ahead_) > set_otherwise;
   if (clock_was_set) wall_ahead_ = ahead;
   for (const auto& run : runs_) {
-    if (clock_was_set && run->view.attention && run->view.attention->at) tell(*run);
+    if (clock_was_set && run->view.attention && run->view.attention->at) tell(*run, "auto:clock");
     std::erase_if(run->waiting, [](const auto& each) { return each.listener.expired(); });
     const RunStep step = on_time(run->view.machine, run->limits, around_.now());
     if (step.next.state != run->state()) apply(*run, step, "auto:deadline");

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/control/repeated_stops.hpp"
 #include "daemon/control/run_machine.hpp"
 #include "daemon/control/run_store.hpp"
 #include "daemon/run/campaign.hpp"
@@ -52,6 +53,7 @@ struct RunView {
   std::size_t takes_rejected = 0;         ///< bad ones that were taken again
   std::string last_rejection;             ///< why the newest of them was
   double wall_left_s = 0;                 ///< by the mean of the trials done, and people's time
+  std::string changed_by;                 ///< whose word or act made it what it is told as now
   std::optional<HandOverFact> hand_over;  ///< where its recipe has one and it is complete
   /// Whether its recipe has one, once the run has ended in this life of the daemon.
   std::optional<bool> wants_hand_over = {};
@@ -138,11 +140,12 @@ class RunDesk {
   Status hold_line(std::string_view by);
   /// Errors: wrong_state, when it is not held.
   Status start_line(std::string_view by);
-  /// Stops motion now, whatever runs, and latches the rig until reset().
-  void halt(std::string_view by);
+  /// Stops motion now, whatever runs, and latches the rig until reset(). `reason`: why, where that
+  /// is told. The same said again, of a rig that is latched, is counted in a line of the journal.
+  void halt(std::string_view by, std::string_view reason = {});
   /// As halt(), and the latch is an emergency stop's: RigStanding::emergency. A halt after it
   /// leaves it one.
-  void emergency_stop(std::string_view by);
+  void emergency_stop(std::string_view by, std::string_view reason = {});
   Status reset(std::string_view reason, std::string_view by);
   /// Lets a fault befall the bench of the run under way, once its devices are up, or ends some; it
   /// is in the run's journal and the daemon's. `told` is called once, on the desk's thread. Errors:
@@ -163,6 +166,10 @@ class RunDesk {
                   std::weak_ptr<const void> listener);
   /// What became of its hand-over is told as part of the run.
   void hand_over_is(std::string_view id, const HandOverFact& fact);
+  /// A line of the journal about what has happened; lines stay in order where the disk refuses
+  /// them for a while.
+  void note(std::string_view run, std::string_view kind, std::string_view by,
+            std::string payload_json = "{}");
   /// Call often: deadlines.
   void tick();
 
@@ -182,14 +189,13 @@ class RunDesk {
   void moved(Run& run, const RunMoment& moment);
   void ask(Run& run, const recipes::AskOperator& asked);
   [[nodiscard]] bool may_begin(const Run& run) const;
-  void latch(std::string_view by, bool emergency);
+  void latch(std::string_view kind, std::string_view by, std::string_view reason, bool emergency);
+  void note_stop(const RepeatedStops::Stop& stop, bool is_news);
+  void note_repeated(const std::vector<RepeatedStops::Counted>& counted);
   void stand(const RigStanding& standing, std::string_view by);
   void keep_standing();
   void keep_line();
   void keep_again();
-  /// A line of the journal; lines stay in order where the disk refuses them for a while.
-  void note(std::string_view run, std::string_view kind, std::string_view by,
-            std::string payload_json = "{}");
   void write_notes();
   /// What a run is told by, of a plan that may have a million trials.
   struct PlanKnown {
@@ -208,7 +214,7 @@ class RunDesk {
   void settled(Run& run, Recovery choice, std::string_view by,
                const Result<CampaignSummary>& summary, const SettledTold& told);
   void note_rejected(Run& run, const TrialProgress& line);
-  void tell(Run& run);
+  void tell(Run& run, std::string_view by);
   void keep(Run& run);
   void count_trials(Run& run);
   void name_time(RunView& view) const;
@@ -222,6 +228,7 @@ class RunDesk {
   RunLine line_;
   RigStanding standing_;
   bool standing_kept_ = true, line_kept_ = true;
+  RepeatedStops repeated_stops_;
   std::deque<RunStore::Line> notes_;       // not in the journal yet
   std::int64_t asks_ = 0;                  ///< so many names of asks are taken, in other lives too
   std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were told last

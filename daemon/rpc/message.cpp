@@ -1,6 +1,11 @@
 #include "daemon/rpc/message.hpp"
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
+#include <vector>
+
+#include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::rpc {
 namespace {
@@ -34,6 +39,21 @@ bool usable_id(const json& id) {
   return id.is_number_integer() || id.is_null();
 }
 
+constexpr std::array<std::string_view, 4> members{"jsonrpc", "id", "method", "params"};
+
+tl::unexpected<Refused> unknown_member(std::string id_json, const std::string& name) {
+  const std::vector<std::string_view> known(members.begin(), members.end());
+  const std::string_view meant = recipes::closest(name, known);
+  return refuse(std::move(id_json), code::invalid_request, "request.unknown_member",
+                {Errc::invalid_argument,
+                 "unknown member of a request",
+                 recipes::child("", name),
+                 {},
+                 {},
+                 meant.empty() ? "Known: " + recipes::one_of(known)
+                               : "Did you mean " + std::string(meant) + "?"});
+}
+
 }  // namespace
 
 tl::expected<Request, Refused> parse_request(std::string_view line) {
@@ -50,29 +70,43 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
   if (!message.is_object())
     return not_a_request("null", "not a request", "an object", message.type_name());
   Request request;
+  std::optional<Refused> wrong;  // the first thing
+  const auto but = [&wrong](const tl::unexpected<Refused>& found) {
+    if (!wrong) wrong = found.value();
+  };
   if (const auto id = message.find("id"); id != message.end()) {
-    if (!usable_id(*id))
-      return not_a_request("null", "unusable id", "a text or a whole number", id->type_name());
-    request.id_json = id->dump(-1, ' ', false, json::error_handler_t::replace);
+    if (usable_id(*id))
+      request.id_json = id->dump(-1, ' ', false, json::error_handler_t::replace);
+    else
+      but(not_a_request("null", "unusable id", "a text or a whole number", id->type_name()));
   }
   const std::string id_json = request.id_json.value_or("null");
   if (message.value("jsonrpc", json()) != "2.0")
-    return not_a_request(id_json, "not JSON-RPC 2.0", "\"jsonrpc\": \"2.0\"", {});
+    but(not_a_request(id_json, "not JSON-RPC 2.0", "\"jsonrpc\": \"2.0\"", {}));
   const auto method = message.find("method");
-  if (method == message.end() || !method->is_string())
-    return not_a_request(id_json, "no method", "\"method\": a text", {});
+  if (method == message.end() || !method->is_string()) {
+    but(not_a_request(id_json, "no method", "\"method\": a text", {}));
+    return tl::unexpected(std::move(*wrong));
+  }
   request.method = method->get<std::string>();
+  for (const auto& [name, value] : message.items())
+    if (std::ranges::find(members, name) == members.end()) but(unknown_member(id_json, name));
   json params = message.value("params", json::object());
-  if (!params.is_object())
-    return refuse(id_json, code::invalid_params, "param.type",
-                  {Errc::invalid_argument,
-                   "parameters without names",
-                   "/params",
-                   "an object",
-                   params.type_name(),
-                   {}});
+  if (!params.is_object()) {
+    but(refuse(id_json, code::invalid_params, "param.type",
+               {Errc::invalid_argument,
+                "parameters without names",
+                "/params",
+                "an object",
+                params.type_name(),
+                {}}));
+    params = json::object();
+  }
   request.params = std::make_shared<const json>(std::move(params));
-  return request;
+  if (!wrong) return request;
+  request.id_json = wrong->id_json;
+  wrong->heard = std::move(request);
+  return tl::unexpected(std::move(*wrong));
 }
 
 std::string result_line(std::string_view id_json, std::string_view result_json) {

@@ -26,9 +26,13 @@ struct Request {
 struct Refused {
   std::string id_json;
   RpcError error;
+  /// As far as it could be read, where it names a method: a stop is heeded all the same.
+  std::optional<Request> heard = {};
 };
 
-/// One line without its end. Batches are refused: one object a line does what they are for.
+/// One line without its end. Members that JSON-RPC does not know are refused with a did-you-mean:
+/// "parmas" would be a call without parameters. Batches are refused: one object a line does what
+/// they are for.
 tl::expected<Request, Refused> parse_request(std::string_view line);
 
 /// Lines to send, without their end.

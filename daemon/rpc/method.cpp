@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "recipes/schema/diagnostic.hpp"
 
@@ -59,14 +60,43 @@ bool matches(ParamType type, const json& value) {
   return false;
 }
 
-tl::unexpected<RpcError> refuse(std::string_view kind, Error error) {
-  return tl::unexpected(rpc_error(code::invalid_params, kind, std::move(error)));
-}
-
 std::string meant_or_known(std::string_view word, const std::vector<std::string_view>& known) {
   const std::string_view meant = recipes::closest(word, known);
   if (!meant.empty()) return "Did you mean " + std::string(meant) + "?";
   return known.empty() ? "It takes none" : "Known: " + recipes::one_of(known);
+}
+
+/// What is wrong with one parameter that came; nothing where nothing is.
+std::optional<RpcError> problem_of(const std::vector<ParamSpec>& known, const std::string& name,
+                                   const json& value) {
+  const auto wrong = [](std::string_view kind, Error error) {
+    return rpc_error(code::invalid_params, kind, std::move(error));
+  };
+  const std::string where = recipes::child("/params", name);
+  const auto param = std::ranges::find(known, name, &ParamSpec::name);
+  if (param == known.end()) {
+    std::vector<std::string_view> names;
+    for (const ParamSpec& one : known) names.push_back(one.name);
+    return wrong(
+        "param.unknown",
+        {Errc::invalid_argument, "unknown parameter", where, {}, {}, meant_or_known(name, names)});
+  }
+  if (!matches(param->type, value))
+    return wrong("param.type", {Errc::invalid_argument,
+                                "parameter of another type",
+                                where,
+                                std::string(schema_type(param->type)),
+                                value.type_name(),
+                                {}});
+  if (value.is_string() && value.get_ref<const std::string&>().size() > longest_text)
+    return wrong("param.range",
+                 {Errc::range,
+                  "text too long",
+                  where,
+                  "at most " + std::to_string(longest_text) + " bytes",
+                  std::to_string(value.get_ref<const std::string&>().size()) + " bytes",
+                  {}});
+  return std::nullopt;
 }
 
 json type_json(ParamType type) {
@@ -95,6 +125,10 @@ json method_json(const MethodSpec& spec) {
 }
 
 }  // namespace
+
+std::string by(const Caller& caller) {
+  return caller.session + " (" + caller.user + ")";
+}
 
 void Methods::add(MethodSpec spec, Handler handler) {
   add(Entry{std::move(spec), std::move(handler), true});
@@ -141,44 +175,32 @@ std::string Methods::open_rpc(std::string_view version) const {
 
 tl::expected<void, RpcError> check_params(const MethodSpec& spec, const json& params) {
   const std::vector<ParamSpec> known = all_params(spec);
-  std::vector<std::string_view> names;
-  for (const ParamSpec& param : known) names.push_back(param.name);
-  for (const auto& [name, value] : params.items()) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    const std::string where = recipes::child("/params", name);
-    if (found == names.end())
-      return refuse("param.unknown", {Errc::invalid_argument,
-                                      "unknown parameter",
-                                      where,
-                                      {},
-                                      {},
-                                      meant_or_known(name, names)});
-    const ParamSpec& param = known[static_cast<std::size_t>(found - names.begin())];
-    if (!matches(param.type, value))
-      return refuse("param.type", {Errc::invalid_argument,
-                                   "parameter of another type",
-                                   where,
-                                   std::string(schema_type(param.type)),
-                                   value.type_name(),
-                                   {}});
-    if (value.is_string() && value.get_ref<const std::string&>().size() > longest_text)
-      return refuse("param.range",
-                    {Errc::range,
-                     "text too long",
-                     where,
-                     "at most " + std::to_string(longest_text) + " bytes",
-                     std::to_string(value.get_ref<const std::string&>().size()) + " bytes",
-                     {}});
-  }
+  for (const auto& [name, value] : params.items())
+    if (auto problem = problem_of(known, name, value)) return tl::unexpected(std::move(*problem));
   for (const ParamSpec& param : known)
     if (param.required && !params.contains(param.name))
-      return refuse("param.missing", {Errc::invalid_argument,
-                                      "parameter missing",
-                                      recipes::child("/params", param.name),
-                                      std::string(param.summary),
-                                      {},
-                                      {}});
+      return tl::unexpected(rpc_error(code::invalid_params, "param.missing",
+                                      {Errc::invalid_argument,
+                                       "parameter missing",
+                                       recipes::child("/params", param.name),
+                                       std::string(param.summary),
+                                       {},
+                                       {}}));
   return {};
+}
+
+Usable usable_params(const MethodSpec& spec, const json& params) {
+  const std::vector<ParamSpec> known = all_params(spec);
+  json fit = json::object();
+  Usable out;
+  for (const auto& [name, value] : params.items()) {
+    if (auto problem = problem_of(known, name, value))
+      out.problems.push_back(std::move(*problem));
+    else
+      fit[name] = value;
+  }
+  out.params = std::make_shared<const json>(std::move(fit));
+  return out;
 }
 
 }  // namespace weft::daemon::rpc

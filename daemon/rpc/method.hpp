@@ -48,6 +48,13 @@ enum class Memory {
                  ///< lease
 };
 
+/// What a call is worth where there is no more room.
+enum class Urgency {
+  usual,
+  urgent,  ///< served where others are refused for want of room: stops of a run, how the rig stands
+  stop     ///< so, and whatever else is wrong with the request: it is done, and told with warnings
+};
+
 struct MethodSpec {
   std::string_view name;  ///< noun.verb
   std::string_view summary;
@@ -56,6 +63,7 @@ struct MethodSpec {
   std::vector<ParamSpec> params;
   std::string_view result;  ///< what comes back, in words
   Memory memory = Memory::over_restarts;
+  Urgency urgency = Urgency::usual;
 };
 
 /// The result as JSON, or why not.
@@ -71,6 +79,9 @@ struct Caller {
   access::Role role = access::Role::observer;
   bool local = false;  ///< came through the Unix socket
 };
+
+/// "s-41 (ada)": who made a change, as the journal and events have it.
+std::string by(const Caller& caller);
 
 struct Call {
   const nlohmann::json& params;  ///< checked against the method's table
@@ -111,5 +122,13 @@ constexpr std::size_t longest_text = 1000;
 /// Unknown names (with a did-you-mean), missing ones, wrong types, texts that are too long; the
 /// first problem.
 tl::expected<void, RpcError> check_params(const MethodSpec& spec, const nlohmann::json& params);
+
+/// The parameters that a method can use, and what is wrong with the others: for those that are
+/// heeded all the same. Nothing is required.
+struct Usable {
+  std::shared_ptr<const nlohmann::json> params;
+  std::vector<RpcError> problems;
+};
+Usable usable_params(const MethodSpec& spec, const nlohmann::json& params);
 
 }  // namespace weft::daemon::rpc

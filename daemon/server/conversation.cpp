@@ -16,6 +16,13 @@ namespace code = rpc::code;
 
 constexpr std::string_view halt_line = "!halt", emergency_line = "!estop";
 
+std::string_view without_spaces(std::string_view line) {
+  constexpr std::string_view spaces = " \t\r\n";
+  const std::size_t first = line.find_first_not_of(spaces);
+  if (first == std::string_view::npos) return {};
+  return line.substr(first, line.find_last_not_of(spaces) - first + 1);
+}
+
 bool speaks(std::string_view wanted) {
   return wanted.empty() || wanted == "1.x" || wanted == protocol_version;
 }
@@ -50,6 +57,34 @@ rpc::RpcError key_in_use(access::IdempotencyCache::Found found, const std::strin
                    waits);
 }
 
+rpc::RpcError too_long(std::size_t bytes) {
+  return rpc_error(code::request + 33, "answer.too_long",
+                   {Errc::range, "the answer is longer than one line may be", "result",
+                    "at most " + std::to_string(Conversation::most_answer_bytes) + " bytes",
+                    std::to_string(bytes), "Ask for less of it: most, from, or one run"});
+}
+
+rpc::RpcError too_fast(std::string_view user) {
+  return rpc_error(code::request + 34, "request.too_fast",
+                   {Errc::wrong_state,
+                    "too many requests a second",
+                    std::string(user),
+                    "at most " + std::to_string(access::RateLimits::per_second) + " a second",
+                    {},
+                    "Ask again later; rig.halt is always heard"},
+                   true);
+}
+
+/// Those that the daemon has, of what the client wants; all where it names none.
+json features_for(const json& params) {
+  json out = json::array();
+  const auto want = params.find("want");
+  for (const char* const feature : {"every-mode", "replay"})
+    if (want == params.end() || std::ranges::find(*want, json(feature)) != want->end())
+      out.push_back(feature);
+  return out;
+}
+
 /// As long for any request, as it is kept.
 std::string fingerprint_of(const rpc::MethodSpec& spec, const json& params) {
   return sha256_hex(std::string(spec.name) +
@@ -68,8 +103,10 @@ const rpc::MethodSpec& session_open() {
        {"version", rpc::ParamType::text, false, "of the program"},
        {"protocol", rpc::ParamType::text, false, "wanted, \"1.x\""},
        {"token", rpc::ParamType::text, false, "where the peer's credentials do not do"},
-       {"want", rpc::ParamType::list, false, "features"}},
-      "session, role, protocol, features, epoch, seq, ready"};
+       {"want", rpc::ParamType::list, false,
+        "features; those of them that there are come back, all where it is left out"}},
+      "session, user (token:NAME of one with a token), role, protocol, features, epoch, seq, "
+      "ready"};
   return spec;
 }
 
@@ -129,24 +166,36 @@ void Conversation::greet() {
                                             .dump()));
 }
 
+bool Conversation::hear_unfinished(std::string_view rest) {
+  const std::string_view word = without_spaces(rest);
+  if (word != halt_line && word != emergency_line) return false;
+  hear(word);
+  return true;
+}
+
 void Conversation::hear(std::string_view line) {
-  const bool emergency = line == emergency_line && shared_->emergency_stop;
-  if (line == halt_line || emergency) {
+  const std::string_view word = without_spaces(line);
+  if (word.empty()) return;
+  const bool emergency = word == emergency_line && shared_->emergency_stop;
+  if (word == halt_line || emergency) {
     if (peer_.local)
       return emergency ? halt("estop", shared_->emergency_stop) : halt("halt", shared_->halt);
     return send_(
         rpc::error_line("null", rpc_error(code::access + 5, "access.local_only",
                                           {Errc::wrong_state,
-                                           std::string(line) + " is for the local socket",
+                                           std::string(word) + " is for the local socket",
                                            {},
                                            {},
                                            {},
                                            emergency ? "Call rig.estop" : "Call rig.halt"})));
   }
-  if (line.find_first_not_of(" \t") == std::string_view::npos) return;
   const auto request = rpc::parse_request(line);
-  if (!request) return send_(rpc::error_line(request.error().id_json, request.error().error));
-  handle(*request);
+  if (request) return handle(*request);
+  const rpc::Refused& refused = request.error();
+  if (refused.heard)
+    if (const auto* const stops = stop_named(refused.heard->method))
+      return stop(*stops, *refused.heard, &refused.error);
+  send_(rpc::error_line(refused.id_json, refused.error));
 }
 
 // Whoever pulls the line is told, subscribed or not (design/API.md, 3).
@@ -155,11 +204,37 @@ void Conversation::halt(std::string_view kind,
   stop(caller_);
   const json latched{{"topic", "rig"},
                      {"seq", shared_->hub->seq()},
-                     {"delta", {{"latched", kind}, {"by", caller_.session}}}};
+                     {"delta", {{"latched", kind}, {"by", rpc::by(caller_)}}}};
   send_(json{{"jsonrpc", "2.0"}, {"method", "event"}, {"params", latched}}.dump());
 }
 
+const rpc::Methods::Entry* Conversation::stop_named(const std::string& method) const {
+  if (!introduced_ && !peer_.local) return nullptr;
+  const auto entry = shared_->methods->find(method);
+  return entry && (*entry)->spec.urgency == rpc::Urgency::stop ? *entry : nullptr;
+}
+
+// Done each time that it is asked for, also with a key that was used before: to stop twice does no
+// harm, not to stop does. What was wrong with the request is told with the answer.
+void Conversation::stop(const rpc::Methods::Entry& entry, const rpc::Request& request,
+                        const rpc::RpcError* wrong) {
+  const rpc::Usable usable = rpc::usable_params(entry.spec, *request.params);
+  json warnings = json::array();
+  const auto warn = [&warnings](const rpc::RpcError& problem) {
+    warnings.push_back(json::parse(rpc::to_json(problem)));
+  };
+  if (wrong != nullptr) warn(*wrong);
+  std::ranges::for_each(usable.problems, warn);
+  entry.handler({*usable.params, caller_}, [&](const Outcome& outcome) {
+    if (!outcome || warnings.empty()) return answer(request.id_json, outcome);
+    json told = json::parse(*outcome);
+    told["warnings"] = warnings;
+    answer(request.id_json, told.dump(-1, ' ', false, json::error_handler_t::replace));
+  });
+}
+
 void Conversation::handle(const rpc::Request& request) {
+  if (const auto* const stops = stop_named(request.method)) return stop(*stops, request, nullptr);
   if (!introduced_) {
     if (request.method != session_open().name)
       return answer(request.id_json, tl::unexpected(rpc_error(code::access, "session.required",
@@ -182,6 +257,18 @@ void Conversation::handle(const rpc::Request& request) {
 
 std::optional<rpc::RpcError> Conversation::refusal(const rpc::MethodSpec& spec) const {
   if (caller_.role < spec.role) return too_low(caller_.role, spec.role, spec.name);
+  if (spec.urgency != rpc::Urgency::usual) return std::nullopt;
+  if (!peer_.local && !shared_->rates.take(caller_.user, shared_->now()))
+    return too_fast(caller_.user);
+  if (only_urgent_)
+    return rpc_error(code::request + 32, "server.full",
+                     {Errc::wrong_state,
+                      "all places are taken, and this one is kept for stops",
+                      std::string(spec.name),
+                      "rig.halt, rig.estop, run.abort and their like",
+                      {},
+                      "Ask again when somebody has gone"},
+                     true);
   if (pending_.size() < most_pending) return std::nullopt;
   return rpc_error(code::request + 29, "request.too_many",
                    {Errc::wrong_state,
@@ -191,6 +278,12 @@ std::optional<rpc::RpcError> Conversation::refusal(const rpc::MethodSpec& spec) 
                     std::to_string(pending_.size()),
                     {}},
                    true);
+}
+
+rpc::RpcError Conversation::wrong_token(const Error& why) {
+  rpc::RpcError told = rpc_error(code::access + 1, "access.token", why);
+  if (++wrong_tokens_ >= most_wrong_tokens) end(told);
+  return told;
 }
 
 Outcome Conversation::introduce(const json& params) {
@@ -206,7 +299,7 @@ Outcome Conversation::introduce(const json& params) {
                                      {}}));
   if (params.contains("token")) {
     const auto owner = shared_->token_owner(params.at("token").get_ref<const std::string&>());
-    if (!owner) return tl::unexpected(rpc_error(code::access + 1, "access.token", owner.error()));
+    if (!owner) return tl::unexpected(wrong_token(owner.error()));
     caller_.user = owner->user;
     caller_.role = owner->role;
     owner_ = *owner;
@@ -227,7 +320,7 @@ Outcome Conversation::introduce(const json& params) {
                     {"user", caller_.user},
                     {"role", access::to_string(caller_.role)},
                     {"protocol", protocol_version},
-                    {"features", {"every-mode", "replay"}},
+                    {"features", features_for(params)},
                     {"epoch", shared_->epoch},
                     {"seq", shared_->hub->seq()},
                     {"ready", json::parse(shared_->readiness_json())}};
@@ -278,6 +371,8 @@ Status Conversation::cancel(const std::string& id_json) {
 
 void Conversation::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {
   if (!id_json) return;  // a notification wants none
+  if (outcome && outcome->size() > most_answer_bytes)
+    return send_(rpc::error_line(*id_json, too_long(outcome->size())));
   send_(outcome ? rpc::result_line(*id_json, *outcome)
                 : rpc::error_line(*id_json, outcome.error()));
 }

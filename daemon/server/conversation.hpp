@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "daemon/access/idempotency.hpp"
+#include "daemon/access/rate_limits.hpp"
 #include "daemon/access/tokens.hpp"
 #include "daemon/rpc/message.hpp"
 #include "daemon/rpc/method.hpp"
@@ -45,7 +46,8 @@ struct Shared {
   /// Errors in one wording for all that is wrong with a token: nothing is learnt by trying.
   std::function<Result<TokenOwner>(std::string_view token)> token_owner;
   std::function<std::string()> readiness_json;
-  /// The raw line "!halt"; from the Unix socket only, before anything else.
+  /// The raw line "!halt", with spaces around it or none; from the Unix socket only, before
+  /// anything else.
   std::function<void(const rpc::Caller&)> halt;
   std::function<Clock()> now;
   /// A file that may be fetched over HTTP, by "R-000318/dataset.h5": `told` is called on the
@@ -58,6 +60,8 @@ struct Shared {
   /// The raw line "!estop", likewise. Left out: it is refused.
   std::function<void(const rpc::Caller&)> emergency_stop = {};
   Sessions sessions = {};
+  /// Of those who do not come through the Unix socket.
+  access::RateLimits rates = {};
 };
 
 /// The first request of every client.
@@ -73,6 +77,10 @@ class Conversation {
   /// Requests that may wait for their answers at a time [count].
   static constexpr std::size_t most_pending = 64;
   static constexpr std::size_t most_subscriptions = 64;
+  /// A longer answer is refused, with what asks for less [bytes].
+  static constexpr std::size_t most_answer_bytes = std::size_t{3} << 20;
+  /// Wrong tokens on one connection; then it ends.
+  static constexpr std::size_t most_wrong_tokens = 5;
 
   using Send = std::function<void(std::string line)>;
   Conversation(Shared& shared, Peer peer, std::string session, Send send);
@@ -84,6 +92,12 @@ class Conversation {
   void greet();
   /// One line without its end.
   void hear(std::string_view line);
+  /// What came after the last line when the peer had said all: a halt is heeded without its line's
+  /// end, anything else is no line. True where it was one.
+  bool hear_unfinished(std::string_view rest);
+  /// It has a place that is kept for halts: until that is another, all but what is urgent is
+  /// refused.
+  void keep_to_what_is_urgent(bool so) { only_urgent_ = so; }
   /// Sends what subscriptions hold, as long as `room()` says so.
   void pump(const std::function<bool()>& room);
 
@@ -99,6 +113,7 @@ class Conversation {
 
   [[nodiscard]] const rpc::Caller& caller() const { return caller_; }
   [[nodiscard]] bool introduced() const { return introduced_; }
+  [[nodiscard]] std::size_t wrong_tokens() const { return wrong_tokens_; }
   /// For the methods of sub.*: this conversation's own.
   void subscribe(std::shared_ptr<Subscription> subscription);
   bool unsubscribe(std::string_view id);
@@ -110,7 +125,12 @@ class Conversation {
  private:
   void halt(std::string_view kind, const std::function<void(const rpc::Caller&)>& stop);
   void handle(const rpc::Request& request);
+  /// The method, where it is a stop that this peer may ask for now.
+  [[nodiscard]] const rpc::Methods::Entry* stop_named(const std::string& method) const;
+  void stop(const rpc::Methods::Entry& entry, const rpc::Request& request,
+            const rpc::RpcError* wrong);
   rpc::Outcome introduce(const nlohmann::json& params);
+  rpc::RpcError wrong_token(const Error& why);
   [[nodiscard]] std::optional<rpc::RpcError> refusal(const rpc::MethodSpec& spec) const;
   void dispatch(const rpc::Methods::Entry& entry, const rpc::Request& request);
   void answer(const std::optional<std::string>& id_json, const rpc::Outcome& outcome);
@@ -120,6 +140,8 @@ class Conversation {
   rpc::Caller caller_;
   Send send_;
   bool introduced_ = false;
+  bool only_urgent_ = false;
+  std::size_t wrong_tokens_ = 0;
   std::optional<TokenOwner> owner_;  ///< of the token that it came with
   /// A request whose answer is not said yet. Who looks for its listener finds none when it has
   /// gone.

@@ -192,8 +192,12 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   void call() {
     const auto parsed = rpc::parse_request(request_.body());
-    if (!parsed)
-      return leave(answer_text(400, rpc::error_line(parsed.error().id_json, parsed.error().error)));
+    if (!parsed) {
+      const std::string told = parsed.error().heard  // which may stop something all the same
+                                   ? ask(request_.body())
+                                   : rpc::error_line(parsed.error().id_json, parsed.error().error);
+      return leave(answer_text(is_error(told) ? 400 : 200, told));
+    }
     const auto method = server_->shared->methods->find(parsed->method);
     const HttpLimits& most = server_->limits;
     if (method && (*method)->answers_later && !has_seat({Stage::waiting}, most.waiting))

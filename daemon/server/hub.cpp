@@ -26,10 +26,14 @@ bool any_matches(const std::vector<std::string>& patterns, std::string_view topi
                      [&](const std::string& pattern) { return matches(pattern, topic); });
 }
 
+std::string text_of(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
 std::string params_of(const Event& event, const std::string& subscription, std::uint64_t dropped) {
   const json params{{"sub", subscription},  {"seq", event.seq},     {"t_us", event.t_us},
                     {"topic", event.topic}, {"delta", event.delta}, {"dropped", dropped}};
-  return params.dump(-1, ' ', false, json::error_handler_t::replace);
+  return text_of(params);
 }
 
 }  // namespace
@@ -61,6 +65,10 @@ void Subscription::offer(const std::shared_ptr<const Event>& event) {
   }
 }
 
+void Subscription::offer_again(const std::shared_ptr<const Event>& event) {
+  replayed_.push_back(event);
+}
+
 Status Subscription::grant(std::uint64_t events) {
   if (!wish_.credit)
     return fail(Errc::wrong_state, "this subscription waits for no credit", "/params/sub",
@@ -78,6 +86,11 @@ std::string Subscription::take(Clock now) {
 
 std::string Subscription::taken(Clock now) {
   if (wish_.mode == Mode::every) {
+    if (!replayed_.empty()) {
+      const auto event = std::move(replayed_.front());
+      replayed_.pop_front();
+      return params_of(*event, id_, 0);
+    }
     if (waiting_.empty()) return {};
     const auto event = std::move(waiting_.front());
     waiting_.pop_front();
@@ -100,8 +113,12 @@ void Hub::publish(std::string_view topic, const json& delta, std::int64_t t_us) 
   auto& snapshot = snapshots_[event->topic];
   if (!snapshot) snapshot = std::make_unique<json>(json::object());
   snapshot->merge_patch(delta);
+  changed_.insert_or_assign(event->topic, seq_);
   recent_.push_back(event);
-  if (recent_.size() > most_replayed) recent_.pop_front();
+  if (recent_.size() > most_replayed) {
+    forgotten_ = recent_.front()->seq;
+    recent_.pop_front();
+  }
   offer(event);
 }
 
@@ -132,19 +149,29 @@ std::shared_ptr<Subscription> Hub::add(const Wish& wish) {
 }
 
 Opened Hub::open(const Wish& wish) {
-  json snapshot = json::object();
-  for (const auto& [topic, state] : snapshots_)
-    if (any_matches(wish.topics, topic)) snapshot[topic] = *state;
-  return {add(wish), seq_, snapshot.dump(-1, ' ', false, json::error_handler_t::replace)};
+  std::vector<std::pair<std::uint64_t, std::string_view>> newest_first;
+  for (const auto& [topic, seq] : changed_)
+    if (any_matches(wish.topics, topic)) newest_first.emplace_back(seq, topic);
+  std::ranges::sort(newest_first, std::greater<>());
+  Opened opened{add(wish), seq_, "{", newest_first.size()};
+  for (const auto& [seq, topic] : newest_first) {
+    const std::string one =
+        text_of(std::string(topic)) + ":" + text_of(*snapshots_.find(topic)->second);
+    if (opened.snapshot_json.size() + one.size() > most_snapshot_bytes) break;
+    if (opened.snapshot_json.size() > 1) opened.snapshot_json += ',';
+    opened.snapshot_json += one;
+    --opened.left_off;
+  }
+  opened.snapshot_json += '}';
+  return opened;
 }
 
 tl::expected<Opened, rpc::RpcError> Hub::replay(const Wish& wish, std::uint64_t from_seq) {
-  const std::uint64_t oldest = recent_.empty() ? seq_ + 1 : recent_.front()->seq;
-  if (from_seq + 1 < oldest || from_seq > seq_) {
+  if (from_seq < forgotten_ || from_seq > seq_) {
     return tl::unexpected(
         rpc::rpc_error(rpc::code::state + 40, "replay.gone",
                        {Errc::range, "these events are not kept any more", "/params/from_seq",
-                        std::to_string(oldest - 1) + " to " + std::to_string(seq_),
+                        std::to_string(forgotten_) + " to " + std::to_string(seq_),
                         std::to_string(from_seq), "Leave from_seq out to get a snapshot"},
                        true));
   }
@@ -153,7 +180,7 @@ tl::expected<Opened, rpc::RpcError> Hub::replay(const Wish& wish, std::uint64_t 
   Opened opened{add(every), seq_, "{}"};
   for (const auto& event : recent_)
     if (event->seq > from_seq && opened.subscription->wants(event->topic))
-      opened.subscription->offer(event);
+      opened.subscription->offer_again(event);
   return opened;
 }
 

@@ -24,7 +24,8 @@ using Clock = std::chrono::nanoseconds;  ///< monotonic, any origin
 
 enum class Mode : std::uint8_t {
   latest,  ///< deltas of a topic are merged until they can be sent: cannot grow
-  every    ///< in order, at most `most_waiting`; what does not fit is a gap that is told
+  every    ///< in order, at most `most_waiting` beside what is replayed; what does not fit is a gap
+           ///< that is told
 };
 
 struct Wish {
@@ -58,11 +59,14 @@ class Subscription {
  private:
   friend class Hub;
   std::string taken(Clock now);
+  /// One of before it was opened: the oldest first, before any that offer() brings.
+  void offer_again(const std::shared_ptr<const Event>& event);
   void offer(const std::shared_ptr<const Event>& event);
 
   std::string id_;
   Wish wish_;
-  std::deque<std::shared_ptr<const Event>> waiting_;      // every
+  std::deque<std::shared_ptr<const Event>> replayed_;     // every: at most Hub::most_replayed
+  std::deque<std::shared_ptr<const Event>> waiting_;      // every, after these
   std::map<std::string, std::shared_ptr<Event>> merged_;  // latest, by topic
   std::uint64_t dropped_ = 0;                             // since the last event that was taken
   Clock not_before_{};
@@ -72,6 +76,8 @@ struct Opened {
   std::shared_ptr<Subscription> subscription;
   std::uint64_t seq = 0;      ///< the newest event's, which the snapshot has in it
   std::string snapshot_json;  ///< by topic
+  /// Topics whose state had no room in the snapshot: those that changed longest ago [count].
+  std::size_t left_off = 0;
 };
 
 /// Used by the server's thread alone.
@@ -79,6 +85,8 @@ class Hub {
  public:
   /// Events that can be had again [count].
   static constexpr std::size_t most_replayed = 8192;
+  /// Of a snapshot, so that a client reads it as one line however many runs there were.
+  static constexpr std::size_t most_snapshot_bytes = std::size_t{1} << 20;
 
   /// What changed about a topic: an RFC 7386 merge patch of its snapshot.
   void publish(std::string_view topic, const nlohmann::json& delta, std::int64_t t_us);
@@ -105,7 +113,9 @@ class Hub {
   std::uint64_t seq_ = 0;
   std::uint64_t next_id_ = 1;
   std::map<std::string, std::unique_ptr<nlohmann::json>, std::less<>> snapshots_;
+  std::map<std::string, std::uint64_t, std::less<>> changed_;  // by topic: the newest event
   std::deque<std::shared_ptr<const Event>> recent_;
+  std::uint64_t forgotten_ = 0;  // the newest event that is not in recent_ any more
   std::list<std::weak_ptr<Subscription>> subscriptions_;
   std::function<void()> news_;
 };

@@ -25,6 +25,8 @@ class LineBuffer {
     if (line.ends_with('\r')) line.pop_back();
     return line;
   }
+  /// What came after the last whole line, once next() has none.
+  [[nodiscard]] std::string_view rest() const { return held_; }
   /// What is held is more than one line may be.
   [[nodiscard]] bool overflows() const { return held_.size() > most_bytes_; }
 

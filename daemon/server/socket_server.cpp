@@ -29,6 +29,7 @@ using asio::ip::tcp;
 using namespace std::chrono_literals;
 
 constexpr auto tick_period = 20ms;
+constexpr auto first_rest = 100ms;  ///< after the first wrong token; twice as long each time
 constexpr std::size_t room_bytes = std::size_t{64} << 10;
 
 }  // namespace
@@ -42,7 +43,18 @@ struct SocketServer::Parts {
   void listen_unix();
   void listen_tcp();
   void welcome(stream_protocol::socket socket, Peer peer, TlsServer* through);
-  [[nodiscard]] bool has_room(bool is_local);
+  enum class Place {
+    none,
+    own,
+    for_stops  ///< until one is free
+  };
+  /// Those of the socket or of the port, the oldest first in each list.
+  struct Counted {
+    std::vector<std::shared_ptr<Connection>> known, strangers, for_stops;
+  };
+  [[nodiscard]] Counted count(bool is_local) const;
+  [[nodiscard]] Place place_for(bool is_local);
+  void give_free_places();
   void next(const asio::error_code& error, void (Parts::*listen)());
   void next_tick(const std::function<void()>& tick);
 
@@ -69,6 +81,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
         is_local_(peer.local),
         wire_(std::move(wire)),
         patience_(server.context),
+        rest_(server.context),
         lines_(server.limits.line_bytes),
         conversation_(*server.shared, std::move(peer), "s-" + std::to_string(number_),
                       [this](std::string line) { send(std::move(line)); }) {}
@@ -76,6 +89,11 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   [[nodiscard]] std::uint64_t number() const { return number_; }
   [[nodiscard]] bool is_local() const { return is_local_; }
   [[nodiscard]] bool is_stranger() const { return !conversation_.introduced(); }
+  [[nodiscard]] bool is_for_stops() const { return is_for_stops_; }
+  void take_place(bool for_stops) {
+    is_for_stops_ = for_stops;
+    conversation_.keep_to_what_is_urgent(for_stops);
+  }
 
   void begin() {
     within(server_->limits.handshake, [this] { return greeted_; });
@@ -95,6 +113,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
     if (std::exchange(closed_, true)) return;
     const auto self = shared_from_this();  // until this is done
     patience_.cancel();
+    rest_.cancel();
     wire_->close();
     server_->connections.erase(number_);
   }
@@ -120,9 +139,18 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   void read() {
     wire_->read_some(asio::buffer(incoming_),
                      [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+                       if (error == asio::error::eof) return self->has_said_all();
                        if (error || self->closed_) return self->close();
                        self->have(count);
                      });
+  }
+
+  // A halt is heeded also where its line has no end, and whoever still reads is told.
+  void has_said_all() {
+    if (closed_ || !conversation_.hear_unfinished(lines_.rest())) return close();
+    last_words_ = true;
+    within(server_->limits.introduction, [] { return false; });
+    write();
   }
 
   void have(std::size_t count) {
@@ -134,7 +162,9 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   void work_off() {
     if (closed_ || last_words_ || ends_with_its_token()) return;
     if (const auto line = lines_.next()) {
+      const std::size_t wrong_before = conversation_.wrong_tokens();
       conversation_.hear(*line);
+      if (!is_local_ && conversation_.wrong_tokens() > wrong_before) return rest_a_while();
       return asio::post(server_->context, [self = shared_from_this()] { self->work_off(); });
     }
     if (lines_.overflows()) {
@@ -148,6 +178,14 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
     }
     pump();
     read();
+  }
+
+  // Who tries tokens waits longer each time.
+  void rest_a_while() {
+    rest_.expires_after(first_rest * (1U << (conversation_.wrong_tokens() - 1)));
+    rest_.async_wait([self = shared_from_this()](const asio::error_code& cancelled) {
+      if (!cancelled) self->work_off();
+    });
   }
 
   /// True where that is so: the client has been told, and is closed.
@@ -201,45 +239,67 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   std::uint64_t number_;
   bool is_local_;
   std::unique_ptr<Wire> wire_;
-  asio::steady_timer patience_;
+  asio::steady_timer patience_, rest_;
   std::array<char, 16384> incoming_{};
   LineBuffer lines_;
   std::deque<std::string> waiting_;
   std::string out_;
   std::size_t unsent_bytes_ = 0;
-  bool greeted_ = false, writing_ = false, closed_ = false;
+  bool greeted_ = false, writing_ = false, closed_ = false, is_for_stops_ = false;
   bool last_words_ = false;  ///< closed when what waits is sent
   Conversation conversation_;
 };
 
-/// Of the socket or of the port, which count apart: who floods the port keeps nobody from the
-/// socket. The oldest that has not said who it is makes room where there are too many such.
-bool SocketServer::Parts::has_room(bool is_local) {
-  std::size_t all = 0, strangers = 0;
-  std::shared_ptr<Connection> oldest;
+SocketServer::Parts::Counted SocketServer::Parts::count(bool is_local) const {
+  Counted out;
   for (const auto& [number, one] : connections) {
     if (one->is_local() != is_local) continue;
-    ++all;
-    if (!one->is_stranger()) continue;
-    ++strangers;
-    if (!oldest) oldest = one;
+    auto& list = one->is_for_stops()  ? out.for_stops
+                 : one->is_stranger() ? out.strangers
+                                      : out.known;
+    list.push_back(one);
   }
+  return out;
+}
+
+/// Of the socket or of the port, which count apart: who floods the port keeps nobody from the
+/// socket. The oldest that has not said who it is makes room where there are too many such. Who
+/// fills the socket with clients that have keeps nobody from a halt.
+SocketServer::Parts::Place SocketServer::Parts::place_for(bool is_local) {
+  const Counted now = count(is_local);
   const std::size_t most = is_local ? limits.local_connections : limits.connections;
-  if (oldest && (strangers >= limits.strangers || all >= most)) {
-    oldest->close();
-    return true;
+  const std::size_t all = now.known.size() + now.strangers.size();
+  if (!now.strangers.empty() && (now.strangers.size() >= limits.strangers || all >= most)) {
+    now.strangers.front()->close();
+    return Place::own;
   }
-  return all < most;
+  if (all < most) return Place::own;
+  if (!is_local || limits.places_for_stops == 0) return Place::none;
+  if (now.for_stops.size() >= limits.places_for_stops) now.for_stops.front()->close();
+  return Place::for_stops;
+}
+
+void SocketServer::Parts::give_free_places() {
+  const Counted now = count(true);
+  const std::size_t taken = now.known.size() + now.strangers.size();
+  std::size_t left = limits.local_connections - std::min(taken, limits.local_connections);
+  for (const auto& one : now.for_stops)
+    if (left > 0) {
+      one->take_place(false);
+      --left;
+    }
 }
 
 void SocketServer::Parts::welcome(stream_protocol::socket socket, Peer peer, TlsServer* through) {
-  if (!has_room(peer.local)) {
+  const Place place = place_for(peer.local);
+  if (place == Place::none) {
     asio::error_code ignored;
     socket.close(ignored);
     return;
   }
   const auto made =
       std::make_shared<Connection>(*this, make_wire(std::move(socket), through), std::move(peer));
+  made->take_place(place == Place::for_stops);
   connections.emplace(made->number(), made);
   made->begin();
 }
@@ -279,6 +339,7 @@ void SocketServer::Parts::next_tick(const std::function<void()>& tick) {
   ticker.async_wait([this, &tick](const asio::error_code& cancelled) {
     if (cancelled) return;
     for (const auto listen : std::exchange(resting, {})) (this->*listen)();
+    give_free_places();
     tick();
     next_tick(tick);
   });

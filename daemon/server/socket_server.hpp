@@ -22,6 +22,9 @@ namespace weft::daemon::server {
 struct Limits {
   std::size_t connections = 2048;       ///< of the port; fewer where fewer files may be open
   std::size_t local_connections = 256;  ///< of the Unix socket; likewise
+  /// Beside these of the Unix socket, while all are taken: they may say what is urgent (!halt,
+  /// rig.halt, run.abort) and get a place when one is free. The oldest makes room for one more.
+  std::size_t places_for_stops = 32;
   /// Of either, that have not introduced themselves: the oldest makes room for one more.
   std::size_t strangers = 64;
   std::size_t line_bytes = rpc::most_line_bytes;

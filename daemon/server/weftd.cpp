@@ -41,11 +41,12 @@ std::string http_url(const asio::ip::address& address, std::uint16_t port, bool 
   return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
 }
 
-/// One wording for all that can be wrong with a token.
+/// One wording for all that can be wrong with a token. Its owner is no user of the machine, who may
+/// have the same name: leases, keys and the journal tell them apart.
 Result<TokenOwner> owner_of(access::TokenKeeper& tokens, std::string_view token,
                             std::int64_t utc_us) {
   if (const auto entry = tokens.find(token, utc_us))
-    return TokenOwner{entry->name, entry->role, *entry};
+    return TokenOwner{"token:" + entry->name, entry->role, *entry};
   return fail(Errc::wrong_state, "this token is not, or no more, good for anything",
               "/params/token", {}, {}, "weft token add makes one");
 }
@@ -170,11 +171,9 @@ void Daemon::wire(const DaemonOptions& options) {
     return tokens_.stands(owner.token, utc_us());
   };
   shared_.readiness_json = [this] { return api::readiness_json(services_); };
-  shared_.halt = [this](const rpc::Caller& caller) {
-    services_.desk->halt(caller.session + " (" + caller.user + ")");
-  };
+  shared_.halt = [this](const rpc::Caller& caller) { services_.desk->halt(rpc::by(caller)); };
   shared_.emergency_stop = [this](const rpc::Caller& caller) {
-    services_.desk->emergency_stop(caller.session + " (" + caller.user + ")");
+    services_.desk->emergency_stop(rpc::by(caller));
   };
   services_.sessions = &shared_.sessions;
   shared_.now = [] { return steady_wall_now(); };
@@ -226,7 +225,9 @@ Status Daemon::begin(const DaemonOptions& options) {
               },
           .voted =
               [this](const control::RunView& run) {
-                hub_.publish("vote:" + run.stored.id(), api::vote_json(*run.vote), utc_us());
+                nlohmann::json delta = api::vote_json(*run.vote);
+                delta["by"] = "auto:live_vote";
+                hub_.publish("vote:" + run.stored.id(), delta, utc_us());
               },
           .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); },
           .onlooker = &onlooker_,
@@ -320,7 +321,7 @@ void Daemon::tick() {
   if (http_) http_->pump();
   desk_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))
-    hub_.publish("lease:" + lease.scope, {{"expired", lease.id}, {"by", "auto:time"}}, utc_us());
+    api::tell_expired(services_, lease);
 }
 
 void Daemon::run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready) {

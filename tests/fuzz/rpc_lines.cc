@@ -106,7 +106,7 @@ class SmallDaemon {
     client_->hear(line);
     client_->pump([] { return true; });
     const auto request = rpc::parse_request(line);
-    const bool blank = line.find_first_not_of(" \t") == std::string::npos;
+    const bool blank = line.find_first_not_of(" \t\r") == std::string::npos;
     const bool silent = blank || (request && !request->id_json);
     // what is answered later waits for a run, and there is none
     demand(silent || told_.size() > before, "every line that asks is answered");

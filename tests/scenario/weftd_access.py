@@ -103,7 +103,7 @@ def tokens_come_and_go(folder, ports, local, staying, other):
     """What weft token add wrote is good at once; what is no more in the file ends within a second or so."""
     tcp, web = ports
     added = token_of(WEFT, folder / "tokens.json", "added", "observer")
-    assert introduced(tcp, added).call("session.whoami")["user"] == "added"
+    assert introduced(tcp, added).call("session.whoami")["user"] == "token:added"
     assert ask(web, added).status == 200
     third = secrets.token_hex(32)
     write_tokens(folder / "tokens.json", ("third", "observer", third, 3600))
@@ -120,6 +120,19 @@ def tokens_come_and_go(folder, ports, local, staying, other):
     subprocess.run([WEFT, "token", "remove", "third", "--tokens", folder / "tokens.json"], check=True, capture_output=True)
     assert last_words(removed)[0]["data"]["kind"] == "access.token" and ask(web, third).status == 401
     assert "tokens.unreadable" not in [b["kind"] for b in local.call("system.ready")["blockers"]]
+
+
+def a_namesake(folder, ports, local, lease):
+    """A token of a machine user's name is not that user: neither his lease nor his keys are its owner's."""
+    who = local.call("session.whoami")["user"]
+    namesake = introduced(ports[0], token_of(WEFT, folder / "tokens.json", who, "operator"))
+    assert namesake.call("session.whoami")["user"] == f"token:{who}"
+    for method in "lease.renew", "lease.release":
+        assert "somebody else's" in namesake.refused(method, lease=lease)["message"], method
+    run = local.call("run.start", recipe="small", lease=lease, idem="namesake")["run"]
+    assert namesake.refused("run.start", recipe="small", lease=lease, idem="namesake")["data"]["kind"] == "lease.required"
+    assert namesake.refused("run.abort", run=run)["data"]["kind"] == "lease.held"
+    local.call("run.wait", run=run)
 
 
 def files_of_tokens(folder):
@@ -186,6 +199,7 @@ def main():
             lease = client.call("lease.acquire", ttl_ms=600_000, idem="lease")["lease"]
             staying, other = a_token_ends(folder, ports, client, lease)
             tokens_come_and_go(folder, ports, client, staying, other)
+            a_namesake(folder, ports, client, lease)
             first = before_its_death(client, lease)
             daemon.end(signal.SIGKILL)
             daemon, ports, client = begin(folder)

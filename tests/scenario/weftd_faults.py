@@ -102,7 +102,7 @@ def sessions(daemon, client, token):
     operator = Client(("127.0.0.1", daemon.port), introduce=False)
     mine = operator.call("session.open", client="bench", token=token)["session"]
     there = {s["session"]: s for s in client.call("session.list")["sessions"]}
-    assert (there[mine]["user"], there[mine]["role"], there[mine]["local"]) == ("bo", "operator", False), there
+    assert (there[mine]["user"], there[mine]["role"], there[mine]["local"]) == ("token:bo", "operator", False), there
     assert there[client.session["session"]]["waiting_calls"] == 1, "the question itself"
     refused(operator, "session.close", "access.role", "/params/session", session=client.session["session"], reason="no more")
     refused(client, "session.close", "request.invalid", "/params/reason", session=mine)

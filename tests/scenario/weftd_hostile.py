@@ -80,7 +80,7 @@ class Grammar:
 
 def answers_due(line):
     """How many answers a line may have."""
-    if not line.strip(b" \t"):
+    if not line.strip(b" \t\r"):
         return {0}
     try:
         request = json.loads(line)
@@ -188,7 +188,7 @@ def plans_beside_a_halt(folder, daemon):
     huge.update(repetitions=1_000_000 // len(huge["fabrics"]) - 1, order={"kind": "randomised"})
     (folder / "recipes/huge.json").write_text(json.dumps(huge))
     halts = Client(daemon.socket)
-    lease = halts.call("lease.acquire")["lease"]
+    lease = halts.call("lease.acquire", ttl_ms=600_000)["lease"]
     questions = [("recipe.plan", {"recipe": "huge", "most": 1}), ("recipe.diff", {"recipe": "huge", "other": "small"}),
                  ("run.start", {"recipe": "huge", "lease": lease}), ("queue.add", {"recipe": "huge", "lease": lease})] * 3
     askers = [Client(daemon.socket) for _ in questions]

@@ -127,7 +127,7 @@ def tokens(web, viewer, folder):
     assert beside.call("session.whoami")["role"] == "observer", "written since the daemon began"
     made = web.call("token.add", name="page", days=1)
     assert Web(web.port, made["token"]).call("session.whoami") | {"session": ""} == {
-        "session": "", "client": "http", "user": "page", "role": "operator", "local": False}
+        "session": "", "client": "http", "user": "token:page", "role": "operator", "local": False}
     assert beside.call("session.whoami")["role"] == "observer"
     for wrong, where in (dict(name="page"), "token"), (dict(name="a", role="king"), "/params/role"), (dict(name="a", days=0), "/params/days"):
         assert web.call("token.add", **wrong)["data"]["where"] == where, wrong

@@ -57,7 +57,7 @@ def checks(client, trials):
 
 def a_run(client, trials):
     assert client.refused("run.start", recipe="small", lease="L-99")["data"]["kind"] == "lease.required"
-    lease = client.call("lease.acquire", note="test")["lease"]
+    lease = client.call("lease.acquire", note="test", ttl_ms=600_000)["lease"]
     sub = client.call("sub.open", topics=["run:*"], mode="every")
     first = client.call("run.start", recipe="small", lease=lease, name="first", idem="k-1")
     again = client.call("run.start", recipe="small", lease=lease, name="first", idem="k-1")
@@ -88,7 +88,7 @@ def a_run(client, trials):
 
 
 def halts(daemon, client):
-    lease = client.call("lease.acquire")["lease"]
+    lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
     client.call("sub.open", topics=["run:*", "rig"], mode="every")
     run = client.call("run.start", recipe="small", lease=lease)["run"]
     client.until(run, "running")
@@ -131,14 +131,26 @@ def tokens(folder, daemon, token):
 
 
 def slow_reader(daemon, client):
-    """One that subscribes to everything and never reads costs the others nothing."""
-    slow = Client(daemon.socket)
-    slow.call("sub.open", topics=["*"], mode="every")
-    lease = client.call("lease.acquire")["lease"]
-    for _ in range(300):
+    """One that subscribes to everything and never reads costs the others nothing; what it then reads has its gap told, to the event."""
+    slow, quick = Client(daemon.socket), Client(daemon.socket)
+    for each in slow, quick:
+        each.call("sub.open", topics=["lease:*"], mode="every")
+    lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
+    assert quick.event()["delta"]["acquired"]["lease"] == lease
+    many = 8000  # more than its bound and all buffers of a socket hold
+    for _ in range(many):
         client.call("lease.renew", lease=lease)
+        event = quick.event()
+        assert event["delta"]["renewed"]["lease"] == lease and event["dropped"] == 0, event
     client.call("lease.release", lease=lease)
-    slow.wire.close()
+    told = dropped = 0
+    event = {"delta": {}}
+    while not event["delta"].get("released"):
+        event = slow.event()
+        told, dropped = told + 1, dropped + event["dropped"]
+    assert dropped > 0 and told + dropped == many + 2, (told, dropped)
+    for each in slow, quick:
+        each.wire.close()
 
 
 def reference(folder):
@@ -149,7 +161,7 @@ def reference(folder):
 
 
 def death(folder, client, daemon):
-    lease = client.call("lease.acquire")["lease"]
+    lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
     client.call("sub.open", topics=["run:*"], mode="every")
     run = client.call("run.start", recipe="small", lease=lease)["run"]
     client.until(run, "running")
@@ -177,7 +189,7 @@ def goes_on(client, run, trials, digest):
     assert client.call("run.get", run=run)["state"] == "interrupted"
     assert client.refused("run.resume", run=run)["data"]["kind"] == "lease.required"
     assert client.refused("run.pause", run=run)["data"]["kind"] == "state.conflict"
-    lease = client.call("lease.acquire")["lease"]
+    lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
     client.call("run.resume", run=run, lease=lease)
     ended = client.call("run.wait", run=run)
     assert (ended["outcome"], ended["rig"], ended["trials_done"]) == ("complete", "safe", trials), ended

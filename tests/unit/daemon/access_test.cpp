@@ -9,6 +9,7 @@
 
 #include "daemon/access/idempotency.hpp"
 #include "daemon/access/leases.hpp"
+#include "daemon/access/rate_limits.hpp"
 #include "daemon/access/token_keeper.hpp"
 #include "daemon/access/tokens.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
@@ -53,6 +54,30 @@ TEST_CASE("A lease ends by itself unless it is renewed") {
   CHECK_FALSE(leases.check(lease->id, "rig:bench", "ada", 29s));
   CHECK(leases.expire(29s).size() == 1);
   CHECK(leases.acquire(asked("bob"), 29s));
+}
+
+TEST_CASE("A renewal is worth a line of the journal where it adds a second to what is there") {
+  Leases leases("9c1d40b2");
+  const auto lease = leases.acquire(asked("ada"), 0s);
+  REQUIRE(leases.renew(lease->id, "ada", 15s, 900ms));
+  CHECK_FALSE(leases.is_to_be_noted(lease->id));
+  REQUIRE(leases.renew(lease->id, "ada", 15s, 1100ms));
+  CHECK(leases.is_to_be_noted(lease->id));
+  CHECK_FALSE(leases.is_to_be_noted(lease->id));
+}
+
+TEST_CASE("Who asks faster than may be waits for the bucket to fill, and nobody else does") {
+  RateLimits rates;
+  for (std::size_t i = 0; i < RateLimits::burst; ++i) REQUIRE(rates.take("ada", 1s));
+  CHECK_FALSE(rates.take("ada", 1s));
+  CHECK(rates.take("bob", 1s));
+  CHECK(rates.take("ada", 1s + 1ms));
+  for (std::size_t i = 1; i < RateLimits::per_second / 1000; ++i)
+    REQUIRE(rates.take("ada", 1s + 1ms));
+  CHECK_FALSE(rates.take("ada", 1s + 1ms));
+  for (std::size_t i = 0; i < RateLimits::most_known; ++i)
+    REQUIRE(rates.take(std::to_string(i), 2s));
+  CHECK(rates.take("bob", 2s));  // forgotten, which does him no harm
 }
 
 TEST_CASE("Nobody uses, renews or releases somebody else's lease") {

@@ -120,6 +120,51 @@ TEST_CASE("Events can be had again from a number on, as long as they are kept") 
   CHECK_FALSE(hub.replay(wish(Mode::every), newest + 1));
 }
 
+TEST_CASE("All events after one come again, however many are kept, and then what is new") {
+  Hub hub;
+  constexpr std::size_t count = Hub::most_replayed;
+  for (std::size_t i = 1; i <= count; ++i) hub.publish("run:1", {{"rep", i}}, 0);
+  const auto again = hub.replay(wish(Mode::every), 0);
+  REQUIRE(again);
+  constexpr std::size_t more = Subscription::most_waiting + 5;  // while nobody reads
+  for (std::size_t i = 1; i <= more; ++i) hub.publish("run:1", {{"rep", count + i}}, 0);
+  const auto events = take_all(*again->subscription, 0ns);
+  REQUIRE(events.size() == count + Subscription::most_waiting);
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    wrong += events[i]["seq"] == i + 1 && events[i]["dropped"] == 0 ? 0 : 1;
+  CHECK(wrong == 0);
+  CHECK(events[count]["dropped"] == 5);  // the gap is told where it is
+  CHECK(events[count]["seq"] == count + 6);
+  CHECK(events[count + 1]["dropped"] == 0);
+}
+
+TEST_CASE("Numbers of what was only passed on are no gap in what is kept") {
+  Hub hub;
+  for (int i = 0; i < 5; ++i) hub.pass_on("stream:force", {{"fz_n", i}}, 0);
+  hub.publish("run:1", {{"rep", 1}}, 0);
+  const auto again = hub.replay(wish(Mode::every), 2);
+  REQUIRE(again);
+  CHECK(take_all(*again->subscription, 0ns).size() == 1);
+}
+
+TEST_CASE("A snapshot of more than one line may hold has what changed last, and tells the rest") {
+  Hub hub;
+  const std::string long_text(10'000, 'x');
+  constexpr std::size_t count = 300;
+  for (std::size_t i = 0; i < count; ++i)
+    hub.publish("run:" + std::to_string(i), {{"text", long_text}}, 0);
+  hub.publish("run:7", {{"rep", 1}}, 0);
+  const Opened opened = hub.open(wish(Mode::latest));
+  CHECK(opened.snapshot_json.size() <= Hub::most_snapshot_bytes + 2);
+  const json snapshot = json::parse(opened.snapshot_json);
+  CHECK(snapshot.size() + opened.left_off == count);
+  CHECK(snapshot.size() > 90);
+  CHECK(snapshot.contains("run:7"));
+  CHECK(snapshot.contains("run:299"));
+  CHECK_FALSE(snapshot.contains("run:0"));
+}
+
 TEST_CASE("A subscription that is gone costs nothing more") {
   Hub hub;
   {

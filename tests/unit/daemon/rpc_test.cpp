@@ -66,6 +66,19 @@ TEST_CASE("What is not a request is refused with JSON-RPC's own numbers and the 
         std::pair(code::invalid_params, std::string("3")));
 }
 
+TEST_CASE("Members that a request does not have are refused with the one that was meant") {
+  const auto r = parse_request(R"({"jsonrpc":"2.0","id":3,"method":"m","parmas":{"run":"x"}})");
+  REQUIRE_FALSE(r);
+  CHECK(r.error().id_json == "3");
+  CHECK(r.error().error.kind == "request.unknown_member");
+  CHECK(r.error().error.error.where == "/parmas");
+  CHECK(r.error().error.error.hint == "Did you mean params?");
+  REQUIRE(r.error().heard);
+  CHECK(r.error().heard->method == "m");
+  const auto other = parse_request(R"({"jsonrpc":"2.0","id":3,"method":"m","zzzzzzzz":1})");
+  CHECK_THAT(other.error().error.error.hint, Catch::StartsWith("Known: "));
+}
+
 TEST_CASE("A line of a million brackets costs no stack") {
   const auto r = parse_request(std::string(1'000'000, '['));
   REQUIRE_FALSE(r);

@@ -200,6 +200,55 @@ TEST_CASE("Who floods the port with clients that never say who they are keeps no
   CHECK(bench.server->connections() <= most.connections + 1);
 }
 
+TEST_CASE("A socket that is full of known clients has places for stops, and for them alone") {
+  Limits most;
+  most.local_connections = 2;
+  most.places_for_stops = 2;
+  SocketBench bench(most);
+  bench.methods.add({"now.say", "", {}, {}, {}, ""},
+                    [](const rpc::Call&) -> rpc::Outcome { return "1"; });
+  bench.methods.add(
+      {"now.stop", "", {}, {}, {}, "", rpc::Memory::over_restarts, rpc::Urgency::urgent},
+      [](const rpc::Call&) -> rpc::Outcome { return "2"; });
+  bench.begin();
+  std::list<Local> known;
+  for (int i = 0; i < 2; ++i) {
+    known.emplace_back(bench.place());
+    REQUIRE(known.back().read());
+    REQUIRE(known.back().ask("session.open", open_params).contains("result"));
+  }
+  Local halts(bench.place()), waits(bench.place());
+  REQUIRE(halts.read());
+  halts.send("!halt");
+  CHECK(halts.read()->at("params").at("delta").at("latched") == "halt");
+  REQUIRE(waits.read());
+  REQUIRE(waits.ask("session.open", open_params).contains("result"));
+  CHECK(waits.ask("now.say").at("error").at("data").at("kind") == "server.full");
+  CHECK(waits.ask("now.stop").at("result") == 2);
+  Local third(bench.place());
+  REQUIRE(third.read());
+  CHECK_FALSE(halts.read());  // the oldest of these made room
+  known.pop_front();
+  json answer;
+  for (int i = 0; i < 100'000 && !answer.contains("result"); ++i) answer = waits.ask("now.say");
+  CHECK(answer.at("result") == 1);  // it has the place that is free now
+  CHECK(known.front().ask("now.say").at("result") == 1);
+}
+
+TEST_CASE(
+    "A halt whose client says nothing more, not even the line's end, is heeded and answered") {
+  SocketBench bench;
+  bench.begin();
+  Local halts(bench.place());
+  REQUIRE(halts.read());
+  asio::write(halts.socket, asio::buffer(std::string("!halt")));
+  halts.socket.shutdown(asio::socket_base::shutdown_send);
+  CHECK(halts.read()->at("params").at("delta").at("latched") == "halt");
+  CHECK_FALSE(halts.read());
+  bench.end();
+  CHECK(bench.happened == std::vector<std::string>{"halt"});
+}
+
 TEST_CASE("Clients that are known keep their places: a full port refuses, the socket does not") {
   Limits most;
   most.connections = 2;

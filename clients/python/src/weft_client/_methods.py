@@ -67,12 +67,15 @@ class DataMethods:
         """
         return self._call("data.get", {"run": run})
 
-    def list(self) -> JsonObject:
+    def list(self, *, from_: Optional[str] = None, most: Optional[int] = None) -> JsonObject:
         """Data sets of all runs, oldest first, complete or not.
 
-        Result: datasets: run, recipe, name, created_us, outcome, dataset_sha256, handover. Least role: observer.
+        from_: this run on: next of the page before
+        most: runs, 1000 at most, and no more than 1 MiB
+        Result: datasets: run, recipe, name, created_us, outcome, dataset_sha256, handover; next, null where there is no more.
+        Least role: observer.
         """
-        return self._call("data.list", {})
+        return self._call("data.list", {"from": from_, "most": most})
 
     def verify(self, *, run: str) -> JsonObject:
         """Whether a run's campaign file, data set and hand-over are what was recorded, byte by byte.
@@ -215,8 +218,9 @@ class LogMethods:
         """The newest lines of the daemon's journal.
 
         run: of this run only
-        most: lines, 100
-        Result: lines: sequence, t_us, run, kind, by, data. Least role: observer.
+        most: lines, 100; 10000 at most, and no more than 1 MiB
+        Result: lines: sequence, t_us, run, kind, by, data; left_off: so many older ones had no room, log.query has them.
+        Least role: observer.
         """
         return self._call("log.tail", {"run": run, "most": most})
 
@@ -361,7 +365,7 @@ class RecipeMethods:
     def schema(self) -> JsonObject:
         """JSON Schema of a recipe.
 
-        Result: JSON Schema, draft 2020-12, with x-unit. Least role: observer.
+        Result: a JSON Schema of draft 2020-12 with x-unit. Least role: observer.
         """
         return self._call("recipe.schema", {})
 
@@ -380,20 +384,26 @@ class RigMethods:
         """
         return self._call("rig.describe", {})
 
-    def estop(self) -> JsonObject:
-        """As rig.halt, and only an engineer resets it; needs no lease and no role. It is a stop by software: no rig has a power
-        path that it could cut.
+    def estop(self, *, reason: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+        """As rig.halt, and only an engineer resets it. It is a stop by software: no rig has a power path that it could cut.
 
-        Result: latched, latch. Least role: observer.
+        reason: a few words, for whoever resets it
+        idem: key of this change: asked again, the first answer comes
+        Result: latched, latch, warnings (what was wrong with the request, which was heeded all the same; only where there is
+        some). Least role: observer. Changes something.
         """
-        return self._call("rig.estop", {})
+        return self._call("rig.estop", {"reason": reason, "idem": idem})
 
-    def halt(self) -> JsonObject:
-        """Stops motion where it is and latches the rig; needs no lease and no role.
+    def halt(self, *, reason: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+        """Stops motion where it is and latches the rig, each time that it is asked for; needs no lease and no role, on the local
+        socket no session.open.
 
-        Result: latched, latch. Least role: observer.
+        reason: a few words, for whoever resets it
+        idem: key of this change: asked again, the first answer comes
+        Result: latched, latch, warnings (what was wrong with the request, which was heeded all the same; only where there is
+        some). Least role: observer. Changes something.
         """
-        return self._call("rig.halt", {})
+        return self._call("rig.halt", {"reason": reason, "idem": idem})
 
     def reset(self, *, reason: str, idem: Optional[str] = None) -> JsonObject:
         """Somebody has looked at the rig: it may move again; after an emergency stop an engineer.
@@ -407,7 +417,8 @@ class RigMethods:
     def state(self) -> JsonObject:
         """The rig's own fact.
 
-        Result: rig, run, latch (halt or estop), latched_by, left_by. Least role: observer.
+        Result: rig, run, latch (halt or estop), latched_by (with the reason, where one was given), left_by. Least role:
+        observer.
         """
         return self._call("rig.state", {})
 
@@ -465,18 +476,20 @@ class RunMethods:
         """One run.
 
         run: its name, "R-000318"
-        Result: the run; attention is the next human action (null: none), next_attention_us since when it is asked or when it
-        will be. Least role: observer.
+        Result: the run; submitted_by who put it in line, by who changed it last; attention is the next human action (null:
+        none), next_attention_us since when it is asked or when it will be. Least role: observer.
         """
         return self._call("run.get", {"run": run})
 
-    def list(self, *, state: Optional[str] = None) -> JsonObject:
+    def list(self, *, state: Optional[str] = None, from_: Optional[str] = None, most: Optional[int] = None) -> JsonObject:
         """All runs, oldest first.
 
         state: only those in this state
-        Result: runs. Least role: observer.
+        from_: this run on: next of the page before
+        most: runs, 1000 at most, and no more than 1 MiB
+        Result: runs, next (null where there is no more). Least role: observer.
         """
-        return self._call("run.list", {"state": state})
+        return self._call("run.list", {"state": state, "from": from_, "most": most})
 
     def pause(self, *, run: str, at: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
         """Holds before the next repetition, or now: then that repetition is run again.
@@ -588,8 +601,9 @@ class SessionMethods:
         version: of the program
         protocol: wanted, "1.x"
         token: where the peer's credentials do not do
-        want: features
-        Result: session, role, protocol, features, epoch, seq, ready. Least role: observer.
+        want: features; those of them that there are come back, all where it is left out
+        Result: session, user (token:NAME of one with a token), role, protocol, features, epoch, seq, ready. Least role:
+        observer.
         """
         return self._call("session.open", {"client": client, "version": version, "protocol": protocol, "token": token,
                                            "want": want})
@@ -680,7 +694,8 @@ class SubMethods:
         credit: so many events, and no more before sub.credit; what waits longer than the bound is a gap that is told
         from_seq: all events after this one instead
         epoch: of the daemon that numbered from_seq
-        Result: sub, seq, snapshot. Least role: observer.
+        Result: sub, seq, snapshot (by topic, at most 1 MiB), left_off (so many topics had no room in it: those that changed
+        longest ago; ask for them by name, or run.list). Least role: observer.
         """
         return self._call("sub.open", {"topics": topics, "mode": mode, "max_hz": max_hz, "credit": credit, "from_seq": from_seq,
                                        "epoch": epoch})

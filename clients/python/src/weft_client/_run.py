@@ -134,5 +134,10 @@ def _name(lease: "Union[None, str, Lease]") -> Optional[str]:
 
 
 def runs_of(client: "Client", state: Optional[str]) -> Iterator[Run]:
-    for told in client.api.run.list(state=state)["runs"]:
-        yield Run(client, str(told["run"]))
+    page = client.api.run.list(state=state)
+    while True:
+        for told in page["runs"]:
+            yield Run(client, str(told["run"]))
+        if page.get("next") is None:
+            return
+        page = client.api.run.list(state=state, from_=page["next"])

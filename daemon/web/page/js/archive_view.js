@@ -70,7 +70,7 @@ export class ArchiveView {
   }
 
   #head(run) {
-    const rows = [['recipe', run.recipe], ['name', run.name || '–'], ['started by', `${run.by}, ${clock(run.created_us)}`],
+    const rows = [['recipe', run.recipe], ['name', run.name || '–'], ['started by', `${run.submitted_by}, ${clock(run.created_us)}`],
       ['trials', run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : 'not known'], ['hand-over', hand_over_text(run.handover)],
       ['data set', el('code', { class: 'digest' }, run.dataset_sha256 ?? 'none')]];
     return [el('h2', {}, `${run.run} · ${run.recipe} `, badge_of(run)), three_facts(run), facts(rows),

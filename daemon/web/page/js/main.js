@@ -105,7 +105,18 @@ class Page {
     }
     this.#quietly(this.lease.refresh());
     this.#quietly(this.queue.refresh());
-    if (this.store.connection.state === 'full') this.#quietly(this.api.call('run.list').then(({ runs }) => this.store.take_runs(runs)));
+    if (this.store.connection.state === 'full') this.#quietly(this.#all_runs().then((runs) => this.store.take_runs(runs)));
+  }
+
+  /** Page by page. */
+  async #all_runs() {
+    const found = [];
+    for (let from = {}; from; ) {
+      const { runs, next } = await this.api.call('run.list', from);
+      found.push(...runs);
+      from = next ? { from: next } : null;
+    }
+    return found;
   }
 
   #ask_rig() {

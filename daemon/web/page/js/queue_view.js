@@ -41,7 +41,7 @@ export class QueueView {
       const act = (text, label, method, more, off = false) => button(text, () => this.#change(method, { run: id, ...more }),
         { 'aria-label': `${label} ${id}`, disabled: !may || off, 'data-key': `${label}-${id}` });
       return el('li', {}, el('span', { class: 'grow' }, el('strong', {}, id), ` ${run.recipe ?? ''} ${run.name ?? ''}`,
-        el('span', { class: 'quiet' }, ` ${run.trials_planned ? plural(run.trials_planned, 'trial') : ''} by ${run.by ?? '–'}, ${clock(run.created_us)}`)),
+        el('span', { class: 'quiet' }, ` ${run.trials_planned ? plural(run.trials_planned, 'trial') : ''} by ${run.submitted_by ?? '–'}, ${clock(run.created_us)}`)),
       act('↑', 'Up', 'queue.move', { place: place - 1 }, place === 0),
       act('↓', 'Down', 'queue.move', { place: place + 1 }, place === queue.runs.length - 1),
       act('Remove', 'Remove', 'queue.remove', {}));
