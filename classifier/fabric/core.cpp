@@ -21,12 +21,11 @@ double threshold_of(const TrainOptions& options, std::size_t member) {
   return 0.0;
 }
 
-std::vector<SelectedFeature> describe_selection(const Reducer& reducer, std::size_t rows) {
-  const double df = static_cast<double>(rows) - 2.0;
+std::vector<SelectedFeature> describe_selection(const Reducer& reducer) {
   std::vector<SelectedFeature> out;
   for (std::size_t i = 0; i < reducer.t().size(); ++i) {
     const double t = reducer.t()[i];
-    const double log_p = log_two_sided_p(t, df);
+    const double log_p = log_two_sided_p(t, reducer.df()[i]);
     out.push_back({reducer.columns()[i], t, std::exp(log_p), log_p});
   }
   return out;
@@ -35,7 +34,7 @@ std::vector<SelectedFeature> describe_selection(const Reducer& reducer, std::siz
 CoreInfo describe(const Reducer& reducer, const GridResult& grid, std::size_t rows,
                   const TrainOptions& options) {
   CoreInfo info;
-  info.selected = describe_selection(reducer, rows);
+  info.selected = describe_selection(reducer);
   info.inputs = reducer.directions();
   info.threshold = threshold_of(options, grid.member);
   info.c = options.grid.c[grid.c];

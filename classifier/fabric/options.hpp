@@ -24,6 +24,12 @@ Result<Reduction> reduction_from(std::string_view text);
 
 /// What decides between grid points with equally few cross-validation errors (AMB-16).
 enum class Tie {
+/// Which two-sample test finds the features that tell two fabrics apart.
+enum class TTest {
+  pooled,  ///< Student's, one variance for both fabrics: the paper's
+  welch    ///< a variance for each
+};
+
   automatic,  ///< `loss`; `order` where there are many_fabrics or more
   loss,       ///< the smaller validation hinge loss, to 1e-9; then as `order`
   order       ///< the smaller C, then gamma, then delta (or fewer components)
@@ -75,6 +81,7 @@ struct TrainOptions {
   Reduction reduction = Reduction::pvalue;
   /// Select again inside each fold; false: once from all training rows (AMB-15).
   bool nested = true;
+  TTest t_test = TTest::pooled;  ///< of Reduction::pvalue
   Tie tie = Tie::automatic;
   Search search = Search::fast;
   Grid grid = {};

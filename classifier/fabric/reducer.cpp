@@ -38,11 +38,28 @@ Matrix first_rows(const Matrix& rows, std::size_t count) {
 struct Subset {
   std::vector<std::size_t> columns;
   std::vector<std::size_t> sizes;
-  std::vector<double> t;  // of the columns
+  std::vector<double> t, df;  // of the columns
 };
+
+// Columns by log p, which tells them apart where p underflows: their degrees of freedom differ.
+Subset welch_subset(const Matrix& rows, std::span<const std::size_t> which,
+                    std::span<const int> sign, const TrainOptions& options) {
+  const WelchTest test = welch_statistics(rows, which, sign);
+  const std::vector<std::size_t> ranked = rank_by_t(test.log_p, options.cap);
+  Subset out;
+  for (const double delta : options.grid.delta)
+    out.sizes.push_back(subset_size(test.log_p, ranked, delta, options.cap));
+  out.columns = first(ranked, std::ranges::max(out.sizes));
+  for (const std::size_t k : out.columns) {
+    out.t.push_back(test.t[k]);
+    out.df.push_back(test.df[k]);
+  }
+  return out;
+}
 
 Subset ranked_subset(const Matrix& rows, std::span<const std::size_t> which,
                      std::span<const int> sign, const TrainOptions& options, const RareT& rare) {
+  if (options.t_test == TTest::welch) return welch_subset(rows, which, sign, options);
   const std::vector<double> t = t_statistics(rows, which, sign);
   const std::vector<std::size_t> ranked = rank_by_t(t, options.cap);
   const double df = static_cast<double>(which.size()) - 2.0;
@@ -52,6 +69,7 @@ Subset ranked_subset(const Matrix& rows, std::span<const std::size_t> which,
   }
   out.columns = first(ranked, *std::max_element(out.sizes.begin(), out.sizes.end()));
   for (const std::size_t k : out.columns) out.t.push_back(t[k]);
+  out.df.assign(out.t.size(), df);
   return out;
 }
 
@@ -76,6 +94,7 @@ Reducer Reducer::fit(const Matrix& rows, std::span<const std::size_t> which,
     Reducer out(std::move(subset.columns), std::move(scaler), {});
     out.sizes_ = std::move(subset.sizes);
     out.t_ = std::move(subset.t);
+    out.df_ = std::move(subset.df);
     return out;
   }
   const Matrix taken = rows.take(which);
@@ -121,6 +140,7 @@ Reducer Reducer::truncated(std::size_t directions) const {
   Reducer out(first(columns_, directions),
               {first(scaler_.mean, directions), first(scaler_.deviation, directions)}, {});
   if (!t_.empty()) out.t_ = first(t_, directions);
+  if (!df_.empty()) out.df_ = first(df_, directions);
   return out;
 }
 

@@ -40,6 +40,8 @@ class Reducer {
 
   /// t of the columns() that it was fitted with; empty unless Reduction::pvalue.
   [[nodiscard]] const std::vector<double>& t() const { return t_; }
+  /// Degrees of freedom of each t().
+  [[nodiscard]] const std::vector<double>& df() const { return df_; }
 
   /// [rows x directions]
   [[nodiscard]] Matrix project(const Matrix& rows) const;
@@ -56,7 +58,7 @@ class Reducer {
   Scaler scaler_;  // one entry per columns_
   Matrix axes_;    // [components x columns_], or empty
   std::vector<std::size_t> sizes_;
-  std::vector<double> t_;
+  std::vector<double> t_, df_;
 };
 
 }  // namespace weft::classifier

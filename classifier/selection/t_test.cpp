@@ -70,18 +70,30 @@ WEFT_INLINE Sums<V> sums_of(const Rows& rows, std::size_t column, V scale) {
   return out;
 }
 
-// The difference of the means and the square of its standard error. Columns are scaled by a power
-// of two such that the largest magnitude is near 1: exact, and squares cannot overflow.
+// Columns are scaled by a power of two such that the largest magnitude is near 1: exact, and
+// squares cannot overflow.
 template <class V>
-WEFT_INLINE void compare(const Rows& x, const Rows& y, std::size_t column, V& difference,
-                         V& error) {
+WEFT_INLINE V scale_of(const Rows& x, const Rows& y, std::size_t column) {
   V top{};
   for (const Rows* rows : {&x, &y})
     for (const double* row : *rows) top = larger(magnitude(columns_at<V>(row + column)), top);
-  const V scale = inverse_power_of_two(top);
+  return inverse_power_of_two(top);
+}
+
+// The least deviation that is more than rounding (AMB-13).
+template <class V>
+WEFT_INLINE V floor_of(const Sums<V>& a, const Sums<V>& b) {
+  return 1e-9 * larger(magnitude(a.mean), magnitude(b.mean));
+}
+
+// The difference of the means and the square of its standard error.
+template <class V>
+WEFT_INLINE void compare(const Rows& x, const Rows& y, std::size_t column, V& difference,
+                         V& error) {
+  const V scale = scale_of<V>(x, y, column);
   const Sums<V> a = sums_of(x, column, scale), b = sums_of(y, column, scale);
   const auto n = static_cast<double>(x.size()), m = static_cast<double>(y.size());
-  const V floor = 1e-9 * larger(magnitude(a.mean), magnitude(b.mean));
+  const V floor = floor_of(a, b);
   const V pooled = (a.square + b.square) / (n + m - 2.0);
   difference = a.mean - b.mean;
   error = larger(floor * floor, pooled) * (1.0 / n + 1.0 / m);
@@ -98,6 +110,29 @@ void compare_columns(const Rows& x, const Rows& y, std::size_t columns, double* 
     store(error + k, e);
   }
   for (; k < columns; ++k) compare<double>(x, y, k, difference[k], error[k]);
+}
+
+// Welch's t of one column and its degrees of freedom; `t` and `df` hold the pooled test's, which
+// stay where a variance is not known or both are rounding only.
+void compare_unpooled(const Rows& x, const Rows& y, std::size_t column, double& t, double& df) {
+  if (x.size() < 2 || y.size() < 2) return;
+  const auto scale = scale_of<double>(x, y, column);
+  const Sums<double> a = sums_of(x, column, scale), b = sums_of(y, column, scale);
+  const auto n = static_cast<double>(x.size()), m = static_cast<double>(y.size());
+  const double of_x = a.square / (n - 1.0) / n, of_y = b.square / (m - 1.0) / m;
+  const double error = of_x + of_y, floor = floor_of(a, b);
+  if (!(error > floor * floor * (1.0 / n + 1.0 / m))) return;
+  t = (a.mean - b.mean) / std::sqrt(error);
+  const double share_x = of_x / error, share_y = of_y / error;
+  df = 1.0 / (share_x * share_x / (n - 1.0) + share_y * share_y / (m - 1.0));
+}
+
+Rows rows_of(const Matrix& rows, std::span<const std::size_t> which, std::span<const int> sign,
+             bool positive) {
+  Rows out;
+  for (const std::size_t r : which)
+    if ((sign[r] > 0) == positive) out.push_back(rows.row(r).data());
+  return out;
 }
 
 // Up to this many are kept in order by insertion, which most columns of many do not reach.
@@ -125,13 +160,26 @@ std::vector<double> t_statistics(const Matrix& rows, std::span<const std::size_t
                                  std::span<const int> sign) {
   std::vector<double> t(rows.cols(), 0.0);
   if (which.size() < 3) return t;
-  Rows x, y;
-  for (const std::size_t r : which) (sign[r] > 0 ? x : y).push_back(rows.row(r).data());
+  const Rows x = rows_of(rows, which, sign, true), y = rows_of(rows, which, sign, false);
   std::vector<double> error(rows.cols());
   compare_columns(x, y, rows.cols(), t.data(), error.data());
   for (std::size_t k = 0; k < t.size(); ++k)
     t[k] = error[k] > 0.0 ? t[k] / std::sqrt(error[k]) : 0.0;
   return t;
+}
+
+WelchTest welch_statistics(const Matrix& rows, std::span<const std::size_t> which,
+                           std::span<const int> sign) {
+  WelchTest out{t_statistics(rows, which, sign), {}, {}};
+  out.df.assign(rows.cols(), static_cast<double>(which.size()) - 2.0);
+  out.log_p.assign(rows.cols(), 0.0);
+  if (which.size() < 3) return out;
+  const Rows x = rows_of(rows, which, sign, true), y = rows_of(rows, which, sign, false);
+  for (std::size_t k = 0; k < rows.cols(); ++k) {
+    compare_unpooled(x, y, k, out.t[k], out.df[k]);
+    out.log_p[k] = log_two_sided_p(out.t[k], out.df[k]);
+  }
+  return out;
 }
 
 std::vector<std::size_t> rank_by_t(std::span<const double> t, std::size_t most) {
@@ -159,6 +207,14 @@ std::size_t subset_size(std::span<const double> t, std::span<const std::size_t> 
   std::size_t size = 0;
   const std::size_t most = std::min(cap, ranked.size());
   while (size < most && limit.passed_by(t[ranked[size]])) ++size;
+  return std::max<std::size_t>(size, 1);
+}
+
+std::size_t subset_size(std::span<const double> log_p, std::span<const std::size_t> ranked,
+                        double delta, std::size_t cap) {
+  std::size_t size = 0;
+  const std::size_t most = std::min(cap, ranked.size());
+  while (size < most && std::exp(log_p[ranked[size]]) < delta) ++size;
   return std::max<std::size_t>(size, 1);
 }
 

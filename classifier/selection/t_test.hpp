@@ -19,8 +19,23 @@ std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign);
 std::vector<double> t_statistics(const Matrix& rows, std::span<const std::size_t> which,
                                  std::span<const int> sign);
 
+/// Welch's test of every column: the variances of the two sides are not taken for equal.
+struct WelchTest {
+  std::vector<double> t;
+  std::vector<double> df;     ///< Welch-Satterthwaite; from the smaller side's n - 1 to n + m - 2
+  std::vector<double> log_p;  ///< natural logarithm of the two-sided p
+};
+
+/// Rows with sign[i] > 0 against the others, of the rows `which`; `sign` has one entry per row of
+/// the matrix (Welch 1947). The pooled test's t and degrees of freedom where a side has a single
+/// row, and so no variance, and where both variances are rounding only (AMB-13); with fewer than
+/// three rows every t is 0 and every p is 1.
+WelchTest welch_statistics(const Matrix& rows, std::span<const std::size_t> which,
+                           std::span<const int> sign);
+
 /// The first `most` columns by falling |t|; equal ones by column number. |t| and not p: p
-/// underflows.
+/// underflows. Where degrees of freedom differ, log p in place of t: the largest |log p| is the
+/// least likely.
 std::vector<std::size_t> rank_by_t(std::span<const double> t,
                                    std::size_t most = static_cast<std::size_t>(-1));
 
@@ -28,5 +43,9 @@ std::vector<std::size_t> rank_by_t(std::span<const double> t,
 /// (AMB-14).
 std::size_t subset_size(std::span<const double> t, std::span<const std::size_t> ranked, double df,
                         double delta, std::size_t cap, const RareT& rare = RareT());
+
+/// The same where degrees of freedom differ from column to column: `ranked` by rising log p.
+std::size_t subset_size(std::span<const double> log_p, std::span<const std::size_t> ranked,
+                        double delta, std::size_t cap);
 
 }  // namespace weft::classifier
