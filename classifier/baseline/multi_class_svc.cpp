@@ -101,8 +101,10 @@ Status fold_errors(const FoldDistances& fold, std::size_t classes, double gamma,
     if (auto ok = solver.set_kernel(own); !ok) return ok;
     bool settled = false;
     for (std::size_t c = 0; c < votes.size(); ++c) {
-      if (!settled)
+      if (!settled) {
         if (auto ok = solver.solve(options.grid.c[c], options.tolerance); !ok) return ok;
+        if (!solver.converged()) note_unconverged(options);
+      }
       settled = solver.holds_for_larger_c();
       vote(pair, solver, across, classes, votes[c]);
     }
@@ -166,6 +168,7 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
     SvmSolver solver(pair.sign, options.search != Search::libsvm);
     if (auto ok = solver.set_kernel(own); !ok) return pass(ok.error());
     if (auto ok = solver.solve(out.c, options.tolerance); !ok) return pass(ok.error());
+    if (!solver.converged()) note_unconverged(options);
     Machine machine;
     machine.bias = solver.bias();
     for (std::size_t i = 0; i < pair.row.size(); ++i) {

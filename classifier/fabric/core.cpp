@@ -60,6 +60,7 @@ Result<Trained> fit_final(const Matrix& projected, std::span<const int> sign, co
   SvmSolver solver(sign, options.search != Search::libsvm);
   if (auto ok = solver.set_kernel(kernel); !ok) return pass(ok.error());
   if (auto ok = solver.solve(info.c, options.tolerance); !ok) return pass(ok.error());
+  if (!solver.converged()) note_unconverged(options);
   Trained out;
   out.bias = solver.bias();
   for (std::size_t i = 0; i < sign.size(); ++i) {

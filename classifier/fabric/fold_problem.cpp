@@ -89,6 +89,7 @@ Result<GridScore> FoldProblem::score(const GridPoint& at) {
   const std::vector<double>& cs = options_->grid.c;
   if (auto ok = solver_.solve(cs[at.c], options_->tolerance); !ok) return pass(ok.error());
   ++fits_;
+  if (!solver_.converged()) note_unconverged(*options_);
   wanted = {validate(), true};
   if (!solver_.holds_for_larger_c()) return wanted.score;
   for (std::size_t other = 0; other < cs.size(); ++other)

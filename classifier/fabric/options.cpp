@@ -75,6 +75,10 @@ Status check(const TrainOptions& options) {
   return {};
 }
 
+void note_unconverged(const TrainOptions& options) {
+  if (options.unconverged) ++*options.unconverged;
+}
+
 Status unless_stopped(const TrainOptions& options) {
   if (options.stop && options.stop())
     return fail(Errc::wrong_state, "the training was stopped before its end", "train");

@@ -1,9 +1,11 @@
 #pragma once
 // Settings of the training of all fabric classification cores.
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -22,14 +24,14 @@ enum class Reduction {
 std::string_view to_string(Reduction reduction);
 Result<Reduction> reduction_from(std::string_view text);
 
-/// What decides between grid points with equally few cross-validation errors (AMB-16).
-enum class Tie {
 /// Which two-sample test finds the features that tell two fabrics apart.
 enum class TTest {
   pooled,  ///< Student's, one variance for both fabrics: the paper's
   welch    ///< a variance for each
 };
 
+/// What decides between grid points with equally few cross-validation errors (AMB-16).
+enum class Tie {
   automatic,  ///< `loss`; `order` where there are many_fabrics or more
   loss,       ///< the smaller validation hinge loss, to 1e-9; then as `order`
   order       ///< the smaller C, then gamma, then delta (or fewer components)
@@ -79,9 +81,9 @@ using FoldMaker = std::function<std::vector<Fold>(std::span<const int> sign)>;
 
 struct TrainOptions {
   Reduction reduction = Reduction::pvalue;
+  TTest t_test = TTest::pooled;  ///< of Reduction::pvalue
   /// Select again inside each fold; false: once from all training rows (AMB-15).
   bool nested = true;
-  TTest t_test = TTest::pooled;  ///< of Reduction::pvalue
   Tie tie = Tie::automatic;
   Search search = Search::fast;
   Grid grid = {};
@@ -92,9 +94,15 @@ struct TrainOptions {
   std::uint64_t seed = 1;     ///< of the folds
   std::size_t threads = 0;    ///< 0: one per core; the model does not depend on it
   FoldMaker make_folds = {};  ///< empty: stratified_folds() by fold_unit
+  /// Counts the problems that no solver brought to the tolerance; empty: nobody asks. Shared by all
+  /// threads.
+  std::shared_ptr<std::atomic<std::size_t>> unconverged = {};
   /// True: give up. Asked often, on every thread that trains; empty: never.
   std::function<bool()> stop = {};
 };
+
+/// To options.unconverged.
+void note_unconverged(const TrainOptions& options);
 
 /// Errors: wrong_state, when the training is to be given up.
 Status unless_stopped(const TrainOptions& options);

@@ -12,7 +12,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double least_curvature = 1e-12;  // libsvm's TAU
-constexpr std::size_t iteration_limit = 1'000'000;
 
 }  // namespace
 
@@ -331,11 +330,11 @@ void DenseSmo::finish() {
   }
 }
 
-bool DenseSmo::solve(double c, double tolerance) {
+bool DenseSmo::solve(double c, double tolerance, std::size_t step_limit) {
   begin(c);
   const std::size_t period = std::min<std::size_t>(n_, 1000);
   std::size_t steps = 0;
-  while (steps < iteration_limit) {
+  while (steps < step_limit) {
     Walk walked = walk(period, tolerance);
     steps += walked.steps;
     if (walked.optimal && active_ < n_) {

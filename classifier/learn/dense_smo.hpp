@@ -16,6 +16,9 @@ namespace weft::classifier {
 /// chooses the same point. No allocation after the first problem of a size. One object per thread.
 class DenseSmo {
  public:
+  /// A tenth of libsvm's own limit.
+  static constexpr std::size_t most_steps = 1'000'000;
+
   DenseSmo() = default;
   DenseSmo(DenseSmo&&) noexcept = default;
   DenseSmo& operator=(DenseSmo&&) noexcept = default;
@@ -28,8 +31,9 @@ class DenseSmo {
   bool set_kernel(const double* kernel, std::size_t stride);
 
   /// Solves for 0 < c to the stopping tolerance > 0. False when it did not converge within the
-  /// iteration limit; the outcome is then not usable.
-  bool solve(double c, double tolerance);
+  /// limit of steps, which is looked at every min(rows, 1000) steps; the outcome is then not
+  /// usable.
+  bool solve(double c, double tolerance, std::size_t step_limit = most_steps);
 
   /// alpha_i y_i per row, in the caller's order; f(x) = sum_i coefficient[i] K(x, row i) + bias.
   [[nodiscard]] std::span<const double> coefficient() const { return {coefficient_.data(), n_}; }

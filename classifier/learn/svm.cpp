@@ -85,6 +85,7 @@ Result<SvmSolution> SvmTrainer::solve(double c, double tolerance) const {
   const svm_problem problem{static_cast<int>(label.size()), label.data(), row.data()};
   const SvmModel model(svm_train(&problem, &parameter));
   SvmSolution out;
+  out.converged = libsvm_iterations() < libsvm_most_iterations(label.size());
   out.coefficient.assign(label.size(), 0.0);
   out.bias = model->rho[0];  // f = -(sum - rho)
   for (int s = 0; s < model->l; ++s) {

@@ -18,6 +18,7 @@ struct SvmSolution {
   std::vector<double>
       coefficient;  ///< alpha_i y_i per training row; 0 where it is no support vector
   double bias = 0.0;
+  bool converged = true;  ///< false: libsvm gave up at its limit of iterations
 };
 
 /// Trains on one set of rows with several kernels and several C. One object per thread.

@@ -46,11 +46,13 @@ Status SvmSolver::give_libsvm_the_kernel() {
 
 Status SvmSolver::solve(double c, double tolerance) {
   if (!dense_ || kernel_ == nullptr || !usable(c) || !usable(tolerance) ||
-      !smo_.solve(c, tolerance))
+      !smo_.solve(c, tolerance, step_limit_))
     return solve_with_libsvm(c, tolerance);
   coefficient_ = smo_.coefficient();
   bias_ = smo_.bias();
   holds_ = smo_.holds_for_larger_c();
+  converged_ = true;
+  by_libsvm_ = false;
   return {};
 }
 
@@ -66,6 +68,8 @@ Status SvmSolver::solve_with_libsvm(double c, double tolerance) {
   coefficient_ = solution_.coefficient;
   bias_ = solution_.bias;
   holds_ = false;
+  converged_ = solution_.converged;
+  by_libsvm_ = true;
   return {};
 }
 

@@ -17,6 +17,8 @@ class SvmSolver {
   static constexpr std::size_t most_dense_rows = 512;
 
   SvmSolver() = default;
+  /// The dense solver gives up after so many steps.
+  explicit SvmSolver(std::size_t step_limit) : step_limit_(step_limit) {}
   /// As set_rows().
   SvmSolver(std::span<const int> sign, bool dense) { set_rows(sign, dense); }
 
@@ -33,6 +35,10 @@ class SvmSolver {
 
   [[nodiscard]] std::span<const double> coefficient() const { return coefficient_; }
   [[nodiscard]] double bias() const { return bias_; }
+  /// False: libsvm itself gave up at its limit of iterations, so this is only the best it had.
+  [[nodiscard]] bool converged() const { return converged_; }
+  /// Who found it.
+  [[nodiscard]] bool by_libsvm() const { return by_libsvm_; }
   /// This solution is also the one of every larger C.
   [[nodiscard]] bool holds_for_larger_c() const { return holds_; }
 
@@ -51,6 +57,9 @@ class SvmSolver {
   std::span<const double> coefficient_;
   double bias_ = 0.0;
   bool holds_ = false;
+  bool converged_ = true;
+  bool by_libsvm_ = false;
+  std::size_t step_limit_ = DenseSmo::most_steps;
 };
 
 }  // namespace weft::classifier
