@@ -39,10 +39,7 @@ Result<std::string_view> unsealed(std::string_view text, std::size_t begin) {
   const std::string_view trailer = text.substr(at);
   if (at < begin || !trailer.starts_with(crc_word) || trailer.back() != '\n')
     return fail(Errc::corrupt, "the model file was cut short", {}, "a last line with a checksum");
-  std::uint32_t stored = 0;
-  const std::string_view digits = trailer.substr(crc_word.size(), 8);
-  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
-  if (read.ptr != digits.data() + digits.size() || stored != crc_of(text.substr(0, at)))
+  if (trailer != crc_line(text.substr(0, at)))
     return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
   return text.substr(begin, at - begin);
 }

@@ -59,15 +59,18 @@ class Spectrum {
   std::vector<std::uint32_t> place_;
 };
 
-/// The tables of the lengths used last: motions of a campaign differ by a sample or two. Tables
-/// take some 90 bytes a sample, so long motions leave room for fewer.
+/// The tables of the lengths used last: motions of a campaign differ by a sample or two, and votes
+/// while a slide goes on look at the same lengths again with every slide. Tables take some 90 bytes
+/// a sample, so long motions leave room for fewer.
 class SpectrumCache {
  public:
+  /// As many as a live model has stages, with a few lengths beside them.
+  static constexpr std::size_t most = 72;
+
   /// Valid until the next call.
   const Spectrum& of(std::size_t length);
 
  private:
-  static constexpr std::size_t most = 8;
   static constexpr std::size_t most_samples = std::size_t{1} << 20;  // of all, unless one has more
 
   void make_room(std::size_t length);

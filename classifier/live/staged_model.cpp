@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <istream>
 #include <iterator>
@@ -10,12 +9,15 @@
 #include <ostream>
 #include <sstream>
 
+#include "classifier/fabric/line_text.hpp"
+#include "classifier/fabric/sealed_text.hpp"
+
 namespace weft::classifier {
 namespace {
 
 constexpr double shortest_s = 0.5;
 constexpr std::size_t least_slides = 2;  // of a label in a stage
-constexpr std::size_t most_stages = 64;
+constexpr double most_rate_hz = 1e6;
 constexpr std::size_t most_head_bytes = std::size_t{64} << 10;
 
 std::size_t motion_frames_of(const Trial& trial) {
@@ -61,7 +63,15 @@ Result<StoredModel> train_stage(const std::vector<Trial>& slides, double sample_
                      std::move(*aids)};
 }
 
-Status fits(const LiveStage& stage, const LiveStage& first) {
+Status has_rate(const FeatureSetup& setup, double sample_rate_hz) {
+  constexpr double rounding = 1e-9;
+  if (std::abs(setup.sample_period_s * sample_rate_hz - 1) <= rounding) return {};
+  return fail(Errc::corrupt, "a stage was trained at another sample rate", "live model",
+              std::to_string(1 / sample_rate_hz) + " s",
+              std::to_string(setup.sample_period_s) + " s");
+}
+
+Status fits(const LiveStage& stage, const LiveStage& first, double sample_rate_hz) {
   const FeatureSetup& setup = stage.model.setup;
   if (setup.phases.end || setup.window_s > 0)
     return fail(Errc::corrupt, "a stage of a whole slide or of windows", "live model");
@@ -70,59 +80,77 @@ Status fits(const LiveStage& stage, const LiveStage& first) {
                     setup.exploration == first.model.setup.exploration &&
                     stage.model.learner.labels() == first.model.learner.labels();
   if (!same) return fail(Errc::corrupt, "stages of different sensors or fabrics", "live model");
-  return {};
+  return has_rate(setup, sample_rate_hz);
 }
 
 tl::unexpected<Error> cut_short() {
   return fail(Errc::corrupt, "the live model was cut short or altered", "live model");
 }
 
-/// Takes "WORD NUMBER[ NUMBER]\n" off the front.
-template <class... Numbers>
-bool take_line(std::string_view& text, std::string_view word, Numbers&... numbers) {
-  const std::size_t end = text.find('\n');
-  if (end == std::string_view::npos || !text.starts_with(word)) return false;
-  const char* at = text.data() + word.size();
-  const char* const last = text.data() + end;
-  [[maybe_unused]] const auto one = [&](auto& number) {
-    if (at == last || *at != ' ') return false;
-    const auto [read_to, error] = std::from_chars(at + 1, last, number);
-    at = read_to;
-    return error == std::errc{};
-  };
-  const bool all = (one(numbers) && ...) && at == last;
-  text.remove_prefix(end + 1);
-  return all;
-}
-
-/// The lines before the first stage.
+/// What precedes the first stage.
 struct Opening {
+  struct Stage {
+    std::size_t motion_frames = 0, bytes = 0;
+  };
   double sample_rate_hz = 0;
-  std::size_t stages = 0;
+  std::vector<Stage> stages;
 };
 
-Result<Opening> take_opening(std::string_view& text) {
-  const std::string_view whole = text;
-  if (!take_line(text, staged_file_header))
+constexpr std::string_view header_word = "weft-live-model ";
+constexpr std::string_view last_word = "\ncrc32 ";
+
+/// Refuses another kind of file, or another version.
+Status is_live_model(std::string_view text) {
+  const std::string_view first = text.substr(0, text.find('\n'));
+  if (!first.starts_with(header_word))
     return fail(Errc::parse, "not a model for live votes", {}, staged_file_header,
-                std::string(whole.substr(0, std::min(whole.find('\n'), std::size_t{40}))),
-                "weft train --live makes one");
+                std::string(first.substr(0, 40)), "weft train --live makes one");
+  if (first == staged_file_header) return {};
+  return fail(Errc::unsupported, "a live model of another version", {}, staged_file_header,
+              std::string(first.substr(0, 40)),
+              "Train the model again with this version: weft train --live");
+}
+
+Result<Opening> read_opening(std::string_view body) {
+  LineReader in(body);
   Opening out;
-  const bool head = take_line(text, "sample_rate_hz", out.sample_rate_hz) &&
-                    take_line(text, "stages", out.stages);
-  if (!head || out.stages == 0 || out.stages > most_stages) return cut_short();
-  if (!(out.sample_rate_hz > 0 && out.sample_rate_hz < 1e6)) return cut_short();
+  out.sample_rate_hz = in.positive("sample_rate_hz");
+  const std::size_t stages = in.count("stages", 1, most_stages);
+  for (std::size_t i = 0; in.ok() && i < stages; ++i) {
+    const std::vector<std::size_t> one = in.counts("stage", 2);
+    if (in.ok()) out.stages.push_back({one[0], one[1]});
+  }
+  in.finish();
+  if (!in.ok()) return pass(in.status().error());
+  std::size_t before = 0;
+  for (const Opening::Stage& stage : out.stages) {
+    if (stage.motion_frames <= before) return cut_short();
+    before = stage.motion_frames;
+  }
+  if (out.sample_rate_hz >= most_rate_hz) return cut_short();
   return out;
 }
 
-Result<LiveStage> read_stage(std::string_view& text) {
-  std::size_t frames = 0, bytes = 0;
-  if (!take_line(text, "stage", frames, bytes) || bytes > text.size()) return cut_short();
-  std::istringstream in{std::string(text.substr(0, bytes))};
-  text.remove_prefix(bytes);
+/// Takes it off the front, checksum and all.
+Result<Opening> take_opening(std::string_view& text) {
+  if (Status ok = is_live_model(text); !ok) return pass(ok.error());
+  const std::size_t last = text.find(last_word);
+  const std::size_t end = last == std::string_view::npos ? last : text.find('\n', last + 1);
+  if (end == std::string_view::npos) return cut_short();
+  const std::size_t header_bytes = std::string_view(staged_file_header).size() + 1;
+  const auto body = unsealed(text.substr(0, end + 1), header_bytes);
+  if (!body) return pass(body.error(), "live model");
+  text.remove_prefix(end + 1);
+  return read_opening(*body);
+}
+
+Result<LiveStage> read_stage(std::string_view& text, const Opening::Stage& stage) {
+  if (stage.bytes > text.size()) return cut_short();
+  std::istringstream in{std::string(text.substr(0, stage.bytes))};
+  text.remove_prefix(stage.bytes);
   auto model = load_model(in);
-  if (!model) return pass(model.error(), "stage " + std::to_string(frames));
-  return LiveStage{frames, std::move(*model)};
+  if (!model) return pass(model.error(), "stage " + std::to_string(stage.motion_frames));
+  return LiveStage{stage.motion_frames, std::move(*model)};
 }
 
 }  // namespace
@@ -157,7 +185,7 @@ Trial begun_slide(const Trial& trial, std::size_t motion_frames) {
 
 Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
                                  const StagedOptions& options) {
-  if (!(sample_rate_hz > 0 && sample_rate_hz < 1e6))
+  if (!(sample_rate_hz > 0 && sample_rate_hz < most_rate_hz))
     return fail(Errc::invalid_argument,
                 "the sample rate is not known, so neither is how far a slide had come",
                 "live model", "over 0 and under 1 MHz", std::to_string(sample_rate_hz));
@@ -181,16 +209,17 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
 }
 
 Status save_staged(const StagedModel& model, std::ostream& out) {
-  std::array<char, 32> rate{};
-  const auto end = std::to_chars(rate.data(), rate.data() + rate.size(), model.sample_rate_hz).ptr;
-  out << staged_file_header << "\nsample_rate_hz "
-      << std::string_view(rate.data(), static_cast<std::size_t>(end - rate.data())) << "\nstages "
-      << model.stages.size() << '\n';
+  LineWriter opening;
+  opening.number("sample_rate_hz", model.sample_rate_hz);
+  opening.count("stages", model.stages.size());
+  std::string models;
   for (const LiveStage& stage : model.stages) {
     std::ostringstream text;
     if (Status ok = save_model(stage.model, text); !ok) return ok;
-    out << "stage " << stage.motion_frames << ' ' << text.view().size() << '\n' << text.view();
+    opening.counts("stage", std::array{stage.motion_frames, text.view().size()});
+    models += text.view();
   }
+  out << sealed(staged_file_header, opening.str()) << models;
   if (!out.flush()) return fail(Errc::io, "cannot write the model");
   return {};
 }
@@ -202,12 +231,12 @@ Result<StagedModel> load_staged(std::istream& in) {
   const auto opening = take_opening(text);
   if (!opening) return pass(opening.error());
   StagedModel out{opening->sample_rate_hz, {}};
-  for (std::size_t i = 0; i < opening->stages; ++i) {
-    auto stage = read_stage(text);
+  for (const Opening::Stage& one : opening->stages) {
+    auto stage = read_stage(text, one);
     if (!stage) return pass(stage.error());
-    if (stage->motion_frames <= (i == 0 ? 0 : out.stages.back().motion_frames)) return cut_short();
     out.stages.push_back(std::move(*stage));
-    if (Status ok = fits(out.stages.back(), out.stages.front()); !ok) return pass(ok.error());
+    if (Status ok = fits(out.stages.back(), out.stages.front(), out.sample_rate_hz); !ok)
+      return pass(ok.error());
   }
   if (!text.empty()) return cut_short();
   return out;
@@ -220,10 +249,9 @@ Result<StagedHead> load_staged_head(std::istream& in) {
   std::string_view text = std::string_view(held).substr(0, static_cast<std::size_t>(in.gcount()));
   const auto opening = take_opening(text);
   if (!opening) return pass(opening.error());
-  std::size_t frames = 0, bytes = 0;
-  if (!take_line(text, "stage", frames, bytes)) return cut_short();
   auto first = load_model_head(text);
   if (!first) return pass(first.error());
+  if (Status ok = has_rate(first->setup, opening->sample_rate_hz); !ok) return pass(ok.error());
   return StagedHead{opening->sample_rate_hz, std::move(*first)};
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "classifier/fabric/model_file.hpp"
+#include "classifier/features/spectrum.hpp"
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"
 
@@ -28,6 +29,10 @@ struct StagedModel {
   [[nodiscard]] double slide_s(std::size_t stage) const;
   [[nodiscard]] const StoredModel& last() const { return stages.back().model; }
 };
+
+/// A live model has no more: FeatureStream keeps the tables of all their lengths.
+inline constexpr std::size_t most_stages = 64;
+static_assert(most_stages <= SpectrumCache::most);
 
 /// 0.5, 1, 2, 3, 4, 6, 8, 12, 16, 24 ... up to `longest_s`: a vote at most 1.5 times later, from 2
 /// s on, than it could have been. [s]
@@ -51,14 +56,16 @@ struct StagedOptions {
 Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
                                  const StagedOptions& options);
 
-/// First line of every file. Text: this line, the sample rate, then each stage's line with the
-/// number of bytes of the model file that follows it, which has its own checksum.
-inline constexpr const char* staged_file_header = "weft-live-model 1";
+/// First line of every file. Text: this line, the sample rate, for each stage its frames and the
+/// bytes of its model file, and a line with the checksum of all these; then the model files, each
+/// with its own checksum. Files of version 1, whose rate and lengths no checksum covered, are not
+/// read any more.
+inline constexpr const char* staged_file_header = "weft-live-model 2";
 
 /// Errc::io when the stream fails; what save_model() refuses.
 Status save_staged(const StagedModel& model, std::ostream& out);
-/// Errors: parse (not such a file), corrupt (cut short, altered, stages that do not fit each
-/// other), load_model()'s.
+/// Errors: parse (not such a file), unsupported (another version), corrupt (cut short, altered,
+/// stages that do not fit each other or the sample rate), load_model()'s.
 Result<StagedModel> load_staged(std::istream& in);
 
 /// What a file says of itself in its first kilobytes.
@@ -66,7 +73,8 @@ struct StagedHead {
   double sample_rate_hz = 0;
   ModelHead first;  ///< of the first stage; the others are of the same sensor and exploration
 };
-/// Reads the beginning alone, whatever the size: what was learnt is neither read nor checked.
+/// Reads the beginning alone, whatever the size: its checksum is looked at, what was learnt is
+/// neither read nor checked.
 /// Errors: parse, unsupported, corrupt.
 Result<StagedHead> load_staged_head(std::istream& in);
 

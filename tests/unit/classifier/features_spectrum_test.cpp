@@ -160,10 +160,12 @@ TEST_CASE(
 TEST_CASE("Tables of recent lengths are kept, older ones made again with the same result") {
   SpectrumCache cache;
   const Spectrum* const first = &cache.of(50);
-  for (std::size_t n = 1; n < 8; ++n) CHECK(cache.of(n).length() == n);
+  for (std::size_t n = 100; n < 99 + SpectrumCache::most; ++n) CHECK(cache.of(n).length() == n);
   CHECK(&cache.of(50) == first);
-  for (std::size_t n = 1; n < 20; ++n) CHECK(cache.of(n).length() == n);
+  for (std::size_t n = 100; n < 100 + SpectrumCache::most; ++n) CHECK(cache.of(n).length() == n);
+  const std::size_t before = testing::allocations();
   CHECK(cache.of(50).length() == 50);
+  CHECK(testing::allocations() > before);  // made again
 }
 
 TEST_CASE("Tables of a long motion leave when the next ones would not fit beside them") {

@@ -2,6 +2,7 @@
 
 #include "classifier/features/extract.hpp"
 #include "classifier/features/feature_stream.hpp"
+#include "classifier/live/staged_model.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
 namespace weft::classifier {
@@ -55,6 +56,31 @@ TEST_CASE("Trials of lengths that it knows cost an extractor no allocation") {
   for (const Trial& trial : trials) fine = fine && extractor.extract(trial).has_value();
   const std::size_t after = testing::allocations();
   CHECK(fine);
+  CHECK(after == before);
+}
+
+TEST_CASE("Looks at every stage of a second slide cost a stream no allocation") {
+  const std::vector<double> seconds = stage_seconds(60);  // twelve lengths
+  const Trial whole = slide(16, 60 * 37 + 1, 7);
+  FeatureStream stream(16);
+  const auto looks = [&] {
+    stream.restart();
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < whole.samples(); ++i) {
+      const bool added = stream.add(whole.phase[i], whole.row(i)).has_value();
+      const bool due =
+          seen < seconds.size() && whole.phase[i] == Phase::motion &&
+          static_cast<double>(stream.motion_frames()) >= std::ceil(seconds[seen] * 37.0);
+      if (added && due && stream.features()) ++seen;
+    }
+    return seen;
+  };
+  CHECK(looks() == seconds.size());
+  CHECK(seconds.size() == 12);
+  const std::size_t before = testing::allocations();
+  const std::size_t seen = looks();
+  const std::size_t after = testing::allocations();
+  CHECK(seen == seconds.size());
   CHECK(after == before);
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "classifier/fabric/sealed_text.hpp"
 #include "classifier/live/live_voter.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "tests/unit/classifier/support.hpp"
@@ -130,6 +131,33 @@ TEST_CASE("a staged model comes back from its file as it was, and nothing else i
   CHECK_FALSE(loaded_stages(text_of(swapped)));
 }
 
+TEST_CASE("a live model of which any byte was altered is refused, its head where that is in it") {
+  const std::string text = text_of(*train_staged(slides(3, 20), rate_hz, options_of_lda()));
+  const std::size_t first_model = text.find("weft-fabric-model");
+  REQUIRE(first_model < text.size());
+  std::size_t read = 0, head_read = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const bool of_the_body = at > first_model && at + 20 < text.size();
+    for (const int bits : {0x01, 0x10, 0x20}) {  // another digit, another sign, the other case
+      if (of_the_body && bits != 0x01) continue;
+      std::string altered = text;
+      altered[at] = static_cast<char>(altered[at] ^ bits);
+      read += loaded_stages(altered) ? 1 : 0;
+      std::istringstream in(altered);
+      head_read += at < first_model && load_staged_head(in) ? 1 : 0;
+    }
+  }
+  CHECK(read == 0);
+  CHECK(head_read == 0);
+}
+
+TEST_CASE("a live model of another sample rate than its stages were trained at is refused") {
+  StagedModel model = *staged();
+  model.sample_rate_hz *= 1.001;
+  CHECK(loaded_stages(text_of(model)).error().message ==
+        "a stage was trained at another sample rate");
+}
+
 TEST_CASE("a rule that waits for a stage's seconds hears that stage, at any sample rate") {
   for (const double rate : {37.0, 33.3, 49.0, 1000.0 / 30}) {
     INFO(rate);
@@ -165,7 +193,19 @@ TEST_CASE(
   }
   CHECK_FALSE(head_of(text.substr(0, text.find("exploration"))));
   CHECK(head_of("weft-fabric-model 5\n").error().code == Errc::parse);
-  CHECK(head_of("weft-live-model 1\nsample_rate_hz 0\nstages 1\n").error().code == Errc::corrupt);
+  CHECK(head_of("weft-live-model 1\nsample_rate_hz 40\n").error().code == Errc::unsupported);
+  CHECK(head_of("weft-live-model 2\nsample_rate_hz 40\n").error().code == Errc::corrupt);
+  for (const char* opening :
+       {"sample_rate_hz 0\nstages 1\nstage 20 9\n", "sample_rate_hz 40\nstages 0\n",
+        "sample_rate_hz 40\nstages 2\nstage 20 9\nstage 20 9\n",
+        "sample_rate_hz 1e6\nstages 1\nstage 20 9\n",
+        "sample_rate_hz 40\nstages 1\nstage 20 9\nstage 40 9\n"})
+    CHECK(head_of(sealed(staged_file_header, opening) + text).error().code == Errc::corrupt);
+  const std::size_t first_model = text.find("weft-fabric-model");
+  const std::string faster =
+      sealed(staged_file_header, "sample_rate_hz 41\nstages 1\nstage 20 9\n");
+  CHECK(head_of(faster + text.substr(first_model)).error().message ==
+        "a stage was trained at another sample rate");
 }
 
 TEST_CASE("a vote is sure at its probability and not before its seconds of slide") {

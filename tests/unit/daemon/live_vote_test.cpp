@@ -103,9 +103,15 @@ TEST_CASE("a model that does not fit the recipe is refused before anything moves
   bench.change_rig([](json& rig) { test::device_of(rig, "taxels")["config"]["taxels"] = 8; });
   says("another sensor");
   bench.change_rig([](json&) {});
-  bench.change([](auto& model) { model.sample_rate_hz *= 1.02; });
+  const auto faster = [](double factor) {
+    return [factor](auto& model) {
+      model.sample_rate_hz *= factor;
+      for (auto& stage : model.stages) stage.model.setup.sample_period_s /= factor;
+    };
+  };
+  bench.change(faster(1.02));
   says("another sample rate");
-  bench.change([](auto& model) { model.sample_rate_hz *= 1.005; });
+  bench.change(faster(1.005));
   CHECK(bench.refusal() == "none");
   json other = recipe_of(1);
   other["explorations"]["M9"] = other["explorations"]["M1"];

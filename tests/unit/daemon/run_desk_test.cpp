@@ -1,5 +1,7 @@
 // The desk of weftd: runs on threads of their own, told on the desk's. SIMULATED.
 
+#include "classifier/fabric/sealed_text.hpp"
+#include "classifier/live/staged_model.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
 using namespace weft;
@@ -308,10 +310,12 @@ TEST_CASE("a run is taken into the line by its model's head; the rest is read on
   exploration["live_vote"] = {{"model", "m.live"}};
   test::write_file(bench.request.recipe, recipe.dump());
   const std::string head =
-      "weft-live-model 1\nsample_rate_hz 37\nstages 1\nstage 37 999999\nweft-fabric-model 5\n"
+      classifier::sealed(classifier::staged_file_header,
+                         "sample_rate_hz 37\nstages 1\nstage 37 999999\n") +
+      "weft-fabric-model 5\n"
       "bench simulated\ndataset_sha256 0\nsoftware 0\ntraining none\ntaxels 16\nphases SPM\n"
       "skew peaks\nnorm l2\nspectrum amplitude\nmode_bin_counts 1\nwindow_s 0\nwindow_step_s 0\n"
-      "sample_period_s 0.027\nexploration ";
+      "sample_period_s 0.02702702702702703\nexploration ";
   test::write_file(folder / "m.live", head + "another\n");
   const auto refused = bench.desk->submit({bench.request.recipe, {}, {}, "test"});
   REQUIRE_FALSE(refused);
