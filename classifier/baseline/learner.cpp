@@ -189,10 +189,7 @@ Result<std::vector<double>> TrainedLearner::prepared(std::span<const double> fea
     return fail(Errc::invalid_argument, "wrong number of features", "classify",
                 std::to_string(features_.size()), std::to_string(features.size()),
                 "Was the model trained for another sensor?");
-  for (std::size_t k = 0; k < features.size(); ++k)
-    if (!std::isfinite(features[k]))
-      return fail(Errc::invalid_argument, "feature is not finite", features_[k], "a finite number",
-                  std::to_string(features[k]));
+  if (auto ok = check_features(features, features_); !ok) return pass(ok.error());
   std::vector<double> out(features.begin(), features.end());
   view_.apply(out);
   return out;

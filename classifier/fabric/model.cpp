@@ -95,13 +95,7 @@ Result<Vote> FabricModel::classify(std::span<const double> features) const {
                 std::to_string(features_.size()), std::to_string(features.size()),
                 "Was the model trained for another sensor?");
   }
-  const auto bad =
-      std::find_if_not(features.begin(), features.end(), [](double v) { return std::isfinite(v); });
-  if (bad != features.end()) {
-    return fail(Errc::invalid_argument, "feature is not finite",
-                features_[static_cast<std::size_t>(bad - features.begin())], "a finite number",
-                std::to_string(*bad));
-  }
+  if (auto ok = check_features(features, features_); !ok) return pass(ok.error());
   std::vector<double> decision;
   decision.reserve(cores_.size());
   for (const FabricCore& core : cores_) decision.push_back(core.decide(features));

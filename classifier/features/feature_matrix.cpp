@@ -41,17 +41,26 @@ Status check_sizes(const FeatureMatrix& m) {
 
 }  // namespace
 
+Status check_feature(double value, const std::string& where) {
+  if (std::abs(value) <= largest_feature) return {};
+  if (!std::isfinite(value))
+    return fail(Errc::invalid_argument, "feature is not finite", where, "a finite number",
+                std::to_string(value));
+  return fail(Errc::invalid_argument, "feature is too large", where, "magnitudes up to 2.2e307");
+}
+
+Status check_features(std::span<const double> values, std::span<const std::string> names) {
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (!(std::abs(values[k]) <= largest_feature)) return check_feature(values[k], names[k]);
+  return {};
+}
+
 Status check(const FeatureMatrix& matrix) {
   if (auto ok = check_sizes(matrix); !ok) return ok;
-  for (std::size_t r = 0; r < matrix.size(); ++r) {
-    const auto row = matrix.values.row(r);
-    const auto bad =
-        std::find_if_not(row.begin(), row.end(), [](double v) { return std::isfinite(v); });
-    if (bad == row.end()) continue;
-    return fail(Errc::invalid_argument, "feature is not finite",
-                matrix.files[r] + ": " + matrix.names[static_cast<std::size_t>(bad - row.begin())],
-                "a finite number", std::to_string(*bad));
-  }
+  for (std::size_t r = 0; r < matrix.size(); ++r)
+    for (std::size_t k = 0; k < matrix.names.size(); ++k)
+      if (!(std::abs(matrix.values(r, k)) <= largest_feature))
+        return check_feature(matrix.values(r, k), matrix.files[r] + ": " + matrix.names[k]);
   return {};
 }
 

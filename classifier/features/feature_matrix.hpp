@@ -25,7 +25,15 @@ struct FeatureMatrix {
   [[nodiscard]] std::size_t size() const { return values.rows(); }
 };
 
-/// Refuses sizes that disagree and values that are not finite (named by file and feature).
+/// Beyond it the difference of two features may overflow: about 2.2e307.
+inline constexpr double largest_feature = 0x1p1021;
+
+/// Refuses values that are not finite or beyond largest_feature; `where` names the feature.
+Status check_feature(double value, const std::string& where);
+/// Of a whole vector; the first bad one by its name.
+Status check_features(std::span<const double> values, std::span<const std::string> names);
+
+/// Refuses sizes that disagree and what check_feature() refuses (named by file and feature).
 Status check(const FeatureMatrix& matrix);
 
 /// Extracts all trials, on `threads` threads (0: one per core). All must have the same taxels and

@@ -24,7 +24,8 @@ void fit_column(const Matrix& rows, std::size_t k, Scaler& out) {
   }
   const double deviation = std::sqrt(square / n);
   out.mean[k] = mean * unit;
-  out.deviation[k] = deviation > constant_tolerance ? deviation * unit : 1.0;
+  const double spread = deviation > constant_tolerance ? deviation * unit : 0.0;
+  out.deviation[k] = spread > 0.0 ? spread : 1.0;
 }
 
 }  // namespace

@@ -10,14 +10,16 @@ namespace weft::classifier {
 /// value -> (value - mean) / deviation, per column.
 struct Scaler {
   std::vector<double> mean;
-  std::vector<double> deviation;  ///< biased; 1 for a column that is constant up to rounding
+  /// Biased; 1 for a column that is constant up to rounding, and where it is below the least
+  /// double.
+  std::vector<double> deviation;
 
   [[nodiscard]] double apply(std::size_t column, double value) const {
     return (value - mean[column]) / deviation[column];
   }
 };
 
-/// Needs at least one row.
+/// Needs at least one row; values as check_feature() has them, so that no difference overflows.
 Scaler fit_scaler(const Matrix& rows);
 
 /// [rows x cols], scaled.

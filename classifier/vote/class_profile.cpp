@@ -35,7 +35,8 @@ std::vector<double> deviations(const FeatureMatrix& matrix, std::span<const std:
       largest = std::max(largest, std::abs(residual(r, k)));
     // what is left of a constant is the rounding of its mean
     if (!(largest > 1e-12 * overall[k])) out[k] = overall[k];
-    if (!(out[k] > 0.0 && std::isfinite(out[k]))) out[k] = 1.0;
+    // one over a subnormal number would be infinite, and so every distance
+    if (!(out[k] >= std::numeric_limits<double>::min() && std::isfinite(out[k]))) out[k] = 1.0;
   }
   return out;
 }
