@@ -1,0 +1,38 @@
+#pragma once
+// "None of these" of any learner: every fabric in turn is left out of the training and shown to it.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "classifier/baseline/learner.hpp"
+#include "classifier/evaluate/interval.hpp"
+#include "classifier/evaluate/splits.hpp"
+#include "classifier/features/feature_matrix.hpp"
+#include "protocols/base/result.hpp"
+
+namespace weft::classifier {
+
+/// Test trials of one fabric, shown to learners that never met it.
+struct Stranger {
+  std::string label;
+  std::size_t trials = 0;
+  std::size_t accepted = 0;  ///< taken for one of the others
+};
+
+struct StrangerCheck {
+  std::vector<Stranger> strangers;  ///< one per label, sorted; over all splits
+  double false_accept = 0.0;        ///< accepted strangers / strangers
+  Interval false_accept_ci95;       ///< Wilson, test answers taken as independent
+  double false_reject = 0.0;        ///< refused known trials / known trials, over all trainings
+};
+
+/// Trains recipes[s] on each split's training part without one label, thresholds included, and
+/// shows it the test part; so for every label. Asks train_recipe() and learn_aids() labels x splits
+/// times. The recipe itself may have been chosen with the label. Refuses what these refuse, fewer
+/// than three labels in a training part, and no split.
+Result<StrangerCheck> check_strangers(const FeatureMatrix& matrix, std::span<const Split> splits,
+                                      std::span<const Recipe> recipes, const TrainOptions& options);
+
+}  // namespace weft::classifier

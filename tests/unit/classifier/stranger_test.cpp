@@ -1,0 +1,54 @@
+// "None of these", measured with every fabric left out in turn.
+
+#include <catch2/catch.hpp>
+
+#include "classifier/evaluate/stranger_check.hpp"
+#include "tests/unit/classifier/support.hpp"
+
+namespace weft::classifier {
+namespace {
+
+Split halves(const FeatureMatrix& matrix) {
+  Split out;
+  for (std::size_t r = 0; r < matrix.size(); ++r) (r % 2 == 0 ? out.train : out.test).push_back(r);
+  return out;
+}
+
+StrangerCheck check_of(const FeatureMatrix& matrix, Learner learner) {
+  const std::vector<Split> splits(2, halves(matrix));
+  const std::vector<Recipe> recipes(2, Recipe{learner, 20});
+  return check_strangers(matrix, splits, recipes, {}).value();
+}
+
+TEST_CASE("Fabrics far from each other are strangers to each other, equal ones are not") {
+  for (const Learner learner : {Learner::lda, Learner::svc, Learner::pvalue}) {
+    INFO(to_string(learner));
+    const FeatureMatrix apart = testing::gaussian_classes(4, 20, 4, 40.0, 3);
+    const StrangerCheck far = check_of(apart, learner);
+    CHECK(far.false_accept == 0.0);
+    CHECK(far.false_reject < 0.3);
+    REQUIRE(far.strangers.size() == 4);
+    for (const Stranger& one : far.strangers) {
+      CHECK(one.trials == 20);  // ten of each split
+      CHECK(one.accepted == 0);
+    }
+    CHECK(far.strangers[0].label == "classa");
+    const StrangerCheck equal = check_of(testing::gaussian_classes(4, 20, 4, 0.0, 4), learner);
+    CHECK(equal.false_accept > 0.7);
+    CHECK(equal.false_accept_ci95.low < equal.false_accept);
+    CHECK(equal.false_accept_ci95.high > equal.false_accept);
+  }
+}
+
+TEST_CASE("Leaving one of two fabrics out is refused, and so are splits without recipes") {
+  const FeatureMatrix two = testing::gaussian_classes(2, 8, 3, 3.0, 5);
+  const std::vector<Split> splits = {halves(two)};
+  const std::vector<Recipe> recipes = {Recipe{Learner::lda, 20}};
+  CHECK(check_strangers(two, splits, recipes, {}).error().message ==
+        "too few fabrics to leave one out");
+  CHECK_FALSE(check_strangers(two, splits, {}, {}));
+  CHECK_FALSE(check_strangers(two, {}, {}, {}));
+}
+
+}  // namespace
+}  // namespace weft::classifier
