@@ -26,7 +26,7 @@ using classifier::StoredModel;
 using classifier::Trial;
 using nlohmann::json;
 
-// A recording that is faster or slower than the training by more than this has other windows.
+// A recording that is faster or slower than the training by more than this has other features.
 constexpr double rate_tolerance = 0.05;
 
 Result<StoredModel> open_model(const std::filesystem::path& path) {
@@ -53,7 +53,7 @@ Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in)
 
 Status check_rate(const classifier::FeatureSetup& setup, const Dataset& dataset) {
   const double period_s = sample_period_s(dataset);
-  if (setup.window_s == 0.0 || period_s == 0.0) return {};
+  if (setup.sample_period_s == 0.0 || period_s == 0.0) return {};  // not known
   if (std::abs(period_s / setup.sample_period_s - 1.0) <= rate_tolerance) return {};
   return fail(Errc::invalid_argument, "recorded at another rate than the training trials",
               "sample period", std::to_string(setup.sample_period_s) + " s",

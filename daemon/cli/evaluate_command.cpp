@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "classifier/evaluate/permutation.hpp"
+#include "classifier/evaluate/stranger_check.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_text.hpp"
 #include "daemon/dataset/atomic_file.hpp"
@@ -33,6 +34,36 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
     text += "  " + name + " " + percent(permuted->mean, 2) + " % of " +
             thousands(permuted->trials) + " answers over " + std::to_string(args.permute_labels) +
             " permutations, chance " + percent(permuted->chance, 2) + " %\n";
+  }
+  return {};
+}
+
+// How often a fabric that was left out is taken for another, beside every outcome.
+Status add_strangers(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured,
+                     std::string& text, json& out) {
+  if (!args.none_of_these) return {};
+  text += "None of these, every fabric left out of the training in turn:\n";
+  for (const Outcome& outcome : measured.outcomes) {
+    const auto found = classifier::check_strangers(chosen.features, measured.splits,
+                                                   outcome.evaluation.recipes, options_of(args));
+    if (!found) return pass(found.error(), args.dataset.string());
+    json strangers = json::array();
+    std::size_t trials = 0;
+    for (const classifier::Stranger& one : found->strangers) {
+      trials += one.trials;
+      strangers.push_back(
+          {{"label", one.label}, {"trials", one.trials}, {"accepted", one.accepted}});
+    }
+    const classifier::Interval& ci = found->false_accept_ci95;
+    out["results"][outcome.name()]["none_of_these"] = {{"false_accept", found->false_accept},
+                                                       {"ci95", {ci.low, ci.high}},
+                                                       {"ci95_method", ci.method},
+                                                       {"false_reject", found->false_reject},
+                                                       {"strangers", strangers}};
+    text += "  " + outcome.name() + " takes " + percent(found->false_accept, 1) + " % (" +
+            percent(ci.low, 1) + " to " + percent(ci.high, 1) + ") of " + thousands(trials) +
+            " strangers for a fabric that it knows, and refuses " +
+            percent(found->false_reject, 1) + " % of the trials that it knows\n";
   }
   return {};
 }
@@ -102,6 +133,9 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
       ->check(CLI::Range(2, 1000000));
   command.add_flag("--calibration", args.calibration,
                    "also compare the probabilities of test answers with what came true");
+  command.add_flag("--none-of-these", args.none_of_these,
+                   "also leave every fabric out of the training in turn: how often is it taken for "
+                   "another (trains as often as there are fabrics, for every split)");
   command.add_option("--report", args.report, "also write all of it as a page (HTML)");
   command.add_flag("--answers", args.answers, "with --json: the answer on every test trial");
   command.add_option("--curve-draws", args.curve_draws, "random draws for each split and number")
@@ -145,6 +179,7 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
   json out = report_json(args, *chosen, *measured);
   if (Status ok = add_permuted(args, *chosen, measured->outcomes, text, out); !ok)
     return pass(ok.error());
+  if (Status ok = add_strangers(args, *chosen, *measured, text, out); !ok) return pass(ok.error());
   if (Status ok = write_page(args, *chosen, *measured); !ok) return pass(ok.error());
   print(console, text, out);
   return exit_ok;

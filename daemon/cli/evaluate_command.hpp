@@ -24,6 +24,7 @@ struct EvaluateArgs {
   std::vector<std::string> learners = {"every"};
   std::vector<std::size_t> curve;  ///< training recordings of each label; empty: all
   bool calibration = false;        ///< probabilities of test answers too; --report implies it
+  bool none_of_these = false;      ///< every fabric left out in turn and shown
   std::filesystem::path report;    ///< page to write; empty: none
   bool answers = false;            ///< with --json: list them
   std::size_t curve_draws = 5;     ///< of each split and number

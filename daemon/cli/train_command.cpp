@@ -32,6 +32,7 @@ struct Trained {
   std::vector<classifier::RecipeScore> scores;
   std::size_t rows = 0;
   double train_s = 0.0;
+  classifier::TrainOptions options;
 };
 
 json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
@@ -79,6 +80,7 @@ json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained&
            {"rows", trained.rows},
            {"features", stored.learner.feature_names().size()},
            {"taxels", stored.setup.taxels},
+           {"unconverged", trained.options.unconverged->load()},
            {"train_s", trained.train_s}};
   if (trained.imprints) {
     const ci::TaxelGrid& grid = trained.imprints->grid;
@@ -162,7 +164,8 @@ std::string stages_text(const TrainArgs& args, const classifier::StagedModel& mo
 }
 
 json stages_json(const TrainArgs& args, const DatasetInfo& info,
-                 const classifier::StagedModel& model, std::size_t slides, double train_s) {
+                 const classifier::StagedModel& model, std::size_t slides,
+                 const classifier::TrainOptions& options, double train_s) {
   json stages = json::array();
   for (std::size_t i = 0; i < model.stages.size(); ++i)
     stages.push_back({{"slide_s", model.slide_s(i)},
@@ -179,6 +182,7 @@ json stages_json(const TrainArgs& args, const DatasetInfo& info,
           {"labels", last.learner.labels()},
           {"rows", slides},
           {"stages", std::move(stages)},
+          {"unconverged", options.unconverged->load()},
           {"train_s", train_s}};
 }
 
@@ -211,8 +215,9 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   if (auto ok = classifier::save_staged(*model, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   print(console,
-        bench_banner(dataset->info) + stages_text(args, *model, chosen->trials.size(), train_s),
-        stages_json(args, dataset->info, *model, chosen->trials.size(), train_s));
+        bench_banner(dataset->info) + stages_text(args, *model, chosen->trials.size(), train_s) +
+            unconverged_text(options.training),
+        stages_json(args, dataset->info, *model, chosen->trials.size(), options.training, train_s));
   return exit_ok;
 }
 
@@ -262,11 +267,13 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
                      trained->recipe,
                      std::move(trained->scores),
                      chosen->features.size(),
-                     train_s};
+                     train_s,
+                     options};
   const auto text = model_text(done);
   if (!text) return pass(text.error());
   if (auto ok = write_text_file(args.out, *text); !ok) return pass(ok.error());
-  print(console, bench_banner(chosen->dataset.info) + summary_text(args, done),
+  print(console,
+        bench_banner(chosen->dataset.info) + summary_text(args, done) + unconverged_text(options),
         summary_json(args, chosen->dataset.info, done));
   return exit_ok;
 }

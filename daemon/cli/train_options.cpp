@@ -39,6 +39,18 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
                    "select features once from all training trials, as the paper does, instead of "
                    "inside each fold");
   command
+      .add_option("--t-test", choice.t_test,
+                  "that selects features: pooled, one variance for both fabrics as in the paper; "
+                  "welch, a variance for each")
+      ->check(CLI::IsMember({"pooled", "welch"}))
+      ->capture_default_str();
+  command
+      .add_option("--solver", choice.solver,
+                  "of the support vector machines: own; libsvm, the reference, which solves every "
+                  "point of the grid by itself: the same parameters and answers, far slower")
+      ->check(CLI::IsMember({"own", "libsvm"}))
+      ->capture_default_str();
+  command
       .add_option("--tie", choice.tie,
                   "between parameters with equal errors: loss, the smaller hinge loss; order, the "
                   "smaller C, gamma, delta, which trains in half the time; auto: loss, but order "
@@ -54,6 +66,8 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
 classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Reduction reduction) {
   classifier::TrainOptions options;
   options.reduction = reduction;
+  if (choice.t_test == "welch") options.t_test = classifier::TTest::welch;
+  if (choice.solver == "libsvm") options.search = classifier::Search::libsvm;
   options.nested = !choice.paper_selection;
   options.tie = tie_of(choice);
   options.cap = choice.cap;
@@ -62,13 +76,24 @@ classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Re
       choice.fold_unit == "group" ? classifier::FoldUnit::group : classifier::FoldUnit::recording;
   options.seed = choice.seed;
   options.threads = choice.threads;
+  options.unconverged = std::make_shared<std::atomic<std::size_t>>(0);
   return options;
+}
+
+std::string unconverged_text(const classifier::TrainOptions& options) {
+  const std::size_t count = options.unconverged ? options.unconverged->load() : 0;
+  if (count == 0) return {};
+  return "  WARNING: " + std::to_string(count) +
+         " support vector machines were not solved to the tolerance: libsvm reached its limit of "
+         "iterations\n";
 }
 
 std::string describe(const TrainChoice& choice) {
   return "seed " + std::to_string(choice.seed) + ", cap " + std::to_string(choice.cap) +
          ", folds " + std::to_string(choice.folds) + " by " + choice.fold_unit + ", selection " +
          (choice.paper_selection ? "once (paper)" : "inside each fold") +
+         (choice.t_test == "pooled" ? "" : " by Welch's t") +
+         (choice.solver == "own" ? "" : ", solver " + choice.solver) +
          (choice.tie == "auto" ? "" : ", ties by " + choice.tie);
 }
 

@@ -18,6 +18,8 @@ struct TrainChoice {
   std::size_t folds = 5;
   std::string fold_unit = "recording";
   bool paper_selection = false;
+  std::string t_test = "pooled";
+  std::string solver = "own";
   std::string tie = "auto";
   std::size_t threads = 0;
 };
@@ -31,6 +33,10 @@ void add_train_options(CLI::App& command, TrainChoice& choice);
 /// `paper_selection`: p-values once from all training trials, and ties of the grid search to the
 /// smallest parameters (reference AMB-15, AMB-16).
 classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Reduction reduction);
+
+/// What a training by `options` counted as not solved, as a line that warns; nothing where all
+/// were.
+std::string unconverged_text(const classifier::TrainOptions& options);
 
 /// One line for people.
 std::string describe(const TrainChoice& choice);

@@ -27,6 +27,10 @@ Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const 
     return fail(Errc::invalid_argument, "the data set holds several explorations", {}, {},
                 joined(present), "Choose one with --exploration");
   }
+  if (choice.exploration.find('+') != std::string::npos)
+    return fail(Errc::unsupported, "a model is of one exploration", "--exploration",
+                joined(present), choice.exploration,
+                "weft evaluate and weft features take several, side by side");
   if (std::ranges::find(present, choice.exploration) == present.end())
     return fail(Errc::not_found, "no trial has this exploration", "--exploration", joined(present),
                 choice.exploration);

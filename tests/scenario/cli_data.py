@@ -60,9 +60,13 @@ def good_path(t, d, rows):
     t.expect(info["dataset_sha256"] == made["dataset_sha256"], "import and info name the same digest")
     t.expect(abs(info["taxel_rate_hz"] - RATE_HZ) < 1e-6, f"rate: {info['taxel_rate_hz']}")
 
-    t.succeeds("features", "d.h5", "-o", "f.csv", cwd=d)
+    made = t.succeeds("features", "d.h5", "-o", "f.csv", cwd=d)
     with open(d / "f.csv", newline="") as f:
         table = list(csv.reader(f))
+    t.expect(sorted(made["units"]) == sorted(table[0][3:]), f"a unit for every feature: {made}")
+    for name, unit in (("mean.P", "count"), ("var.M.2", "count^2"), ("kurt.M.1", "1"), ("m5.M.3", "count^5")):
+        t.expect(made["units"][name] == unit, f"{name}: {made['units'][name]}, not {unit}")
+    t.expect("[count^5] m5.M.1, m5.M.2, m5.M.3" in t.run("features", "d.h5", "-o", "f.csv", cwd=d).stdout, "units in text")
     t.expect(table[0][:5] == ["file", "label", "group", "mean.P", "diff.SP"], f"header: {table[0][:5]}")
     t.expect(len(table) == 25 and {len(r) for r in table} == {3 + 3 + 12 * TAXELS}, "a row a trial, Table I wide")
     t.expect([r[:3] for r in table[1:]] == rows, "file, label and group as in the manifest")
@@ -77,6 +81,25 @@ def good_path(t, d, rows):
                           ("loss", ["--paper-selection", "--tie", "loss"])):
         said = t.succeeds("train", "d.h5", "-o", "t.weft", "--learner", "pvalue", *options, cwd=d)["training"]
         t.expect(said.endswith(f"ties by {rule}") and said in (d / "t.weft").read_text(), f"{options}: {said}")
+    machines = {}
+    for options in ((), ("--t-test", "pooled"), ("--t-test", "welch"), ("--solver", "own"), ("--solver", "libsvm")):
+        ran = t.succeeds("train", "d.h5", "-o", "t.weft", "--seed", "3", "--learner", "pvalue", *options, cwd=d)
+        machines[options] = [line for line in (d / "t.weft").read_text().split("\n")
+                             if not line.startswith(("training ", "cv_errors,", "crc32 "))]
+        t.expect(ran["unconverged"] == 0, f"{options}: {ran}")
+        t.expect(("Welch" in ran["training"]) == ("welch" in options), f"{options}: {ran['training']}")
+        t.expect(("libsvm" in ran["training"]) == ("libsvm" in options), f"{options}: {ran['training']}")
+        if options in (("--t-test", "pooled"), ("--solver", "own")):
+            t.expect((d / "t.weft").read_bytes() == (d / "m.weft").read_bytes(), f"{options} is the default")
+    t.expect(machines[("--solver", "libsvm")] == machines[()], "the reference solver trains another model")
+    t.expect(machines[("--t-test", "welch")] != machines[()], "Welch's test changes nothing")
+    for solver in ("own", "libsvm"):
+        e = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--learner", "pvalue,svc", "--solver",
+                       solver, "--t-test", "welch", "--answers", cwd=d)
+        machines[solver] = {k: (r["answers"], r["accuracy"]) for k, r in e["results"].items()}
+    t.expect(machines["own"] == machines["libsvm"], f"solvers answer differently: {machines}")
+    for option in ("--t-test", "--solver"):
+        t.refuses("train", "d.h5", "-o", "x.weft", option, "best", cwd=d, says=[option], status=2)
     write_trial(d / "new.csv", 80, 5, 999)
     answer = t.succeeds("classify", "m.weft", "new.csv", cwd=d)["trials"][0]
     t.expect(answer["label"] == "wool" and answer["votes"]["wool"] == 2, f"classify: {answer}")
@@ -195,6 +218,23 @@ def splits_and_curves(t, d):
     e = t.succeeds("evaluate", "d.h5", "--leave-one-group-out", "--learner", "lda", "--remove-level", "rest", cwd=d)
     t.expect(e["remove_level"] == "rest" and e["results"]["lda"]["accuracy"] > 0.5, f"level: {e['results']}")
     t.refuses("train", "d.h5", "-o", "bad.weft", "--remove-level", "motion", cwd=d, says=["--remove-level"], status=2)
+    for live in ([], ["--live"]):
+        t.refuses("train", "d.h5", "-o", "bad.weft", "--exploration", "M1+M2", *live, cwd=d,
+                  says=["a model is of one exploration", "weft evaluate"])
+
+
+def strangers(t, d):
+    """A fabric that was left out of the training, whatever the learner."""
+    command = ["evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--learner", "best,pvalue", "--none-of-these"]
+    e = t.succeeds(*command, cwd=d)
+    for name in ("best", "pvalue"):
+        found = e["results"][name]["none_of_these"]
+        t.expect([(s["label"], s["trials"]) for s in found["strangers"]] ==
+                 [("cotton", 4), ("silk, raw", 4), ("wool", 4)], f"{name}: {found}")
+        accepted = sum(s["accepted"] for s in found["strangers"]) / 12
+        t.expect(abs(found["false_accept"] - accepted) < 1e-12, f"{name}: {found}")
+        t.expect(found["ci95"][0] <= accepted <= found["ci95"][1] and 0 <= found["false_reject"] <= 1, f"{name}: {found}")
+    t.expect("strangers for a fabric that it knows" in t.run(*command, cwd=d).stdout, "in text")
 
 
 def page(t, d):
@@ -325,6 +365,14 @@ def mismatches(t, d):
     slow = "\n".join(",".join([str(i * 0.04 - 0.04) if i else r[0]] + r[1:]) for i, r in enumerate(only_m))
     (d / "slow.csv").write_text(slow + "\n")
     t.refuses("classify", "w.weft", "slow.csv", cwd=d, says=["another rate"])
+    whole = [line.split(",") for line in (d / "new.csv").read_text().split()]
+    for name, period_s, taken in (("slow_whole.csv", 0.04, False), ("nearly.csv", 0.0202, True)):
+        (d / name).write_text("\n".join(",".join([f"{(i - 1) * period_s:.4f}" if i else r[0], *r[1:]])
+                                        for i, r in enumerate(whole)) + "\n")
+        if taken:
+            t.succeeds("classify", "m.weft", name, cwd=d)
+        else:
+            t.refuses("classify", "m.weft", name, cwd=d, says=[name, "another rate", "0.02", "0.04"])
     t.refuses("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "A", cwd=d, says=["A"])
     t.refuses("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "Z", cwd=d, says=["Z"])
     t.refuses("evaluate", "d.h5", cwd=d, says=["--train-groups"])
@@ -346,6 +394,7 @@ def main():
         through_a_pipe(t, d)
         evaluations(t, d)
         splits_and_curves(t, d)
+        strangers(t, d)
         page(t, d)
         windows(t, d)
         bad_trials(t, d)
