@@ -1,8 +1,8 @@
 // Writes the inputs where fuzzing starts, with the program's own writers and from the golden
 // vectors:
-//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, other_models, csv, imprint_file, hdf5,
-//   recordings and one folder for each wire; small: without a whole HDF5 file, as committed in
-//   corpus/
+//   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, live_model, other_models, csv,
+//   imprint_file, hdf5, recordings and one folder for each wire; small: without a whole HDF5 file,
+//   as committed in corpus/
 
 #include <algorithm>
 #include <filesystem>
@@ -53,6 +53,17 @@ bool write_other_models(const std::filesystem::path& folder) {
     std::ostringstream text;
     if (!model || !vibro::save_recording_model(*model, text)) return false;
     write(folder / ("recording_" + std::string(vibro::to_string(method))), text.view());
+  }
+  return true;
+}
+
+bool write_live_models(const std::filesystem::path& folder) {
+  auto model = sample_live_model();
+  for (const char* name : {"stages", "one"}) {
+    std::ostringstream text;
+    if (!model || !classifier::save_staged(*model, text)) return false;
+    write(folder / name, text.view());
+    model->stages.erase(model->stages.begin() + 1, model->stages.end());
   }
   return true;
 }
@@ -203,6 +214,7 @@ int main(int argc, char** argv) {
   weft::fuzz::write_wires(folder);
   weft::fuzz::write_lines(WEFT_API_PAGE, folder / "rpc_lines");
   if (weft::fuzz::write_models(folder / "model_file") &&
+      weft::fuzz::write_live_models(folder / "live_model") &&
       weft::fuzz::write_other_models(folder / "other_models") &&
       weft::fuzz::write_datasets(folder / "hdf5", argc == 2) &&
       weft::fuzz::write_recordings(folder / "recordings", argc == 2))

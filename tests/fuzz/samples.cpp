@@ -162,4 +162,24 @@ Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::vib
   return train_recording_model(recordings, setup, options, {"simulated", "", "0", "fuzz"});
 }
 
+Result<classifier::StagedModel> sample_live_model() {
+  std::vector<classifier::Trial> slides;
+  for (std::size_t n = 0; n < 9; ++n) {
+    classifier::Trial& slide = slides.emplace_back();
+    slide.file = std::to_string(n).insert(0, "slide");
+    slide.label = std::string(1, static_cast<char>('a' + n % 3));
+    slide.taxels = 1;
+    for (std::size_t i = 0; i < 14; ++i) {
+      slide.phase.push_back(i < 2 ? Phase::press : Phase::motion);
+      slide.counts.push_back(static_cast<double>(100 * (n % 3) + (i * (n + 5)) % 13));
+    }
+  }
+  classifier::StagedOptions options;
+  options.learner = classifier::Learner::lda;
+  options.training.threads = 1;
+  options.exploration = "M1";
+  options.provenance = {"simulated", "", "0", "fuzz"};
+  return classifier::train_staged(slides, 10.0, options);
+}
+
 }  // namespace weft::fuzz

@@ -6,6 +6,7 @@
 
 #include "classifier/fabric/model_file.hpp"
 #include "classifier/imprint/imprint_model.hpp"
+#include "classifier/live/staged_model.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/recordings/recording_set.hpp"
@@ -26,5 +27,8 @@ Result<classifier::imprint::ImprintModel> sample_imprint_model(classifier::Learn
 
 /// Two textures, one channel, windows of a tenth of a second.
 Result<classifier::vibro::RecordingModel> sample_recording_model(classifier::vibro::Method method);
+
+/// Two stages of three fabrics, one taxel, by LDA.
+Result<classifier::StagedModel> sample_live_model();
 
 }  // namespace weft::fuzz
