@@ -98,7 +98,9 @@ Result<control::RunWish> wish_for_run(const Services& services, const rpc::Call&
   if (!file) return pass(file.error());
   const auto seed = seed_of(call);
   if (!seed) return pass(seed.error());
-  return control::RunWish{*file, *seed, call.params.value("name", ""), by(call.caller)};
+  control::RunWish wish{*file, *seed, call.params.value("name", ""), by(call.caller)};
+  wish.digest = call.params.value("digest", "");
+  return wish;
 }
 
 Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name) {

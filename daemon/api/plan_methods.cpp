@@ -32,7 +32,7 @@ struct RecipePlace {
 Result<RecipePlace> recipe_place(const Services& services, const Call& call, const char* param) {
   const std::string name = call.params.at(param).get<std::string>();
   if (const auto run = services.desk->get(name))
-    return RecipePlace{run->stored.folder / "campaign.sqlite", name};
+    return RecipePlace{run->stored.folder / campaign_file_name, name};
   const auto file = recipe_file(services, name);
   if (file) return RecipePlace{*file, {}};
   Error none = file.error();

@@ -142,13 +142,16 @@ void add_queue_reads(rpc::Methods& methods, const Services* s) {
 void add_queue_changes(rpc::Methods& methods, const Services* s) {
   constexpr rpc::ParamSpec lease{"lease", ParamType::text, true, "your lease of the rig"};
   methods.add({"queue.add",
-               "puts a campaign in line; it begins when its turn comes and the rig is free",
+               "puts a campaign in line, with its recipe as it is now; it begins when its turn "
+               "comes and the rig is free",
                Role::operator_,
                Effect::change,
                {{"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
                 lease,
                 {"seed", ParamType::integer, false, "in place of the recipe's"},
                 {"name", ParamType::text, false, "added to the folder's name"},
+                {"digest", ParamType::text, false,
+                 "of the recipe that is meant, as recipe.check has it; another one is refused"},
                 place,
                 if_rev},
                "the run, rev"},

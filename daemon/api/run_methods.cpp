@@ -15,6 +15,9 @@ using rpc::Outcome;
 using rpc::ParamType;
 
 constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
+constexpr rpc::ParamSpec digest_param{
+    "digest", ParamType::text, false,
+    "of the recipe that is meant, as recipe.check has it; another one is refused"};
 constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true, "your lease of the rig"};
 
 std::string run_of(const Call& call) {
@@ -191,28 +194,39 @@ void wait(const Services& services, const Call& call, const rpc::Responder& resp
   services.desk->when_ended(id, over, call.listener);
 }
 
-void add_run_orders(rpc::Methods& methods, const Services* s) {
+// Into the line and out of it.
+void add_run_line(rpc::Methods& methods, const Services* s) {
   methods.add({"run.start",
-               "puts a campaign in line; it begins when the rig is free",
+               "puts a campaign in line, with its recipe as it is now; it begins when the rig is "
+               "free",
                Role::operator_,
                Effect::change,
                {{"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
                 rig_lease_param,
                 {"seed", ParamType::integer, false, "in place of the recipe's"},
-                {"name", ParamType::text, false, "added to the folder's name"}},
+                {"name", ParamType::text, false, "added to the folder's name"},
+                digest_param},
                "the run"},
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 start(*s, call, respond);
               }));
-  methods.add(
-      {"run.annotate",
-       "a note about a run, of any time, for the journal (log.query, kind \"note\"); its data "
-       "stay as they are",
-       Role::operator_,
-       Effect::change,
-       {run_param, {"text", ParamType::text, true, "what was seen or done"}},
-       "run, t_us, text"},
-      [s](const Call& call) { return annotate(*s, call); });
+  methods.add({"run.withdraw",
+               "takes a run out of the line",
+               Role::operator_,
+               Effect::change,
+               {run_param},
+               "the run"},
+              [s](const Call& call) -> Outcome {
+                if (auto free = nobody_else_holds(*s, call.caller); !free)
+                  return tl::unexpected(free.error());
+                if (const Status ok = s->desk->withdraw(run_of(call), by(call.caller)); !ok)
+                  return refused(ok.error());
+                return text_of(run_json(*s->desk->get(run_of(call))));
+              });
+}
+
+// To a run that is under way.
+void add_run_orders(rpc::Methods& methods, const Services* s) {
   methods.add({"run.pause",
                "holds before the next repetition, or now: then that repetition is run again",
                Role::operator_,
@@ -244,6 +258,12 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
         {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""}},
        "the run"},
       [s](const Call& call) { return confirm(*s, call); });
+  add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
+  add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
+}
+
+// To a run that was interrupted, and to any.
+void add_run_care(rpc::Methods& methods, const Services* s) {
   methods.add({"run.recover",
                "what becomes of an interrupted run: it goes on, it ends and is never made a data "
                "set of, or it ends with a data set of the trials that are complete",
@@ -257,21 +277,15 @@ void add_run_orders(rpc::Methods& methods, const Services* s) {
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 recover(*s, call, respond);
               }));
-  add_order(methods, s, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
-  add_order(methods, s, "run.abort", "stops motion, retracts, ends", Order::abort);
-  methods.add({"run.withdraw",
-               "takes a run out of the line",
-               Role::operator_,
-               Effect::change,
-               {run_param},
-               "the run"},
-              [s](const Call& call) -> Outcome {
-                if (auto free = nobody_else_holds(*s, call.caller); !free)
-                  return tl::unexpected(free.error());
-                if (const Status ok = s->desk->withdraw(run_of(call), by(call.caller)); !ok)
-                  return refused(ok.error());
-                return text_of(run_json(*s->desk->get(run_of(call))));
-              });
+  methods.add(
+      {"run.annotate",
+       "a note about a run, of any time, for the journal (log.query, kind \"note\"); its data "
+       "stay as they are",
+       Role::operator_,
+       Effect::change,
+       {run_param, {"text", ParamType::text, true, "what was seen or done"}},
+       "run, t_us, text"},
+      [s](const Call& call) { return annotate(*s, call); });
 }
 
 void add_run_reads(rpc::Methods& methods, const Services* s) {
@@ -337,6 +351,7 @@ json run_json(const RunView& run) {
     out["trials_planned"] = run.trials_planned;
   }
   if (!stored.bench.empty()) out["bench"] = stored.bench;
+  if (!stored.recipe_sha256.empty()) out["digest"] = "sha256:" + stored.recipe_sha256;
   if (run.attention) {
     if (run.attention->at_us) out["next_attention_us"] = *run.attention->at_us;
     out["attention"] = attention_json(*run.attention);
@@ -360,7 +375,9 @@ json run_json(const RunView& run) {
 }
 
 void add_run_methods(rpc::Methods& methods, const Services& services) {
+  add_run_line(methods, &services);
   add_run_orders(methods, &services);
+  add_run_care(methods, &services);
   add_run_reads(methods, &services);
 }
 

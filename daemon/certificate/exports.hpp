@@ -16,7 +16,6 @@ namespace weft::daemon {
 
 inline constexpr const char* export_folder_name = "export";
 inline constexpr const char* export_list_name = "list.json";
-inline constexpr const char* campaign_file_name = "campaign.sqlite";  ///< what they are made of
 
 enum class ExportFormat : std::uint8_t {
   hdf5,         ///< the complete trials, as `weft dataset export` writes them

@@ -67,7 +67,7 @@ Result<VerifyReport> looked_at(const fs::path& path) {
   VerifyReport report;
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
-    const fs::path campaign = path / "campaign.sqlite";
+    const fs::path campaign = path / campaign_file_name;
     if (there(campaign) || log_beside(campaign)) report.campaign = campaign;
     if (there(path / "dataset.h5")) report.dataset = path / "dataset.h5";
     if (report.campaign.empty() && report.dataset.empty())
@@ -78,7 +78,7 @@ Result<VerifyReport> looked_at(const fs::path& path) {
   if (!there(path) && !log_beside(path))
     return fail(Errc::not_found, "no such file or folder", path.string());
   // A campaign file whose first bytes are gone is still one by its name.
-  const bool campaign = is_campaign_file(path) || path.filename() == "campaign.sqlite";
+  const bool campaign = is_campaign_file(path) || path.filename() == campaign_file_name;
   (campaign ? report.campaign : report.dataset) = path;
   return report;
 }

@@ -64,7 +64,7 @@ void add_force(const Dataset& dataset, ForceTally& all) {
 Result<CampaignSummary> summary_of(const fs::path& folder, const VerifyReport& verified,
                                    const Dataset& dataset) {
   CampaignSummary out;
-  out.campaign_file = folder / "campaign.sqlite";
+  out.campaign_file = folder / campaign_file_name;
   out.dataset_file = folder / "dataset.h5";
   const auto past = load_past(out.campaign_file);
   if (!past) return pass(past.error());
@@ -116,7 +116,7 @@ Result<std::string> fidelity_section(const ReportArgs& args, const CampaignSumma
 }
 
 Status check_places(const ReportArgs& args) {
-  for (const char* const name : {"campaign.sqlite", "dataset.h5"}) {
+  for (const char* const name : {campaign_file_name, "dataset.h5"}) {
     std::error_code none;
     if (!fs::exists(args.folder / name, none))
       return fail(Errc::not_found, "nothing to report of", (args.folder / name).string(),

@@ -144,7 +144,7 @@ int interrupted(const CampaignSummary& s, int signal, Console& console) {
 }
 
 Status refuse_inputs_as_outputs(const RunArgs& args) {
-  for (const char* name : {"campaign.sqlite", "dataset.h5", "report.html", "report.json"})
+  for (const char* name : {campaign_file_name, "dataset.h5", "report.html", "report.json"})
     for (const auto& input : {args.recipe, args.rig, args.level})
       if (auto ok = refuse_same_file(input, args.out / name); !ok) return ok;
   return {};

@@ -65,13 +65,15 @@ void RunDesk::preview(std::string_view id, Recovery choice, PreviewTold told) {
 }
 
 void RunDesk::look(Run& run) {
-  CampaignRequest request = request_of(run.view.stored);
-  request.resume = true;
+  Result<CampaignRequest> request = request_of(run.view.stored);
+  if (request) request->resume = true;
   const Recovery choice = run.curious.front().choice;
   run.looker =
       std::jthread([this, &run, choice, request = std::move(request)](std::stop_token stop) {
-        const auto left = caught(
-            [&] { return preview_of(choice, request, [&stop] { return stop.stop_requested(); }); });
+        const auto left = caught([&]() -> Result<ResumePreview> {
+          if (!request) return pass(request.error());
+          return preview_of(choice, *request, [&stop] { return stop.stop_requested(); });
+        });
         around_.post([this, &run, choice, left] {
           for (auto& each : std::exchange(run.curious, {}))
             if (each.choice == choice)

@@ -1,6 +1,7 @@
 #pragma once
 // A run as the desk has it, on its thread and off it. For .cpp files of daemon/control.
 
+#include <algorithm>
 #include <atomic>
 #include <optional>
 #include <thread>
@@ -8,14 +9,16 @@
 
 #include "daemon/control/caught.hpp"
 #include "daemon/control/run_desk.hpp"
+#include "recipes/engine/forecast.hpp"
 
 namespace weft::daemon::control {
 
-/// Of the longest run that the plan allows: every take but each last is bad.
+/// Of the longest run that the plan allows: every take but each last is bad. A repetition that is
+/// waited for may be the longest one, and its force may settle at the last moment.
 inline Deadlines deadlines_of(const recipes::Plan& plan) {
-  const double forecast_s = plan.forecast.duration_s;
-  return Deadlines::of(forecast_s * recipes::most_takes(plan),
-                       forecast_s / static_cast<double>(plan.trials.size()));
+  const std::vector<double> trials_s = recipes::trial_durations_s(plan);
+  return Deadlines::of(plan.forecast.duration_s * recipes::most_takes(plan),
+                       *std::max_element(trials_s.begin(), trials_s.end()) + plan.settle.timeout_s);
 }
 
 /// Who holds a line that the daemon found when it began.

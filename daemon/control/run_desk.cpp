@@ -5,6 +5,7 @@
 
 #include "daemon/control/desk_run.hpp"
 #include "daemon/control/free_memory.hpp"
+#include "daemon/dataset/sha256.hpp"
 
 namespace weft::daemon::control {
 namespace {
@@ -87,8 +88,13 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   if (!checked) return pass(checked.error());
   if (Status space = check_space(around_.data, disk_forecast(checked->plan)); !space)
     return pass(space.error());
+  const std::string sha256 = sha256_hex(checked->recipe_text);
+  if (!wish.digest.empty() && wish.digest != "sha256:" + sha256)
+    return fail(Errc::wrong_state, "the recipe is another one by now", "/params/digest",
+                "sha256:" + sha256, wish.digest, "recipe.diff and recipe.check tell what it is");
   auto run = std::make_unique<Run>();
   StoredRun& stored = run->view.stored;
+  stored.recipe_sha256 = sha256;
   stored.recipe = wish.recipe;
   stored.rig = around_.rig;
   stored.seed = wish.seed;
@@ -101,7 +107,8 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   RunLine line = line_;
   ++line.revision;
   const Status kept = store_.together([&] {
-    Status done = store_.add(stored);
+    Status done = store_.keep_recipe(sha256, checked->recipe_text);
+    if (done) done = store_.add(stored);
     if (!done) return done;
     stored.folder =
         free_folder(around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name)));
@@ -134,9 +141,13 @@ void RunDesk::plan_known(Run& run, const PlanKnown& plan) {
     run.view.attention = Attention{*plan.first_ask, {}};
 }
 
-CampaignRequest RunDesk::request_of(const StoredRun& run) {
+Result<CampaignRequest> RunDesk::request_of(const StoredRun& run) const {
   CampaignRequest request{run.recipe, run.rig, run.folder, run.seed};
   request.resume = run.resume;
+  if (run.recipe_sha256.empty()) return request;
+  auto text = store_.recipe_text(run.recipe_sha256);
+  if (!text) return pass(text.error(), run.id());
+  request.recipe_text = std::move(*text);
   return request;
 }
 
@@ -162,7 +173,7 @@ void RunDesk::begin_next() {
   run.orders.emplace();
   run.at_work = true;
   run.took_rig = false;
-  run.thread = std::jthread([this, &run, plan_is_known, stored = run.view.stored] {
+  run.thread = std::jthread([this, &run, plan_is_known, request = request_of(run.view.stored)] {
     CampaignHooks hooks;
     if (!plan_is_known)
       hooks.planned = [this, &run](const recipes::Plan& plan) {
@@ -193,10 +204,12 @@ void RunDesk::begin_next() {
         tell(run, "auto:run");
       });
     };
-    const CampaignRequest request = request_of(stored);
-    auto summary = caught([&] { return run_campaign(request, hooks); });
-    const bool left =
-        request.resume ? is_anything_left(request) : !summary && is_only_end_left(request);
+    auto summary = caught([&]() -> Result<CampaignSummary> {
+      if (!request) return pass(request.error());
+      return run_campaign(*request, hooks);
+    });
+    const bool left = request && (request->resume ? is_anything_left(*request)
+                                                  : !summary && is_only_end_left(*request));
     give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });
@@ -248,7 +261,8 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     run.view.trials_done = summary->trials_complete;
     run.view.takes_rejected = summary->takes_rejected;
   } else {
-    stored.outcome = run.orders->ends_run() ? "aborted" : "failed";
+    const bool stops = run.state() == RunState::finishing;  // asked for, while the bench came up
+    stored.outcome = stops ? "stopped" : run.orders->ends_run() ? "aborted" : "failed";
     stored.cleanup = "skipped";
     stored.rig_fact = "unknown";
     stored.error = to_string(summary.error());
@@ -277,7 +291,7 @@ void RunDesk::note_rejected(Run& run, const TrialProgress& line) {
 
 /// Of a run that the daemon's death cut: its file knows.
 void RunDesk::count_trials(Run& run) {
-  const auto found = load_progress(run.view.stored.folder / "campaign.sqlite");
+  const auto found = load_progress(run.view.stored.folder / campaign_file_name);
   run.view.trials_done = found ? found->done : 0;
   if (found) run.view.trials_planned = found->planned;
   keep(run);

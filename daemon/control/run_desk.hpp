@@ -29,6 +29,7 @@ struct RunWish {
   std::string name;  ///< of its folder; the run's own number where it is empty
   std::string by;
   std::optional<std::size_t> place = {};  ///< in line, from 0; the end where it is left out
+  std::string digest = {};  ///< of the recipe that is meant, "sha256:..."; empty: as it is
 };
 
 /// What a person is asked for, or will be.
@@ -100,8 +101,9 @@ class RunDesk {
   using Checked = Result<CheckedRequest>;
   /// What to check for submit().
   [[nodiscard]] CampaignRequest request_for(const RunWish& wish) const;
-  /// Puts the run in line, as it was checked; it begins when the rig is free.
-  /// Errors: those of the check, an unusable name, not enough disk.
+  /// Puts the run in line; it begins when the rig is free, with the recipe as it was checked,
+  /// whatever its file says by then. Errors: those of the check, another digest than the wish's, an
+  /// unusable name, not enough disk.
   Result<RunView> submit(const RunWish& wish, const Checked& checked);
   /// Both.
   Result<RunView> submit(const RunWish& wish) {
@@ -207,7 +209,7 @@ class RunDesk {
   void plan_known(Run& run, const PlanKnown& plan);
   void tell_end(Run& run);
   static void refuse_faults(Run& run);
-  [[nodiscard]] static CampaignRequest request_of(const StoredRun& run);
+  [[nodiscard]] Result<CampaignRequest> request_of(const StoredRun& run) const;
   void apply(Run& run, const RunStep& step, std::string_view by);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
   void look(Run& run);

@@ -15,8 +15,9 @@ CREATE TABLE IF NOT EXISTS run (
   state TEXT NOT NULL, outcome TEXT NOT NULL, cleanup TEXT NOT NULL, rig_fact TEXT NOT NULL,
   error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0,
   recovered TEXT NOT NULL DEFAULT '', bench TEXT NOT NULL DEFAULT '',
-  trials_done INTEGER, trials_planned INTEGER
+  trials_done INTEGER, trials_planned INTEGER, recipe_sha256 TEXT NOT NULL DEFAULT ''
 ) STRICT;
+CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
   sequence INTEGER PRIMARY KEY AUTOINCREMENT, utc_us INTEGER NOT NULL,
   run TEXT NOT NULL, kind TEXT NOT NULL, by TEXT NOT NULL, payload_json TEXT NOT NULL
@@ -96,6 +97,7 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   run.bench = row.text(16);
   if (!row.is_null(17)) run.trials_done = row.integer(17);
   if (!row.is_null(18)) run.trials_planned = row.integer(18);
+  run.recipe_sha256 = row.text(19);
   return run;
 }
 
@@ -111,6 +113,8 @@ constexpr std::array later_columns{
     LaterColumn{"run", "bench", "ALTER TABLE run ADD COLUMN bench TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"run", "trials_done", "ALTER TABLE run ADD COLUMN trials_done INTEGER"},
     LaterColumn{"run", "trials_planned", "ALTER TABLE run ADD COLUMN trials_planned INTEGER"},
+    LaterColumn{"run", "recipe_sha256",
+                "ALTER TABLE run ADD COLUMN recipe_sha256 TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"hand_over", "attempts",
                 "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0"}};
 
@@ -241,8 +245,8 @@ Status RunStore::write(const RunLine& line) {
 Result<std::vector<StoredRun>> RunStore::load() {
   auto query = database_.prepare(
       "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
-      "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned "
-      "FROM run ORDER BY number");
+      "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
+      "recipe_sha256 FROM run ORDER BY number");
   if (!query) return pass(query.error());
   std::vector<StoredRun> out;
   for (;;) {
@@ -269,17 +273,35 @@ Status RunStore::together(const std::function<Status()>& work) {
 Status RunStore::add(StoredRun& run) {
   auto insert = database_.prepare(
       "INSERT INTO run (recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
-      "rig_fact, error, dataset_sha256) VALUES (?,?,?,?,?,?,?,?,'','','','','')");
+      "rig_fact, error, dataset_sha256, recipe_sha256) VALUES (?,?,?,?,?,?,?,?,'','','','','',?)");
   if (!insert) return pass(insert.error());
   const std::string recipe = run.recipe.string(), rig = run.rig.string(),
                     folder = run.folder.string(),
                     seed = run.seed ? std::to_string(*run.seed) : std::string();
   insert->bind(1, recipe).bind(2, rig).bind(3, folder).bind(4, seed);
   insert->bind(5, run.name).bind(6, run.by).bind(7, run.created_us);
-  insert->bind(8, to_string(run.state));
+  insert->bind(8, to_string(run.state)).bind(9, run.recipe_sha256);
   if (Status done = insert->run(); !done) return done;
   run.number = database_.last_row_id();
   return {};
+}
+
+Status RunStore::keep_recipe(std::string_view sha256, std::string_view text) {
+  auto insert = database_.prepare("INSERT OR IGNORE INTO recipe (sha256, text) VALUES (?, ?)");
+  if (!insert) return pass(insert.error());
+  insert->bind(1, sha256).bind(2, text);
+  return insert->run();
+}
+
+Result<std::string> RunStore::recipe_text(std::string_view sha256) {
+  auto query = database_.prepare("SELECT text FROM recipe WHERE sha256 = ?");
+  if (!query) return pass(query.error());
+  query->bind(1, sha256);
+  const auto row = query->step();
+  if (!row) return pass(row.error());
+  if (!*row)
+    return fail(Errc::corrupt, "a run whose recipe is not there", "recipe", std::string(sha256));
+  return std::string(query->text(0));
 }
 
 Status RunStore::update(const StoredRun& run) {

@@ -23,6 +23,7 @@ namespace weft::daemon::control {
 struct StoredRun {
   std::int64_t number = 0;
   std::filesystem::path recipe, rig, folder;
+  std::string recipe_sha256;  ///< of the text that was checked; empty in older runs
   std::optional<std::uint64_t> seed;
   std::string name;
   std::string by;
@@ -69,6 +70,10 @@ class RunStore {
   /// Gives it its number.
   Status add(StoredRun& run);
   Status update(const StoredRun& run);
+  /// The text of a recipe as it was checked, by its digest: the file may change while a run waits.
+  Status keep_recipe(std::string_view sha256, std::string_view text);
+  /// Errors: corrupt, where it is not there.
+  [[nodiscard]] Result<std::string> recipe_text(std::string_view sha256);
   Status journal(std::int64_t utc_us, std::string_view run, std::string_view kind,
                  std::string_view by, std::string_view payload_json = "{}");
 

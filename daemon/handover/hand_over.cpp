@@ -23,7 +23,7 @@ using nlohmann::ordered_json;
 constexpr std::size_t steps_per_exploration = 3;
 
 fs::path campaign_in(const fs::path& folder) {
-  return folder / "campaign.sqlite";
+  return folder / campaign_file_name;
 }
 
 /// The recipe on record against the rig on record.

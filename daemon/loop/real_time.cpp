@@ -21,6 +21,11 @@ int schedule(int policy, int priority) {
   return ::sched_setscheduler(0, policy, &parameters) == 0 ? 0 : errno;
 }
 
+// Threads and children that are made later do not inherit it: they are not the control loop.
+int go_first(int priority) {
+  return schedule(SCHED_FIFO | SCHED_RESET_ON_FORK, priority);
+}
+
 // Under a limit a locked process would fail later, at an allocation: better not to lock at all.
 int lock_memory() {
   rlimit limit{};
@@ -32,8 +37,7 @@ int lock_memory() {
 }  // namespace
 
 RealTimeScope::RealTimeScope(int priority) {
-  // Threads and children that are made later do not inherit it: they are not the control loop.
-  const int refused = schedule(SCHED_FIFO | SCHED_RESET_ON_FORK, priority);
+  const int refused = go_first(priority);
   scheduled_ = refused == 0;
   if (!scheduled_)
     advice_ = "no real-time priority (" + reason(refused) +
@@ -48,6 +52,10 @@ RealTimeScope::RealTimeScope(int priority) {
 RealTimeScope::~RealTimeScope() {
   if (locked_) ::munlockall();
   if (scheduled_) schedule(SCHED_OTHER, 0);
+}
+
+bool take_real_time_priority(int priority) {
+  return go_first(priority) == 0;
 }
 
 }  // namespace weft::daemon

@@ -44,6 +44,9 @@ class CampaignWriter {
   /// Goes on with a file that create() made; nothing on record changes until resumed().
   static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
 
+  /// From here on a commit is on the disk when it returns, and a power cut takes none of it.
+  void sync_commits();
+
   Status device(const DeviceInfo& device);
   /// The run goes on: what was under way when it ended is marked as interrupted, and kept.
   Status resumed(TimePoint now, std::string_view payload_json);

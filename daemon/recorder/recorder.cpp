@@ -239,7 +239,9 @@ Status Recorder::go_on(TimePoint now) {
 }
 
 void Recorder::write_behind() {
-  if (!impl_->thread) impl_->thread = std::make_unique<WriterThread>();
+  if (impl_->thread) return;
+  impl_->writer->sync_commits();
+  impl_->thread = std::make_unique<WriterThread>();
 }
 
 Status Recorder::device(const DeviceInfo& device) {

@@ -18,6 +18,9 @@ namespace weft::daemon {
 
 struct CampaignPast;  // daemon/recorder/campaign_past.hpp
 
+/// What a run's folder calls it.
+inline constexpr const char* campaign_file_name = "campaign.sqlite";
+
 /// What a campaign file says about itself from its first byte on.
 struct CampaignHeader {
   DatasetInfo info;  ///< recipe_json and rig_json as written; digests are filled in when empty
@@ -71,8 +74,9 @@ class Recorder {
   ~Recorder();  ///< closes without finish(): what was not committed is lost, as with a kill
 
   /// From here on a thread of its own writes and commits, twice as often as the budget asks for;
-  /// the calls hand over and return, so that no disk holds up a control loop. Errors come with a
-  /// later call. finish() waits for all.
+  /// the calls hand over and return, so that no disk holds up a control loop. Each commit waits for
+  /// the disk: a power cut costs no more than a kill. Errors come with a later call. finish() waits
+  /// for all.
   void write_behind();
 
   Status device(const DeviceInfo& device);

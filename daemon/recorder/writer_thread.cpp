@@ -3,6 +3,8 @@
 #include <iterator>
 #include <utility>
 
+#include "daemon/loop/real_time.hpp"
+
 namespace weft::daemon {
 
 WriterThread::~WriterThread() {
@@ -44,6 +46,7 @@ Status WriterThread::drain() {
 }
 
 void WriterThread::work() {
+  take_real_time_priority(priority);
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return !waiting_.empty() || ending_; });

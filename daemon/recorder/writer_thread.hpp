@@ -1,5 +1,7 @@
 #pragma once
-// Runs jobs in order on a thread of its own, so that whoever hands them over never waits.
+// Runs jobs in order on a thread of its own, so that whoever hands them over never waits. The
+// thread has a real-time priority where that is permitted, behind the control loop's: other work of
+// the machine delays no commit.
 
 #include <condition_variable>
 #include <deque>
@@ -20,6 +22,8 @@ class WriterThread {
   /// Jobs that may wait; one more is an error. Twenty commits a second, each of a chunk per stream
   /// and the commit itself, 4 to 6 jobs, make about ten seconds of a disk that does not answer.
   static constexpr std::size_t most_waiting = 1024;
+
+  static constexpr int priority = 5;  ///< of SCHED_FIFO; the control loop has 10
 
   WriterThread() : thread_([this] { work(); }) {}
   ~WriterThread();  ///< runs what is waiting, then ends the thread

@@ -59,19 +59,13 @@ bool AlignRun::guarded(Duration since_last) {
   return !tripped;
 }
 
-// Events that effects cause wait in line, so that the machine never runs inside itself.
 void AlignRun::dispatch(recipes::Event event) {
-  events_.push_back(std::move(event));
-  if (std::exchange(dispatching_, true)) return;
-  while (!events_.empty()) {
-    const recipes::Event next = std::move(events_.front());
-    events_.pop_front();
+  events_.dispatch(std::move(event), [this](const recipes::Event& next) {
     recipes::AlignTransition transition = recipes::step(*plan_, state_, next, loop_->now());
     state_ = std::move(transition.next);
     for (const recipes::AlignEffect& effect : transition.effects)
       std::visit([this](const auto& e) { carry_out(e); }, effect);
-  }
-  dispatching_ = false;
+  });
 }
 
 void AlignRun::carry_out(const recipes::ArmTimer& timer) {

@@ -3,7 +3,6 @@
 // file to what was found.
 
 #include <atomic>
-#include <deque>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "daemon/run/bench_actions.hpp"
 #include "daemon/run/bench_session.hpp"
 #include "daemon/run/device_log.hpp"
+#include "daemon/run/event_line.hpp"
 #include "recipes/alignment/alignment.hpp"
 
 namespace weft::daemon {
@@ -47,8 +47,7 @@ class AlignRun {
   BenchActions actions_;
   Duration period_;
   recipes::AlignState state_;
-  std::deque<recipes::Event> events_;
-  bool dispatching_ = false;
+  EventLine<recipes::Event> events_;
   std::optional<recipes::AlignDone> result_;
   std::uint64_t cycles_ = 0;
   TimePoint last_cycle_;

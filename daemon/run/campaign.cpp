@@ -346,7 +346,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   const auto began = steady_wall_now();
   const auto session = open_session({rig, request.rig, checked.plan.limits, checked.plan.seed});
   if (!session) return pass(session.error(), request.rig.string());
-  const std::filesystem::path campaign_file = request.out / "campaign.sqlite";
+  const std::filesystem::path campaign_file = request.out / campaign_file_name;
   const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));
   if (!folder) return pass(folder.error());
   const auto past = past_of(request, campaign_file, *settled, hooks);

@@ -23,7 +23,7 @@
 namespace weft::daemon {
 
 struct CampaignRequest {
-  std::filesystem::path recipe;
+  std::filesystem::path recipe;  ///< and its folder that of its models
   std::filesystem::path rig;
   std::filesystem::path out;  ///< folder for campaign.sqlite and dataset.h5; made when missing
   std::optional<std::uint64_t> seed;  ///< in place of the recipe's
@@ -36,6 +36,7 @@ struct CampaignRequest {
   /// stands. A campaign that is resumed takes the same file, whenever it was measured.
   std::filesystem::path level = {};
   std::chrono::seconds oldest_level = std::chrono::hours(24);  ///< zero: any age
+  std::optional<std::string> recipe_text = {};  ///< in place of what its file says by now
 };
 
 /// Where the wall time of the run went, estimated by sampling [s].

@@ -125,7 +125,7 @@ CampaignSummary summary_of(const std::filesystem::path& folder, const recipes::P
   summary.trials_ended_early = past.ended_early();
   if (summary.trials_complete < summary.trials_planned) summary.outcome = recipes::Outcome::failed;
   summary.forecast_s = plan.forecast.duration_s;
-  summary.campaign_file = folder / "campaign.sqlite";
+  summary.campaign_file = folder / campaign_file_name;
   summary.wants_hand_over = plan.hand_over.has_value();
   return summary;
 }

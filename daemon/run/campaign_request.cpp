@@ -45,7 +45,9 @@ Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   if (!rig_text) return pass(rig_text.error());
   Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
   if (!limits) return pass(limits.error(), request.rig.string());
-  Result<std::string> recipe = read_text_file(request.recipe, recipes::max_recipe_bytes);
+  Result<std::string> recipe = request.recipe_text
+                                   ? Result<std::string>(*request.recipe_text)
+                                   : read_text_file(request.recipe, recipes::max_recipe_bytes);
   if (!recipe) return pass(recipe.error());
   recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
   if (!report.plan)

@@ -14,7 +14,7 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 fs::path campaign_in(const fs::path& folder) {
-  return folder / "campaign.sqlite";
+  return folder / campaign_file_name;
 }
 
 bool has_campaign(const fs::path& folder) {

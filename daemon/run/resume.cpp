@@ -126,7 +126,7 @@ Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked)
 }
 
 bool is_anything_left(const CampaignRequest& request) {
-  const std::filesystem::path campaign = request.out / "campaign.sqlite";
+  const std::filesystem::path campaign = request.out / campaign_file_name;
   const auto checked = check_request(request);
   const auto past = load_past(campaign);
   return !checked || !past || !is_over(*past, checked->plan) || !is_certified(campaign);
@@ -138,7 +138,7 @@ bool is_handed_over(const std::filesystem::path& folder) {
 }
 
 bool is_only_end_left(const CampaignRequest& request) {
-  const std::filesystem::path campaign = request.out / "campaign.sqlite";
+  const std::filesystem::path campaign = request.out / campaign_file_name;
   const auto checked = check_request(request);
   const auto past = load_past(campaign);
   return checked && past && is_over(*past, checked->plan) && !is_certified(campaign);
@@ -195,7 +195,7 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
   if (!settled) return pass(settled.error());
   const recipes::Plan& plan = settled->checked.plan;
   auto found =
-      resumption(request.out / "campaign.sqlite", settled->checked, settled->rig.mode, stop_asked);
+      resumption(request.out / campaign_file_name, settled->checked, settled->rig.mode, stop_asked);
   if (!found) return pass(found.error());
   ResumePreview out;
   out.planned = plan.trials.size();
@@ -210,7 +210,7 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
     out.will.push_back("hand the campaign over, as its recipe asks: it is complete and certified");
     return out;
   }
-  const std::string aside = *found ? "" : name_aside(request.out / "campaign.sqlite").string();
+  const std::string aside = *found ? "" : name_aside(request.out / campaign_file_name).string();
   if (!aside.empty()) out.will.push_back("set the empty campaign file aside, as " + aside);
   if (!*found) out.will.push_back("nothing is on record: begin the campaign");
   out.will.push_back("open and home " + std::to_string(settled->rig.devices.size()) +

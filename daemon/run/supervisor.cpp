@@ -39,19 +39,13 @@ void Supervisor::request(recipes::Event event) {
   dispatch(std::move(event));
 }
 
-// Events that effects cause wait in line, so that the engine never runs inside itself.
 void Supervisor::dispatch(recipes::Event event) {
-  events_.push_back(std::move(event));
-  if (std::exchange(dispatching_, true)) return;
-  while (!events_.empty()) {
-    const recipes::Event next = std::move(events_.front());
-    events_.pop_front();
+  events_.dispatch(std::move(event), [this](const recipes::Event& next) {
     recipes::Transition transition = recipes::step(*plan_, state_, next, loop_->now());
     state_ = std::move(transition.next);
     for (const recipes::Effect& effect : transition.effects)
       std::visit([this](const auto& e) { carry_out(e); }, effect);
-  }
-  dispatching_ = false;
+  });
 }
 
 const recipes::AskOperator* Supervisor::asked() const {

@@ -3,12 +3,12 @@
 // cycle at a fixed rate reads the bench, looks at the guards, then updates the controller and
 // writes commands.
 
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 
 #include "daemon/run/bench_actions.hpp"
+#include "daemon/run/event_line.hpp"
 #include "daemon/run/trial_recording.hpp"
 #include "recipes/control/force_loop.hpp"
 #include "recipes/engine/engine.hpp"
@@ -85,8 +85,7 @@ class Supervisor {
   TrialRecording* recording_;
   SupervisorHooks hooks_;
   recipes::State state_;
-  std::deque<recipes::Event> events_;
-  bool dispatching_ = false;
+  EventLine<recipes::Event> events_;
   recipes::AskOperator asked_;
   std::optional<recipes::CampaignDone> result_;
 

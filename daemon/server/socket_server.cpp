@@ -347,11 +347,17 @@ void SocketServer::Parts::next_tick(const std::function<void()>& tick) {
 
 namespace {
 
-// What the process may open beside what a run needs for its devices and files, and HTTP.
+// What the process may open beside what a run needs for its devices and files, and HTTP. A shell
+// lets a program open 1 024 unless it asks for more.
 std::size_t spare_descriptors() {
   constexpr std::size_t needed = 200;
+  constexpr rlim_t wanted = 8192;
   rlimit found{};
   if (getrlimit(RLIMIT_NOFILE, &found) != 0) return needed;
+  if (found.rlim_cur < wanted) {
+    const rlimit more{std::min(wanted, found.rlim_max), found.rlim_max};
+    if (setrlimit(RLIMIT_NOFILE, &more) == 0) found = more;
+  }
   const auto allowed = static_cast<std::size_t>(found.rlim_cur);
   return allowed > 2 * needed ? allowed - needed : allowed / 2;
 }

@@ -20,8 +20,8 @@ class io_context;
 namespace weft::daemon::server {
 
 struct Limits {
-  std::size_t connections = 2048;       ///< of the port; fewer where fewer files may be open
-  std::size_t local_connections = 256;  ///< of the Unix socket; likewise
+  std::size_t connections = 2048;        ///< of the port; fewer where fewer files may be open
+  std::size_t local_connections = 2048;  ///< of the Unix socket; likewise
   /// Beside these of the Unix socket, while all are taken: they may say what is urgent (!halt,
   /// rig.halt, run.abort) and get a place when one is free. The oldest makes room for one more.
   std::size_t places_for_stops = 32;

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "recipes/engine/last_steps.hpp"
 #include "recipes/engine/sweep_cells.hpp"
 
 namespace weft::recipes {
@@ -57,6 +58,23 @@ json normal(const OperatorStep& step, const std::vector<std::string>& names) {
       {"before", once ? "campaign" : "fabric"}, {"text", step.text}, {"people_s", step.people_s}};
   for (const std::size_t fabric : step.fabrics) out["fabrics"].push_back(names[fabric]);
   return out;
+}
+
+json normal(const std::vector<LastStep>& steps) {
+  json out = json::array();
+  for (const LastStep& step : steps)
+    if (const auto* const park = std::get_if<ParkStep>(&step))
+      out.push_back({{"do", "park"}, {"x_m", park->x_m}, {"y_m", park->y_m}});
+    else
+      out.push_back({{"do", "wait"}, {"duration_s", std::get<WaitStep>(step).duration_s}});
+  return out;
+}
+
+json normal(const Finally& finally) {
+  return {{"on_success", normal(finally.on_success)},
+          {"on_stop", normal(finally.on_stop)},
+          {"on_fault", normal(finally.on_fault)},
+          {"budget_s", finally.budget_s}};
 }
 
 json normal(const HandOver& hand_over) {
@@ -123,6 +141,7 @@ std::string canonical_json(const StatedRecipe& stated) {
   if (stated.repeat_bad) document["repeat_bad"] = normal(*stated.repeat_bad);
   for (const OperatorStep& step : stated.operator_steps)
     document["operator_steps"].push_back(normal(step, stated.fabrics));
+  if (!is_empty(stated.finally)) document["finally"] = normal(stated.finally);
   if (stated.hand_over) document["hand_over"] = normal(*stated.hand_over);
   if (stated.sweep) {
     document["sweep"] = normal(*stated.sweep);

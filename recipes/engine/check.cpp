@@ -50,6 +50,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits, std::string canonic
   plan.on_trial_failure = stated.on_trial_failure;
   plan.repeat_bad = stated.repeat_bad;
   plan.operator_steps = std::move(stated.operator_steps);
+  plan.finally = std::move(stated.finally);
   plan.hand_over = std::move(stated.hand_over);
   plan.sweep = std::move(stated.sweep);
   plan.mount_timeout_s = stated.mount_timeout_s;

@@ -1,8 +1,10 @@
 #include "recipes/engine/engine.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "recipes/engine/last_steps.hpp"
 #include "recipes/engine/motion.hpp"
 #include "recipes/engine/trial_end.hpp"
 
@@ -73,6 +75,8 @@ class Machine {
         return record(Step::ending, Phase::end);
       case Step::retracting:
         return end_trial(Cleanup::done);
+      case Step::concluding:
+        return next_last_step();
       default:
         return;
     }
@@ -104,6 +108,8 @@ class Machine {
       case Step::held:
       case Step::awaiting_operator:
         return finish(Outcome::stopped, Cleanup::done);
+      case Step::concluding:
+        return last_step_timed_out();
       default:
         return fail_trial(step_timed_out(place()));
     }
@@ -124,6 +130,7 @@ class Machine {
   }
 
   void on(const Fault& event) {
+    if (is_concluding()) return give_up_last(event.error, RigFact::unknown);
     note(event.error);
     state_.campaign_outcome = Outcome::failed;
     cut_short(Outcome::failed, event.error);
@@ -135,7 +142,10 @@ class Machine {
       note(event.trip.error);
       return on(StopRequested{});
     }
-    if (event.trip.action == GuardAction::end_campaign) {
+    const bool grave = event.trip.action == GuardAction::end_campaign;
+    if (is_concluding())
+      return give_up_last(event.trip.error, grave ? RigFact::unknown : RigFact::safe);
+    if (grave) {
       note(event.trip.error);
       state_.campaign_outcome = Outcome::failed;
     } else if (between_trials()) {
@@ -145,7 +155,7 @@ class Machine {
   }
 
   void on(const PauseRequested& event) {
-    if (state_.step == Step::ready || state_.step == Step::held) return;
+    if (state_.step == Step::ready || state_.step == Step::held || is_concluding()) return;
     if (state_.step == Step::awaiting_operator) return hold();
     state_.pause_requested = true;
     if (!event.at_once && state_.step > Step::mounting) return;
@@ -170,17 +180,19 @@ class Machine {
   }
 
   void on(const AbortRequested&) {
+    if (is_concluding()) return give_up_last(std::nullopt, RigFact::safe);
     if (state_.campaign_outcome != Outcome::failed) state_.campaign_outcome = Outcome::aborted;
     cut_short(Outcome::aborted, std::nullopt);
   }
 
   void on(const HaltRequested&) {
-    const bool in_trial = state_.step != Step::ready && !between_trials();
+    const bool in_trial = state_.step != Step::ready && !between_trials() && !is_concluding();
     close_phase();
     emit(StopMotion{});
     if (in_trial)
       emit(TrialDone{state_.trial, Outcome::aborted, Cleanup::skipped, state_.trial_error});
-    finish(Outcome::aborted, Cleanup::skipped, RigFact::holding);
+    end(is_concluding() ? *state_.campaign_outcome : Outcome::aborted, Cleanup::skipped,
+        RigFact::holding);
   }
 
   // ---- steps of a trial, in order ----
@@ -349,7 +361,40 @@ class Machine {
     state_.operator_step = 0;
   }
 
+  /// The campaign has ended but for what the recipe does finally, where the probe is up.
   void finish(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe) {
+    if (cleanup != Cleanup::done || rig != RigFact::safe) return end(outcome, cleanup, rig);
+    state_.campaign_outcome = outcome;
+    state_.last_until = now_ + from_seconds(plan_.finally.budget_s);
+    next_last_step();
+  }
+
+  void next_last_step() {
+    const std::vector<LastStep>& steps = last_steps();
+    if (state_.last_step == steps.size()) return end(*state_.campaign_outcome, Cleanup::done);
+    const double left_s = to_seconds(state_.last_until - now_);
+    if (left_s <= 0) return last_step_timed_out();
+    const LastStep& next = steps[state_.last_step++];
+    enter(Step::concluding, std::min(left_s, duration_s(plan_, next)));
+    if (auto moves = moves_of(plan_, next); !moves.empty()) move(std::move(moves));
+  }
+
+  void last_step_timed_out() {
+    if (now_ >= state_.last_until)
+      return give_up_last(budget_used_up("finally", plan_.finally.budget_s), RigFact::safe);
+    const LastStep& under_way = last_steps()[state_.last_step - 1];
+    if (std::holds_alternative<WaitStep>(under_way)) return next_last_step();
+    give_up_last(step_timed_out("finally"), RigFact::unknown);
+  }
+
+  /// The rest is left out. What the trials came to stays as it is.
+  void give_up_last(std::optional<Error> error, RigFact rig) {
+    if (error) note(*error);
+    emit(StopMotion{});
+    end(*state_.campaign_outcome, Cleanup::partial, rig);
+  }
+
+  void end(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe) {
     state_.step = Step::done;
     ++state_.ticket;
     emit(CampaignDone{outcome, cleanup, rig, state_.first_error});
@@ -369,6 +414,11 @@ class Machine {
 
   void close_phase() {
     if (is_recording(state_.step)) emit(SetPhase{Phase::none});
+  }
+
+  [[nodiscard]] bool is_concluding() const { return state_.step == Step::concluding; }
+  [[nodiscard]] const std::vector<LastStep>& last_steps() const {
+    return steps_after(plan_.finally, *state_.campaign_outcome);
   }
 
   /// The probe is up, the stages are at rest, and no trial is open.

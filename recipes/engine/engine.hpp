@@ -8,6 +8,7 @@
 //
 // Order of a trial: clear (first trial only), mount, position, bias, approach, seat, lower to rest,
 // S, press, P, M (one leg at a time), release, E, retract; a press alone goes from P to release.
+// After the last one comes what the recipe does finally (last_steps.hpp), where the probe is up.
 // Between two trials, and before the first, a person may be asked for something
 // (operator_steps.hpp): the stages are at rest then and the probe is up, and it goes up again
 // before anything else moves. P is recorded once the force has settled in its band, so that P is at
@@ -214,6 +215,7 @@ enum class Step : std::uint8_t {
   ending,      ///< E
   retracting,  ///< also the clean-up after a failure
   held,        ///< paused between trials, the probe up; for `longest_hold` at most
+  concluding,  ///< what the recipe does finally, the probe up, no trial left
   done,
 };
 std::string_view to_string(Step step);
@@ -241,6 +243,8 @@ struct State {
   std::optional<Error> trial_error;
   std::optional<Outcome> campaign_outcome;  ///< set when the campaign ends after this trial
   std::optional<Error> first_error;
+  std::size_t last_step = 0;  ///< of what is done finally, the one after that under way
+  TimePoint last_until{};     ///< when the budget for it is used up
   std::size_t completed = 0;  ///< trials that ended complete
   std::size_t failed = 0;     ///< trials that ended otherwise
 };
@@ -254,7 +258,9 @@ struct Transition {
 /// machine ends in Step::done, and every step before it has a timer.
 ///
 /// Nothing interrupts the retreat of the probe but HaltRequested and its own timer: a fault or a
-/// guard that speaks up meanwhile is noted and ends the campaign afterwards.
+/// guard that speaks up meanwhile is noted and ends the campaign afterwards. What is done finally
+/// ends with any of them, and changes the outcome only of a campaign that it could not clean up
+/// after: `cleanup` is then partial.
 Transition step(const Plan& plan, const State& state, const Event& event, TimePoint now);
 
 }  // namespace weft::recipes

@@ -84,6 +84,8 @@ std::string_view to_string(Step step) {
       return "ending";
     case Step::retracting:
       return "retracting";
+    case Step::concluding:
+      return "concluding";
     case Step::held:
       return "held";
     case Step::done:

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "protocols/base/phase.hpp"
@@ -109,6 +110,25 @@ struct OperatorStep {
   double people_s = 0;               ///< how long people usually take [s]
 };
 
+/// Where the x and y stages go, at the clear height [m, stage positions].
+struct ParkStep {
+  double x_m = 0, y_m = 0;
+};
+/// The rig stands still.
+struct WaitStep {
+  double duration_s = 0;
+};
+/// What the rig does once no trial is left, the probe up.
+using LastStep = std::variant<ParkStep, WaitStep>;
+
+/// By how the campaign ends. Nothing of it is done where the probe is not known to be up.
+struct Finally {
+  std::vector<LastStep> on_success;  ///< complete
+  std::vector<LastStep> on_stop;     ///< stopped or aborted
+  std::vector<LastStep> on_fault;    ///< failed
+  double budget_s = 300;             ///< for all of it; what is not done by then is left out
+};
+
 /// What the campaign will take, worked out before anything moves.
 struct Forecast {
   double duration_s = 0;   ///< of the machine; people's time is beside it
@@ -134,6 +154,7 @@ struct Plan {
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
   std::optional<RepeatBad> repeat_bad;  ///< none: no repetition is judged
   std::vector<OperatorStep> operator_steps;
+  Finally finally;
   std::optional<HandOver> hand_over;  ///< none: the data set is all there is
   std::optional<Sweep> sweep;         ///< none: every exploration as the recipe states it
   double mount_timeout_s = 600;       ///< a person may have to change the cloth

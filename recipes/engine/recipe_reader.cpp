@@ -6,6 +6,7 @@
 
 #include "recipes/engine/class_reader.hpp"
 #include "recipes/engine/exploration_reader.hpp"
+#include "recipes/engine/finally_reader.hpp"
 #include "recipes/engine/operator_reader.hpp"
 #include "recipes/engine/sweep_reader.hpp"
 #include "recipes/schema/object_reader.hpp"
@@ -216,6 +217,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_settle(recipe, stated, problems);
   read_repeat_bad(recipe, stated, problems);
   read_operator_steps(recipe, stated, problems);
+  stated.finally = read_finally(recipe, limits, problems);
   stated.hand_over =
       read_hand_over(recipe, stated.fabrics.size(), stated.repetitions,
                      limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);

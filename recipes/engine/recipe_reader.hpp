@@ -43,6 +43,7 @@ struct StatedRecipe {
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
   std::optional<RepeatBad> repeat_bad;
   std::vector<OperatorStep> operator_steps;
+  Finally finally;
   std::optional<HandOver> hand_over;
   std::optional<Sweep> sweep;
   double mount_timeout_s = 600;

@@ -52,6 +52,9 @@ inline Quantity y() {
 inline Quantity dwell() {
   return {"dwell", {{"dwell_s", 1}}};
 }
+inline Quantity budget() {
+  return {"budget", {{"budget_s", 1}}};
+}
 inline Quantity timeout() {
   return {"timeout", {{"timeout_s", 1}}};
 }

@@ -68,7 +68,7 @@ bool fails(Counts& counts, const std::string& what) {
 
 /// Goes on with what a kill left and looks at it. `told`: trials that the killed run told of.
 bool look(CampaignRequest request, const Dataset& undisturbed, std::size_t told, Counts& counts) {
-  const fs::path file = request.out / "campaign.sqlite";
+  const fs::path file = request.out / campaign_file_name;
   std::size_t kept = 0;
   if (fs::exists(file) && !is_blank_campaign(file)) {
     const auto seen = verify(file);
@@ -132,5 +132,5 @@ int main() {
        {"complete ones doubled", static_cast<double>(counts.doubled), "", "none", 0, ""},
        {"failures", static_cast<double>(counts.failures), "", "none", 0, ""},
        {"wall time", seconds, "s", "", 0, ""}});
-  return counts.failures + counts.lost == 0 ? 0 : 1;
+  return counts.failures + counts.lost + counts.doubled == 0 ? 0 : 1;
 }

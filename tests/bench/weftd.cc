@@ -102,6 +102,7 @@ class Wire {
   void fill() {
     char bytes[65536];
     const ssize_t got = ::recv(descriptor_, bytes, sizeof bytes, 0);
+    if (got == 0) errno = ECONNRESET;  // a daemon that is full closes
     if (got <= 0) give_up("recv");
     held_.append(bytes, static_cast<std::size_t>(got));
   }

@@ -22,6 +22,7 @@ WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 LINES = int(sys.argv[4]) if len(sys.argv) > 4 else 3000
 DESCRIPTORS = 200       # of the daemon, when many come at once
 FLOOD = 10_000          # connections in all
+CROWD = 1_000           # clients at a time that are no strangers
 
 
 class Grammar:
@@ -271,6 +272,17 @@ def flood(daemon):
     Client(daemon.socket).call("system.ready")
 
 
+def crowd(folder):
+    """A thousand clients that said who they are, at a daemon that a shell started with its 1 024 descriptors: each is served."""
+    hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    daemon = Daemon(WEFTD, ROOT, folder, data="crowd", descriptors=(min(1024, hard), hard))
+    clients = [Client(daemon.socket) for _ in range(CROWD)]
+    for client in clients:
+        client.call("system.time")
+    assert daemon.descriptors() > CROWD
+    assert daemon.end() == 0
+
+
 def refuses_to_start(folder, sentence, *options):
     ran = subprocess.run(command(WEFTD, ROOT, folder, *options), capture_output=True, text=True, timeout=60)
     assert ran.returncode == 1 and sentence in ran.stderr, f"{ran.returncode}: {ran.stderr}"
@@ -309,6 +321,7 @@ def main():
         drips(daemon)
         flood(daemon)
         assert daemon.end() == 0
+        crowd(folder)
     print(f"weftd: {2 * LINES} lines of a grammar, {answers} answers, {errors} of them errors; long lines, drips, a flood: it held")
 
 

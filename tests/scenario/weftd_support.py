@@ -16,7 +16,7 @@ class Daemon:
 
     def __init__(self, weftd, root, folder, *more, descriptors=None, data="data", rig=None):
         self.socket = folder / data / "weftd.sock"
-        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors))) if descriptors else None
+        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, descriptors if isinstance(descriptors, tuple) else (descriptors, descriptors))) if descriptors else None
         self.process = subprocess.Popen(command(weftd, root, folder, *more, data=data, rig=rig), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                         text=True, preexec_fn=limit)
         self.ready = self.process.stdout.readline()

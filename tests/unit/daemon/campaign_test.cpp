@@ -60,6 +60,19 @@ TEST_CASE("a small campaign completes and its force stays in the band while slid
   }
 }
 
+TEST_CASE("what the recipe does finally is done on the bench, and changes no sample") {
+  json parks = json::parse(short_recipe("denim"));
+  parks["finally"]["on_success"] = {{{"do", "park"}, {"x_mm", 3}, {"y_mm", 4}},
+                                    {{"do", "wait"}, {"duration_s", 50}}};
+  const TemporaryFolder one, other;
+  const CampaignSummary bare = run(one, short_recipe("denim")), parked = run(other, parks.dump());
+  CHECK(parked.outcome == recipes::Outcome::complete);
+  CHECK(parked.cleanup == recipes::Cleanup::done);
+  CHECK(parked.rig == recipes::RigFact::safe);
+  CHECK(parked.virtual_s > bare.virtual_s + 50);
+  CHECK(counts_of(parked) == counts_of(bare));
+}
+
 TEST_CASE("the data set of a campaign has the phases that the recipe asked for") {
   const TemporaryFolder folder;
   const CampaignSummary s = run(folder, short_recipe("cotton"));

@@ -28,10 +28,12 @@ namespace killing {
 inline KillPoint point;
 inline std::uint64_t writes = 0;
 inline sqlite3_vfs* below = nullptr;
+inline void (*synced)(const char* file) = nullptr;  ///< told once the disk has all of a file
 
 /// SQLite's handle; the real one lies behind it.
 struct File {
   sqlite3_file base;
+  const char* name;
   sqlite3_file* real() { return reinterpret_cast<sqlite3_file*>(this + 1); }
 };
 inline sqlite3_file* real(sqlite3_file* file) {
@@ -64,7 +66,10 @@ inline int read(sqlite3_file* f, void* to, int n, sqlite3_int64 at) {
   return real(f)->pMethods->xRead(real(f), to, n, at);
 }
 inline int sync(sqlite3_file* f, int flags) {
-  return real(f)->pMethods->xSync(real(f), flags);
+  const int done = real(f)->pMethods->xSync(real(f), flags);
+  const char* const name = reinterpret_cast<File*>(f)->name;
+  if (done == SQLITE_OK && synced != nullptr && name != nullptr) synced(name);
+  return done;
 }
 inline int size(sqlite3_file* f, sqlite3_int64* n) {
   return real(f)->pMethods->xFileSize(real(f), n);
@@ -107,6 +112,7 @@ inline const sqlite3_io_methods methods{
 inline int open(sqlite3_vfs*, const char* name, sqlite3_file* file, int flags, int* out) {
   sqlite3_file* const under = real(file);
   under->pMethods = nullptr;
+  reinterpret_cast<File*>(file)->name = name;
   const int code = below->xOpen(below, name, under, flags, out);
   file->pMethods = under->pMethods == nullptr ? nullptr : &methods;
   return code;

@@ -1,7 +1,11 @@
 // The desk of weftd: runs on threads of their own, told on the desk's. SIMULATED.
 
+#include <fstream>
+
 #include "classifier/fabric/sealed_text.hpp"
 #include "classifier/live/staged_model.hpp"
+#include "daemon/control/desk_run.hpp"
+#include "daemon/recorder/recorder.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
 using namespace weft;
@@ -10,6 +14,7 @@ using namespace weft::daemon::control;
 using test::DeskBench;
 using test::leave_interrupted;
 using test::TemporaryFolder;
+using test::tiny_recipe;
 
 TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
   const test::TemporaryFolder folder;
@@ -325,4 +330,56 @@ TEST_CASE("a run is taken into the line by its model's head; the rest is read on
   CHECK(failed.stored.outcome == "failed");
   CHECK(failed.stored.error.find("cut short") != std::string::npos);
   CHECK(failed.stored.rig_fact == "safe");  // nothing was said to a device
+}
+
+TEST_CASE("a run that waits is run as it was checked, whatever its recipe's file says by then") {
+  const TemporaryFolder folder;
+  const std::string checked = tiny_recipe(1);
+  std::string id;
+  {
+    DeskBench bench(folder, checked);
+    bench.desk->halt("the one at the bench");
+    id = bench.submit().stored.id();
+    std::ofstream(bench.request.recipe) << tiny_recipe(3);
+  }
+  std::filesystem::remove(folder / "recipe.json");
+  DeskBench bench(folder, tiny_recipe(4));  // the next daemon finds another recipe again
+  REQUIRE(bench.desk->reset("looked at it", "test"));
+  const RunView run = bench.ended(id);
+  CHECK(run.stored.outcome == "complete");
+  CHECK(run.trials_done == 2);
+  const auto header = load_header(run.stored.folder / campaign_file_name);
+  REQUIRE(header);
+  CHECK(header->info.recipe_json == checked);
+  CHECK(header->info.recipe_sha256 == run.stored.recipe_sha256);
+}
+
+TEST_CASE("who names a recipe by its digest gets that recipe or none") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  const std::string meant = "sha256:" + bench.submit().stored.recipe_sha256;
+  std::ofstream(bench.request.recipe) << tiny_recipe(1);
+  const auto wish = [&](const std::string& digest) {
+    control::RunWish out{bench.request.recipe, {}, {}, "test"};
+    out.digest = digest;
+    return out;
+  };
+  const auto refused = bench.desk->submit(wish(meant));
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().where == "/params/digest");
+  CHECK(bench.desk->all().size() == 1);
+  CHECK(bench.desk->submit(wish(refused.error().expected)));
+}
+
+TEST_CASE("a stop waits for the longest repetition that may be under way") {
+  const TemporaryFolder folder;
+  const auto request = test::request_in(
+      folder, R"({"schema_version":1,"name":"uneven","source":"test","seed":7,"fabrics":["denim"],
+    "repetitions":1,"explorations":{"long":{"kind":"press","phases":[{"phase":"S","duration_s":400},
+    {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":1},{"phase":"E","duration_s":1}]},
+    "short":{"kind":"press","phases":[{"phase":"S","duration_s":1},
+    {"phase":"P","force_N":5,"force_band_N":0.25,"duration_s":1},{"phase":"E","duration_s":1}]}}})");
+  const auto checked = check_quickly(request);
+  if (!checked) FAIL(to_string(checked.error()));
+  CHECK(deadlines_of(checked->plan).trial > std::chrono::seconds(800));
 }

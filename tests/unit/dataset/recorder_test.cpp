@@ -5,9 +5,7 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <limits>
-#include <mutex>
 
-#include "daemon/recorder/writer_thread.hpp"
 #include "tests/unit/dataset/support.hpp"
 
 using namespace weft;
@@ -177,39 +175,6 @@ TEST_CASE("written by a thread behind the caller's back, a campaign is the same"
     return dataset_sha256(*load_campaign(folder / name));
   };
   CHECK(record("behind", true) == record("at once", false));
-}
-
-TEST_CASE("an error of the writing thread comes back with a later call and stays") {
-  WriterThread thread;
-  REQUIRE(thread.post([] { return Status{}; }));
-  REQUIRE(thread.drain());
-  CHECK(thread.post([]() -> Status { return fail(Errc::io, "no more room"); }));
-  bool ran = false;
-  static_cast<void>(thread.post([&]() -> Status {
-    ran = true;
-    return {};
-  }));
-  const Status drained = thread.drain();
-  REQUIRE_FALSE(drained);
-  CHECK(drained.error().message == "no more room");
-  CHECK_FALSE(ran);
-  CHECK_FALSE(thread.drain());
-}
-
-TEST_CASE("a disk that does not answer holds nobody up, and is an error once too much waits") {
-  std::mutex disk;
-  disk.lock();
-  bool refused = false;
-  {
-    WriterThread thread;
-    for (std::size_t i = 0; i < 2 * WriterThread::most_waiting; ++i)
-      refused = refused || !thread.post([&] {
-        const std::lock_guard wait(disk);
-        return Status{};
-      });
-    disk.unlock();
-  }
-  CHECK(refused);
 }
 
 TEST_CASE("a sample waits for its commit no longer than the budget") {

@@ -100,6 +100,11 @@ void play(Bench& b, std::mt19937& random) {
   }
 }
 
+const char* const parking = R"("repetitions": 2, "finally": {
+    "on_success": [{"do": "park", "x_mm": 5, "y_mm": 5}, {"do": "wait", "duration_s": 1}],
+    "on_stop": [{"do": "wait", "duration_s": 2}], "on_fault": [{"do": "park", "x_mm": 5, "y_mm": 5}],
+    "budget_s": 20})";
+
 const char* const asking = R"("repetitions": 2, "operator_steps": [
     {"before": "campaign", "text": "Clean the probe.", "people_s": 30},
     {"before": "fabric", "text": "Mount {fabric}.", "people_s": 90}])";
@@ -109,10 +114,11 @@ const char* const asking = R"("repetitions": 2, "operator_steps": [
 TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says otherwise") {
   const Plan plain = test::plan_of(test::small_recipe);
   const Plan asks = test::plan_of(test::small_with("\"repetitions\": 2", asking));
+  const Plan parks = test::plan_of(test::small_with("\"repetitions\": 2", parking));
   std::mt19937 random(20260101);
-  int safe = 0, complete = 0, ended_early = 0;
+  int safe = 0, complete = 0, ended_early = 0, partly = 0;
   for (int run = 0; run < 100'000; ++run) {
-    Bench b(run % 3 == 0 ? asks : plain);
+    Bench b(run % 3 == 0 ? asks : run % 3 == 1 ? parks : plain);
     b.plan.on_trial_failure = run % 2 == 0 ? OnTrialFailure::stop : OnTrialFailure::carry_on;
     b.plan.repeat_bad.emplace().at_most = 2;
     const bool may_end_early = run % 5 < 3;
@@ -132,11 +138,13 @@ TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says oth
     }
     safe += is_safe ? 1 : 0;
     complete += b.end->outcome == Outcome::complete ? 1 : 0;
+    partly += b.end->cleanup == Cleanup::partial ? 1 : 0;
     if (b.end->outcome == Outcome::complete && b.state.failed > 0) FAIL("not every trial is");
   }
   CHECK(safe > 50'000);
   CHECK(complete > 1000);
   CHECK(ended_early > 1000);
+  CHECK(partly > 1000);
 }
 
 TEST_CASE("When nobody answers, timers alone bring the campaign to its end") {

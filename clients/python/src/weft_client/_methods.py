@@ -231,21 +231,22 @@ class QueueMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
-    def add(self, *, recipe: str, lease: str, seed: Optional[int] = None, name: Optional[str] = None, place: Optional[int] = None,
-            if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
-        """Puts a campaign in line; it begins when its turn comes and the rig is free.
+    def add(self, *, recipe: str, lease: str, seed: Optional[int] = None, name: Optional[str] = None, digest: Optional[str] = None,
+            place: Optional[int] = None, if_rev: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+        """Puts a campaign in line, with its recipe as it is now; it begins when its turn comes and the rig is free.
 
         recipe: name of a recipe, see recipe.list
         lease: your lease of the rig
         seed: in place of the recipe's
         name: added to the folder's name
+        digest: of the recipe that is meant, as recipe.check has it; another one is refused
         place: in line, from 0; the end where it is left out
         if_rev: rev of the queue as you know it: refused (rev.changed) where it is another by now
         idem: key of this change: asked again, the first answer comes
         Result: the run, rev. Least role: operator. Changes something.
         """
-        return self._call("queue.add", {"recipe": recipe, "lease": lease, "seed": seed, "name": name, "place": place,
-                                        "if_rev": if_rev, "idem": idem})
+        return self._call("queue.add", {"recipe": recipe, "lease": lease, "seed": seed, "name": name, "digest": digest,
+                                        "place": place, "if_rev": if_rev, "idem": idem})
 
     def get(self, *, run: str) -> JsonObject:
         """One that waits.
@@ -528,17 +529,19 @@ class RunMethods:
         return self._call("run.resume", {"run": run, "preview": preview, "lease": lease, "idem": idem})
 
     def start(self, *, recipe: str, lease: str, seed: Optional[int] = None, name: Optional[str] = None,
-              idem: Optional[str] = None) -> JsonObject:
-        """Puts a campaign in line; it begins when the rig is free.
+              digest: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
+        """Puts a campaign in line, with its recipe as it is now; it begins when the rig is free.
 
         recipe: name of a recipe, see recipe.list
         lease: your lease of the rig
         seed: in place of the recipe's
         name: added to the folder's name
+        digest: of the recipe that is meant, as recipe.check has it; another one is refused
         idem: key of this change: asked again, the first answer comes
         Result: the run. Least role: operator. Changes something.
         """
-        return self._call("run.start", {"recipe": recipe, "lease": lease, "seed": seed, "name": name, "idem": idem})
+        return self._call("run.start", {"recipe": recipe, "lease": lease, "seed": seed, "name": name, "digest": digest,
+                                        "idem": idem})
 
     def stop(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
         """Finishes the repetition, cleans up, ends.

@@ -1,0 +1,42 @@
+#include "recipes/engine/last_steps.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "recipes/engine/motion.hpp"
+
+namespace weft::recipes {
+
+bool is_empty(const Finally& finally) {
+  return finally.on_success.empty() && finally.on_stop.empty() && finally.on_fault.empty();
+}
+
+const std::vector<LastStep>& steps_after(const Finally& finally, Outcome campaign) {
+  if (campaign == Outcome::complete) return finally.on_success;
+  return campaign == Outcome::failed ? finally.on_fault : finally.on_stop;
+}
+
+std::vector<AxisMove> moves_of(const Plan& plan, const LastStep& step) {
+  const auto* const park = std::get_if<ParkStep>(&step);
+  if (park == nullptr) return {};
+  const double speed = plan.approach.transfer_speed_mps;
+  return {{Axis::x, park->x_m, speed}, {Axis::y, park->y_m, speed}};
+}
+
+double duration_s(const Plan& plan, const LastStep& step) {
+  if (const auto* const wait = std::get_if<WaitStep>(&step)) return wait->duration_s;
+  const double speed = plan.approach.transfer_speed_mps;
+  return move_timeout_s(std::max(full_travel_s(plan.limits, Axis::x, speed),
+                                 full_travel_s(plan.limits, Axis::y, speed)));
+}
+
+Error budget_used_up(std::string place, double budget_s) {
+  return {Errc::timeout,
+          "what the recipe does finally took longer than its budget",
+          std::move(place),
+          std::to_string(budget_s) + " s",
+          "",
+          "The probe is up; a larger finally.budget_s leaves time for the rest"};
+}
+
+}  // namespace weft::recipes

@@ -1,0 +1,155 @@
+// What a recipe has done finally: when, within which budget, and what ends it.
+
+#include <catch2/catch.hpp>
+
+#include "tests/unit/recipes/engine_bench.hpp"
+
+using namespace weft;
+using namespace weft::recipes;
+using test::Bench;
+
+namespace {
+
+const Error broken{Errc::device, "broken", "stage.x", "", "", ""};
+
+Bench bench(const std::string& finally) {
+  return Bench(
+      test::plan_of(test::small_with("\"repetitions\": 2", "\"repetitions\": 2, " + finally)));
+}
+
+Bench parking() {
+  return bench(R"("finally": {
+    "on_success": [{"do": "park", "x_mm": 5, "y_mm": 7}, {"do": "wait", "duration_s": 4}],
+    "on_stop": [{"do": "park", "x_mm": 9, "y_mm": 9}],
+    "on_fault": [{"do": "wait", "duration_s": 30}], "budget_s": 60})");
+}
+
+/// The wait under way is over.
+void wait_out(Bench& b) {
+  b.now = b.timer->deadline;
+  b.send(TimerExpired{b.state.ticket});
+}
+
+}  // namespace
+
+TEST_CASE("After the last trial the stages park, then wait, and the campaign is complete") {
+  Bench b = parking();
+  b.advance_to(Step::concluding);
+  CHECK(b.trials.size() == b.plan.trials.size());
+  CHECK(b.commanded_z_m == b.plan.limits.clear_z_m());
+  const auto park = test::only<MoveTo>(b.effects);
+  REQUIRE(park);
+  REQUIRE(park->moves.size() == 2);
+  CHECK(park->moves[0].axis == Axis::x);
+  CHECK(park->moves[0].target == 0.005);
+  CHECK(park->moves[1].target == 0.007);
+  b.send(MotionDone{park->ticket});
+  CHECK(b.state.step == Step::concluding);
+  CHECK(b.timer->deadline == b.now + std::chrono::seconds(4));
+  wait_out(b);
+  REQUIRE(b.end);
+  CHECK(b.end->outcome == Outcome::complete);
+  CHECK(b.end->cleanup == Cleanup::done);
+  CHECK(b.end->rig == RigFact::safe);
+  CHECK_FALSE(b.end->error);
+}
+
+TEST_CASE("A stop, an abort and a fault each have what is done after them") {
+  Bench stopped = parking();
+  stopped.advance_to(Step::sliding);
+  stopped.send(StopRequested{});
+  stopped.advance_to(Step::concluding);
+  CHECK(test::only<MoveTo>(stopped.effects)->moves[0].target == 0.009);
+  stopped.finish();
+  CHECK(stopped.end->outcome == Outcome::stopped);
+  Bench aborted = parking();
+  aborted.advance_to(Step::sliding);
+  aborted.send(AbortRequested{});
+  aborted.advance_to(Step::concluding);
+  aborted.finish();
+  CHECK(aborted.end->outcome == Outcome::aborted);
+  Bench failed = parking();
+  failed.advance_to(Step::sliding);
+  failed.send(Fault{broken});
+  failed.advance_to(Step::concluding);
+  CHECK(test::all_of<MoveTo>(failed.effects).empty());
+  wait_out(failed);
+  CHECK(failed.end->outcome == Outcome::failed);
+  CHECK(failed.end->cleanup == Cleanup::done);
+}
+
+TEST_CASE("Where the probe is not known to be up nothing is done finally") {
+  Bench halted = parking();
+  halted.advance_to(Step::sliding);
+  halted.send(HaltRequested{});
+  REQUIRE(halted.end);
+  CHECK(halted.end->cleanup == Cleanup::skipped);
+  Bench stuck = parking();
+  stuck.advance_to(Step::retracting);
+  wait_out(stuck);
+  REQUIRE(stuck.end);
+  CHECK(stuck.end->cleanup == Cleanup::failed);
+  CHECK(stuck.end->rig == RigFact::unknown);
+}
+
+TEST_CASE("What comes up meanwhile ends it, and changes nothing of what the trials came to") {
+  const auto concluding = [] {
+    Bench b = parking();
+    b.advance_to(Step::concluding);
+    return b;
+  };
+  Bench faulty = concluding();
+  faulty.send(Fault{broken});
+  REQUIRE(faulty.end);
+  CHECK(test::only<StopMotion>(faulty.effects));
+  CHECK(faulty.end->outcome == Outcome::complete);
+  CHECK(faulty.end->cleanup == Cleanup::partial);
+  CHECK(faulty.end->rig == RigFact::unknown);
+  CHECK(faulty.end->error->where == "stage.x");
+  Bench aborted = concluding();
+  aborted.send(AbortRequested{});
+  REQUIRE(aborted.end);
+  CHECK(aborted.end->outcome == Outcome::complete);
+  CHECK(aborted.end->cleanup == Cleanup::partial);
+  CHECK(aborted.end->rig == RigFact::safe);
+  Bench halted = concluding();
+  halted.send(HaltRequested{});
+  REQUIRE(halted.end);
+  CHECK(halted.end->outcome == Outcome::complete);
+  CHECK(halted.end->cleanup == Cleanup::skipped);
+  CHECK(halted.end->rig == RigFact::holding);
+  Bench paused = concluding();
+  paused.send(PauseRequested{true});
+  CHECK(paused.state.step == Step::concluding);
+  Bench silent = concluding();
+  wait_out(silent);  // the park has no answer
+  REQUIRE(silent.end);
+  CHECK(silent.end->cleanup == Cleanup::partial);
+  CHECK(silent.end->error);
+}
+
+TEST_CASE("The budget is for all of it: what is not done by then is left out, with a sentence") {
+  Bench b = bench(R"("finally": {"on_success": [{"do": "wait", "duration_s": 40},
+    {"do": "wait", "duration_s": 40}, {"do": "park", "x_mm": 5, "y_mm": 5}], "budget_s": 60})");
+  b.advance_to(Step::concluding);
+  const TimePoint began = b.now;
+  wait_out(b);
+  CHECK(b.state.step == Step::concluding);
+  wait_out(b);
+  CHECK(b.now == began + std::chrono::seconds(60));
+  REQUIRE(b.end);
+  CHECK(b.end->cleanup == Cleanup::partial);
+  CHECK(b.end->outcome == Outcome::complete);
+  CHECK(b.end->error->hint.find("finally.budget_s") != std::string::npos);
+}
+
+TEST_CASE("A place that the stages do not reach is refused before anything moves") {
+  const CheckReport report = check_recipe(
+      test::small_with(
+          "\"repetitions\": 2",
+          R"("repetitions": 2, "finally": {"on_stop": [{"do": "park", "x_mm": 9999, "y_mm": 5}]})"),
+      test::limits());
+  REQUIRE_FALSE(report.plan);
+  REQUIRE(report.problems.size() == 1);
+  CHECK(report.problems[0].pointer == "/finally/on_stop/0/x_mm");
+}
