@@ -4,6 +4,7 @@
 #include "daemon/api/parts.hpp"
 #include "daemon/api/recipe_schema.hpp"
 #include "daemon/dataset/sha256.hpp"
+#include "daemon/report/json_parts.hpp"
 #include "recipes/engine/operator_steps.hpp"
 
 namespace weft::daemon::api {
@@ -41,6 +42,9 @@ json plan_json(const recipes::Plan& plan) {
           {"people_s", plan.forecast.people_s},
           {"asks", plan.forecast.asks},
           {"next_attention", std::move(next)},
+          {"envelope", envelope_json(plan.forecast)},
+          {"force_min_n", plan.forecast.force_n.min},
+          {"force_max_n", plan.forecast.force_n.max},
           {"bytes", disk_forecast(plan)}};
 }
 
@@ -122,7 +126,8 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
                {},
                {{"recipe", ParamType::text, true, "its name"},
                 {"seed", ParamType::integer, false, "in place of the recipe's"}},
-               "ok, digest, plan (eta_s with the people_s that people need, asks, next_attention), "
+               "ok, digest, plan (eta_s with the people_s that people need, asks, next_attention, "
+               "envelope of each stage with its margin), "
                "problems, warnings, disk_ok"},
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 check(*s, call, respond);

@@ -6,6 +6,7 @@
 #include "daemon/cli/preflight.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/json_parts.hpp"
 #include "daemon/report/simulation_words.hpp"
 #include "protocols/base/units.hpp"
 #include "recipes/engine/operator_steps.hpp"
@@ -25,21 +26,13 @@ json to_json(const std::vector<Diagnostic>& list) {
 }
 
 json to_json(const recipes::Forecast& forecast) {
-  json axes;
-  for (const recipes::Axis axis : recipes::all_axes) {
-    const std::size_t k = recipes::index(axis);
-    const std::string unit = recipes::is_linear(axis) ? "_m" : "_rad";
-    axes[std::string(recipes::to_string(axis))] = {{"min" + unit, forecast.envelope[k].min},
-                                                   {"max" + unit, forecast.envelope[k].max},
-                                                   {"margin" + unit, forecast.margin[k]}};
-  }
   return {{"duration_s", forecast.duration_s},
           {"people_s", forecast.people_s},
           {"asks", forecast.asks},
           {"mounts", forecast.mounts},
           {"total_s", forecast.total_s()},
           {"bytes", forecast.bytes},
-          {"envelope", axes},
+          {"envelope", envelope_json(forecast)},
           {"force_min_n", forecast.force_n.min},
           {"force_max_n", forecast.force_n.max}};
 }

@@ -1,5 +1,4 @@
 #include "daemon/report/json_parts.hpp"
-#include "daemon/report/simulation_words.hpp"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -80,6 +79,18 @@ ordered_json ended_early_json(const DatasetInfo& info) {
     out.push_back(
         {{"label", some.label}, {"exploration", some.exploration}, {"trials", some.trials}});
   return out;
+}
+
+nlohmann::json envelope_json(const recipes::Forecast& forecast) {
+  nlohmann::json axes;
+  for (const recipes::Axis axis : recipes::all_axes) {
+    const std::size_t k = recipes::index(axis);
+    const std::string unit = recipes::is_linear(axis) ? "_m" : "_rad";
+    axes[std::string(recipes::to_string(axis))] = {{"min" + unit, forecast.envelope[k].min},
+                                                   {"max" + unit, forecast.envelope[k].max},
+                                                   {"margin" + unit, forecast.margin[k]}};
+  }
+  return axes;
 }
 
 ordered_json run_json(const CampaignSummary& run) {

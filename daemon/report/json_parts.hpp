@@ -21,6 +21,10 @@ nlohmann::ordered_json tally_json(const ForceTally& tally);
 /// [{"label", "exploration", "trials"}]: what a live vote left out; empty as a rule.
 nlohmann::ordered_json ended_early_json(const DatasetInfo& info);
 
+/// Which positions of each stage a plan uses, and how far they stay from the ends of its travel:
+/// {"z": {"min_m", "max_m", "margin_m"}, "rx": {"min_rad", ...}, ...}.
+nlohmann::json envelope_json(const recipes::Forecast& forecast);
+
 /// How the run went. "error" is the first problem's sentence, or null.
 nlohmann::ordered_json run_json(const CampaignSummary& run);
 

@@ -50,6 +50,8 @@ def checks(client, trials):
     assert client.call("recipe.list")["recipes"] == ["small"]
     report = client.call("recipe.check", recipe="small")
     assert report["ok"] and report["plan"]["trials"] == trials and report["disk_ok"], report
+    height = report["plan"]["envelope"]["z"]
+    assert height["min_m"] < height["max_m"] and height["margin_m"] > 0 and report["plan"]["force_max_n"] == 5, report
     assert client.refused("recipe.check", recipe="smal")["data"]["hint"] == "Did you mean small?"
     for path in ("../small", "/etc/passwd", ".hidden", ""):
         assert client.refused("recipe.check", recipe=path)["data"]["kind"] == "request.invalid"
