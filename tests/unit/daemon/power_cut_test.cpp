@@ -34,7 +34,7 @@ void record_until_dead(const fs::path& file, bool real_time) {
                     record_samples(*recorder, 0, 50) &&
                     recorder->end_trial(TrialOutcome::complete, {}, at_ms(500)) &&
                     recorder->begin_trial(small_spec(1), at_ms(600));
-  while (fine && !seen()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  while (fine && !seen()) std::this_thread::yield();
   if (fine) killing::die();
   _exit(1);
 }

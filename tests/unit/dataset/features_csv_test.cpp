@@ -19,7 +19,7 @@ TEST_CASE("a feature table has its names in order and gives every double back") 
   features.values = classifier::Matrix(2, 2);
   features.values(0, 0) = 0.1;
   features.values(0, 1) = -std::numeric_limits<double>::denorm_min();
-  features.values(1, 0) = std::numeric_limits<double>::max();
+  features.values(1, 0) = classifier::largest_feature;
   features.values(1, 1) = 3;
   const TemporaryFolder folder;
   REQUIRE(export_features_csv(folder / "f.csv", features));
@@ -47,6 +47,10 @@ TEST_CASE("a feature table that cannot be written whole is not written") {
   features.values = classifier::Matrix(1, 1, std::numeric_limits<double>::quiet_NaN());
   CHECK_FALSE(export_features_csv(folder / "f.csv", features));
   CHECK(files_in(folder.path()) == 0);
+  features.values = classifier::Matrix(1, 1, std::numeric_limits<double>::max());
+  const Status too_large = export_features_csv(folder / "f.csv", features);
+  REQUIRE_FALSE(too_large);
+  CHECK(to_string(too_large.error()).find("mean.P") != std::string::npos);
   features.values = classifier::Matrix(1, 1, 1.0);
   CHECK(export_features_csv("/proc/f.csv", features).error().code == Errc::io);
 }
