@@ -119,7 +119,15 @@ def halt(client, scene, lease):
     (recipes / "gone.json").unlink()  # before it begins
     client.reset("and again")
     end = waits.wait()
-    assert end.outcome == "failed" and "gone.json" in end.error, end
+    assert end.outcome == "complete", f"what was checked is what runs: {end}"
+    client.halt()
+    waits = client.start("small", lease)
+    occupied = pathlib.Path(waits.state()["folder"])
+    occupied.mkdir()
+    (occupied / "campaign.sqlite").write_text("somebody else's")
+    client.reset("once more")
+    end = waits.wait()
+    assert end.outcome == "failed" and "campaign.sqlite" in end.error, end
     refused(AccessError, weft_client.halt, scene["tcp"])
 
 

@@ -317,8 +317,8 @@ class RecipeMethods:
 
         recipe: its name
         seed: in place of the recipe's
-        Result: ok, digest, plan (eta_s with the people_s that people need, asks, next_attention), problems, warnings,
-        disk_ok. Least role: observer.
+        Result: ok, digest, plan (eta_s with the people_s that people need, asks, next_attention, envelope of each stage with
+        its margin), problems, warnings, disk_ok. Least role: observer.
         """
         return self._call("recipe.check", {"recipe": recipe, "seed": seed})
 
