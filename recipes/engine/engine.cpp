@@ -107,7 +107,7 @@ class Machine {
         return give_up_retreat();
       case Step::held:
       case Step::awaiting_operator:
-        return finish(Outcome::stopped, Cleanup::done);
+        return end_at_rest(Outcome::stopped);
       case Step::concluding:
         return last_step_timed_out();
       default:
@@ -171,7 +171,7 @@ class Machine {
 
   void on(const StopRequested&) {
     state_.stop_requested = true;
-    if (between_trials()) return finish(Outcome::stopped, Cleanup::done);
+    if (between_trials()) return end_at_rest(Outcome::stopped);
     // Nothing has been touched yet: there is no repetition to finish.
     if (state_.step <= Step::mounting) {
       state_.campaign_outcome = Outcome::stopped;
@@ -320,7 +320,7 @@ class Machine {
   void cut_short(Outcome outcome, std::optional<Error> error) {
     if (state_.step == Step::ready)
       return finish(state_.campaign_outcome.value_or(outcome), Cleanup::skipped, RigFact::holding);
-    if (between_trials()) return finish(state_.campaign_outcome.value_or(outcome), Cleanup::done);
+    if (between_trials()) return end_at_rest(state_.campaign_outcome.value_or(outcome));
     if (state_.step == Step::retracting) return;
     state_.trial_outcome = outcome;
     if (error) note(*error);
@@ -367,6 +367,12 @@ class Machine {
     state_.campaign_outcome = outcome;
     state_.last_until = now_ + from_seconds(plan_.finally.budget_s);
     next_last_step();
+  }
+
+  /// Somebody may have a hand at the plate: nothing moves any more, and nothing is done finally.
+  void end_at_rest(Outcome outcome) {
+    const bool leaves_out = !steps_after(plan_.finally, outcome).empty();
+    end(outcome, leaves_out ? Cleanup::partial : Cleanup::done);
   }
 
   void next_last_step() {

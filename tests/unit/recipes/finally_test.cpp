@@ -92,6 +92,25 @@ TEST_CASE("Where the probe is not known to be up nothing is done finally") {
   CHECK(stuck.end->rig == RigFact::unknown);
 }
 
+TEST_CASE("Where a campaign ends in a pause or while a person is at work nothing moves any more") {
+  Bench held = parking();
+  held.advance_to(Step::sliding);
+  held.send(PauseRequested{});
+  held.advance_to(Step::held);
+  held.send(StopRequested{});
+  Bench asks =
+      bench(R"("operator_steps": [{"before": "fabric", "text": "Mount {fabric}.", "people_s": 9}],
+    "finally": {"on_stop": [{"do": "park", "x_mm": 9, "y_mm": 9}]})");
+  asks.advance_to(Step::awaiting_operator);
+  asks.send(AbortRequested{});
+  for (const Bench& b : {held, asks}) {
+    REQUIRE(b.end);
+    CHECK(test::all_of<MoveTo>(b.effects).empty());
+    CHECK(b.end->cleanup == Cleanup::partial);
+    CHECK(b.end->rig == RigFact::safe);
+  }
+}
+
 TEST_CASE("What comes up meanwhile ends it, and changes nothing of what the trials came to") {
   const auto concluding = [] {
     Bench b = parking();
