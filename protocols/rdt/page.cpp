@@ -225,6 +225,8 @@ Status HttpReply::push(ByteView bytes) {
     const std::string head = lower(std::string_view(text_).substr(0, blank));
     if (!head.starts_with("http/1.") || head.substr(8, 4) != " 200")
       return bad("the box refuses its page");
+    if (head.find("transfer-encoding:") != std::string::npos)
+      return bad("the reply comes in chunks");
     const std::size_t at = head.find("content-length:");
     body_at_ = blank + 4;
     length_ = unknown_length;  // an old server: the page ends with its root element
@@ -239,14 +241,17 @@ Status HttpReply::push(ByteView bytes) {
   return {};
 }
 
-bool HttpReply::complete() const {
-  if (body_at_ == 0) return false;
-  if (length_ != unknown_length) return text_.size() >= body_at_ + length_;
-  return text_.find("</netft", body_at_) != std::string::npos && text_.ends_with('>');
+std::size_t HttpReply::end() const {
+  if (body_at_ == 0) return std::string::npos;
+  if (length_ != unknown_length)
+    return text_.size() >= body_at_ + length_ ? body_at_ + length_ : std::string::npos;
+  const std::size_t closing = text_.find("</netft", body_at_);
+  const std::size_t last = closing == std::string::npos ? closing : text_.find('>', closing);
+  return last == std::string::npos ? last : last + 1;
 }
 
 std::string_view HttpReply::body() const {
-  return std::string_view(text_).substr(body_at_, length_);
+  return std::string_view(text_).substr(0, end()).substr(body_at_);
 }
 
 }  // namespace weft::protocols::rdt

@@ -70,17 +70,20 @@ std::optional<std::string_view> query_value(std::string_view query, std::string_
 std::string http_get(std::string_view path, std::string_view host);
 std::string http_reply(int status, std::string_view type, std::string_view body, bool keep_alive);
 
-/// Puts an HTTP reply together: push() what comes, until complete() or an error.
+/// Puts an HTTP reply together: push() what comes, until complete() or an error; any chunking
+/// gives the same. Without a Content-Length the page ends with its root element.
 class HttpReply {
  public:
+  /// Errors: parse, when the reply is no page, comes in chunks (Transfer-Encoding) or is too large.
   Status push(ByteView bytes);
   /// All of the body is there.
-  [[nodiscard]] bool complete() const;
+  [[nodiscard]] bool complete() const { return end() != std::string::npos; }
   [[nodiscard]] std::string_view body() const;
   void clear() { *this = {}; }
 
  private:
   static constexpr std::size_t unknown_length = std::string::npos;
+  [[nodiscard]] std::size_t end() const;  ///< of the body; npos until all of it is there
   std::string text_;
   std::size_t body_at_ = 0;  ///< 0: the head is not complete
   std::size_t length_ = 0;

@@ -2,38 +2,46 @@
 // calibration.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "protocols/ati_digital/calibration.hpp"
 #include "protocols/ati_digital/stream.hpp"
-#include "tests/fuzz/target.hpp"
+#include "tests/fuzz/chunked.hpp"
 
 namespace weft::fuzz {
 namespace {
 
 using namespace weft::protocols::ati_digital;
 
-struct Split {
-  std::vector<StreamRecord> records;
-  std::vector<std::uint32_t> lost;
-  bool operator==(const Split&) const = default;
-};
-
-Split split(ByteView bytes, std::size_t piece, bool in_step) {
-  StreamSplitter splitter;
-  in_step ? splitter.begin_in_step() : splitter.begin_anywhere();
-  Split out;
+/// A record, and how many were lost before it.
+struct Found {
   StreamRecord record;
   std::uint32_t lost = 0;
-  for (; !bytes.empty(); bytes = bytes.subspan(std::min(piece, bytes.size()))) {
-    splitter.push(bytes.first(std::min(piece, bytes.size())));
-    while (splitter.next(record, lost)) {
-      out.records.push_back(record);
-      out.lost.push_back(lost);
-    }
+  bool operator==(const Found&) const = default;
+};
+
+struct Records {
+  StreamSplitter splitter;
+  explicit Records(bool in_step) { in_step ? splitter.begin_in_step() : splitter.begin_anywhere(); }
+  void push(ByteView bytes) { splitter.push(bytes); }
+  bool next(Found& found) { return splitter.next(found.record, found.lost); }
+};
+
+/// At once, in the pieces that the input chooses, and byte by byte.
+void try_stream(ByteView bytes, ByteView sizes, bool in_step) {
+  Records whole(in_step);
+  const auto at_once = split<Found>(whole, bytes, {});
+  constexpr std::array<std::uint8_t, 1> single{1};
+  for (const ByteView some : {sizes, ByteView(single)}) {
+    Records pieces(in_step);
+    demand(at_once == split<Found>(pieces, bytes, some), "any chunking gives the same records");
+    demand(whole.splitter.dropped_bytes() == pieces.splitter.dropped_bytes(),
+           "any chunking drops the same bytes");
   }
-  return out;
+  demand(at_once.size() * record_size + whole.splitter.dropped_bytes() <= bytes.size(),
+         "no byte is counted twice");
 }
 
 void read_calibration(ByteView bytes) {
@@ -57,13 +65,9 @@ void read_calibration(ByteView bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace weft::fuzz;
   using weft::protocols::ati_digital::StreamSplitter;
-  const weft::ByteView bytes(data, std::min<std::size_t>(size, StreamSplitter::capacity));
-  for (const bool in_step : {true, false}) {
-    const Split whole = split(bytes, bytes.size(), in_step);
-    demand(whole == split(bytes, 1, in_step), "any chunking gives the same records");
-    demand(whole.records.size() * weft::protocols::ati_digital::record_size <= bytes.size(),
-           "no more records than bytes");
-  }
-  read_calibration(bytes);
+  const ChunkedInput input({data, size});
+  const auto bytes = input.stream.first(std::min(input.stream.size(), StreamSplitter::capacity));
+  for (const bool in_step : {true, false}) try_stream(bytes, input.sizes, in_step);
+  read_calibration({data, size});
   return 0;
 }

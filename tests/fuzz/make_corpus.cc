@@ -1,8 +1,8 @@
 // Writes the inputs where fuzzing starts, with the program's own writers and from the golden
 // vectors:
 //   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, live_model, other_models, csv,
-//   imprint_file, hdf5, recordings and one folder for each wire; small: without a whole HDF5 file,
-//   as committed in corpus/
+//   imprint_file, hdf5, recordings, rdt_page and one folder for each wire; small: without a whole
+//   HDF5 file, as committed in corpus/
 
 #include <algorithm>
 #include <filesystem>
@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "daemon/dataset/hdf5_file.hpp"
+#include "protocols/rdt/page.hpp"
 #include "tests/fuzz/samples.hpp"
 
 namespace weft::fuzz {
@@ -145,6 +146,35 @@ void write_wires(const std::filesystem::path& folder) {
       write_vectors(wire.path() / "vectors", folder / wire.path().filename());
 }
 
+/// The pages of a Net F/T box, the documented minimal one (reference B.3) first; bare, as replies
+/// with and without their length and in chunks; and requests. The bytes in front choose the pieces.
+void write_pages(const std::filesystem::path& folder) {
+  namespace rdt = protocols::rdt;
+  const std::string pieces{'\3', '\1', '\7', '\2'};
+  const auto put = [&](const std::string& name, const std::string& text) {
+    write(folder / name, pieces + text);
+  };
+  const std::string minimal =
+      "<netft><prodname>Net F/T</prodname><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt>"
+      "<scfgfu>N</scfgfu><scfgtu>Nm</scfgtu></netft>";
+  for (const auto& [name, page] :
+       {std::pair{"minimal", minimal},
+        {"settings", rdt::encode(rdt::SettingsPage{})},
+        {"calibration", rdt::encode(rdt::CalibrationPage{"FT12288", 1e6, 1e6})}}) {
+    const std::string word(name);
+    put(word, page);
+    put(word + "_length", rdt::http_reply(200, "text/xml", page, true));
+    put(word + "_old", "HTTP/1.0 200 OK\r\nServer: x\r\n\r\n" + page + "\r\n");
+    std::ostringstream size;
+    size << std::hex << page.size();
+    put(word + "_chunked", "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n" + size.str() +
+                               "\r\n" + page + "\r\n0\r\n\r\n");
+  }
+  put("missing", rdt::http_reply(404, "text/plain", "no such page", false));
+  put("get", rdt::http_get(rdt::settings_path, "192.168.1.1"));
+  put("query", rdt::http_get("/comm.cgi?comrdtrate=500&x=1", "box"));
+}
+
 /// The word between the first two `quote`s of a line, or nothing.
 std::string between(const std::string& line, char quote) {
   const std::size_t from = line.find(quote);
@@ -212,6 +242,7 @@ int main(int argc, char** argv) {
   weft::fuzz::write_tables(folder / "csv");
   weft::fuzz::write_images(folder / "imprint_file");
   weft::fuzz::write_wires(folder);
+  weft::fuzz::write_pages(folder / "rdt_page");
   weft::fuzz::write_lines(WEFT_API_PAGE, folder / "rpc_lines");
   if (weft::fuzz::write_models(folder / "model_file") &&
       weft::fuzz::write_live_models(folder / "live_model") &&

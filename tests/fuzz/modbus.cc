@@ -1,36 +1,38 @@
 // Modbus bytes: as frames of either side in any chunking, and as a message.
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "protocols/modbus/mbap.hpp"
 #include "protocols/modbus/rtu.hpp"
-#include "tests/fuzz/target.hpp"
+#include "tests/fuzz/chunked.hpp"
 
 namespace weft::fuzz {
 namespace {
 
 using namespace weft::protocols::modbus;
 
-std::vector<Bytes> rtu_frames(ByteView bytes, Side side, std::size_t piece) {
-  RtuSplitter splitter(side, 10);
-  std::vector<Bytes> out;
-  for (; !bytes.empty(); bytes = bytes.subspan(std::min(piece, bytes.size()))) {
-    splitter.push(bytes.first(std::min(piece, bytes.size())));
-    while (const auto pdu = splitter.next()) out.emplace_back(pdu->begin(), pdu->end());
+/// The frames' messages, kept: a splitter's view lasts until its next push().
+struct RtuFrames {
+  RtuSplitter splitter;
+  void push(ByteView bytes) { splitter.push(bytes); }
+  bool next(Bytes& out) {
+    const auto pdu = splitter.next();
+    if (pdu) out.assign(pdu->begin(), pdu->end());
+    return pdu.has_value();
   }
-  return out;
-}
+};
 
-std::vector<Bytes> tcp_frames(ByteView bytes, std::size_t piece) {
+struct TcpFrames {
   MbapSplitter splitter;
-  std::vector<Bytes> out;
-  for (; !bytes.empty(); bytes = bytes.subspan(std::min(piece, bytes.size()))) {
-    splitter.push(bytes.first(std::min(piece, bytes.size())));
-    while (const auto f = splitter.next()) out.emplace_back(f->pdu.begin(), f->pdu.end());
+  void push(ByteView bytes) { splitter.push(bytes); }
+  bool next(Bytes& out) {
+    const auto frame = splitter.next();
+    if (frame) out.assign(frame->pdu.begin(), frame->pdu.end());
+    return frame.has_value();
   }
-  return out;
-}
+};
 
 template <class Message>
 void comes_back(const Result<Message>& message, ByteView pdu) {
@@ -46,21 +48,32 @@ void read_message(ByteView pdu) {
   comes_back(decode_reply(pdu), pdu);
 }
 
+/// At once, in the pieces that the input chooses, and byte by byte.
+template <class Frames>
+void try_stream(ByteView bytes, ByteView sizes, const Frames& fresh) {
+  Frames whole = fresh;
+  const auto at_once = split<Bytes>(whole, bytes, {});
+  constexpr std::array<std::uint8_t, 1> single{1};
+  for (const ByteView some : {sizes, ByteView(single)}) {
+    Frames pieces = fresh;
+    demand(at_once == split<Bytes>(pieces, bytes, some), "any chunking gives the same frames");
+    demand(whole.splitter.skipped_bytes() == pieces.splitter.skipped_bytes(),
+           "any chunking skips the same bytes");
+  }
+  for (const Bytes& pdu : at_once) read_message(pdu);
+}
+
 }  // namespace
 }  // namespace weft::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace weft::fuzz;
-  const weft::ByteView bytes(data, std::min<std::size_t>(size, 4096));  // what a splitter holds
-  using weft::protocols::modbus::Side;
-  for (const Side side : {Side::requests, Side::replies}) {
-    const auto frames = rtu_frames(bytes, side, bytes.size());
-    demand(frames == rtu_frames(bytes, side, 1), "any chunking gives the same frames");
-    for (const weft::Bytes& pdu : frames) read_message(pdu);
-  }
-  const auto frames = tcp_frames(bytes, bytes.size());
-  demand(frames == tcp_frames(bytes, 1), "any chunking gives the same TCP frames");
-  for (const weft::Bytes& pdu : frames) read_message(pdu);
+  using namespace weft::protocols::modbus;
+  const ChunkedInput input({data, size});
+  const auto bytes = input.stream.first(std::min(input.stream.size(), RtuSplitter::capacity));
+  for (const Side side : {Side::requests, Side::replies})
+    try_stream(bytes, input.sizes, RtuFrames{RtuSplitter(side, 10)});
+  try_stream(bytes, input.sizes, TcpFrames{});
   read_message(bytes.first(std::min<std::size_t>(bytes.size(), 300)));
   return 0;
 }

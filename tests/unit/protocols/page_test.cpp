@@ -84,6 +84,16 @@ TEST_CASE("a reply is put together from any pieces, with and without its length"
       REQUIRE(reply.complete());
       CHECK(decode_settings(reply.body()));
     }
+  // What an old server sends behind its page, in the same piece or in none, is no part of it.
+  HttpReply with_more;
+  REQUIRE(with_more.push(bytes_of(without + "\r\n")));
+  REQUIRE(with_more.complete());
+  CHECK(with_more.body() == minimal);
+  HttpReply chunked;
+  const Status status =
+      chunked.push(bytes_of("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n"));
+  REQUIRE_FALSE(status);
+  CHECK(status.error().message == "the reply comes in chunks");
   HttpReply refused;
   CHECK_FALSE(refused.push(bytes_of("HTTP/1.1 404 Not Found\r\n\r\n")));
   HttpReply endless;
