@@ -1,4 +1,6 @@
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/model.hpp"
@@ -201,6 +203,18 @@ TEST_CASE("A core's packed decision is that of the plain loops, bit for bit, wit
   }
 }
 
+void check_finite(const FabricModel& model, const FeatureMatrix& matrix) {
+  const auto votes = model.classify(matrix);
+  REQUIRE(votes);
+  REQUIRE(votes->size() == matrix.size());
+  for (const Vote& vote : *votes) {
+    for (const double f : vote.decision) CHECK(std::isfinite(f));
+    for (const double s : vote.support) CHECK(std::isfinite(s));
+    CHECK(std::accumulate(vote.votes.begin(), vote.votes.end(), 0) == 1);
+    CHECK(vote.votes[vote.winner] == 1);
+  }
+}
+
 TEST_CASE("A fabric compared with itself is decided without failing") {
   FeatureMatrix twins = gaussian_classes(1, 12, 6, 1.0, 6);
   for (std::size_t r = 6; r < 12; ++r) {
@@ -211,7 +225,7 @@ TEST_CASE("A fabric compared with itself is decided without failing") {
   for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
     const auto model = train(twins, {.reduction = r});
     REQUIRE(model);
-    CHECK(model->classify(twins).has_value());
+    check_finite(*model, twins);
   }
 }
 
@@ -221,7 +235,7 @@ TEST_CASE("Constant features only: trained, voted, no NaN") {
   for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
     const auto model = train(flat, {.reduction = r});
     REQUIRE(model);
-    CHECK(model->classify(flat).has_value());
+    check_finite(*model, flat);
   }
 }
 
