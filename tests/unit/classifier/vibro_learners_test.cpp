@@ -104,13 +104,39 @@ TEST_CASE("Features without spread and rows that nothing tells apart do no harm"
   Set same = set;
   std::fill(same.rows.data().begin(), same.rows.data().end(), 1.0);
   for (const Method method : all_methods()) {
-    if (!available(method) || method == Method::cores) continue;
+    if (!available(method)) continue;
     INFO(to_string(method));
     const auto made = fit(method, set.training(), quick());
     REQUIRE(made);
     CHECK(accuracy(answers(**made, set.rows), set.of_row) > 0.85);
     const auto blind = fit(method, same.training(), quick());
-    if (blind) CHECK((*blind)->classify(same.rows.row(0)) < 3);
+    REQUIRE(blind);
+    const auto said = answers(**blind, same.rows);
+    CHECK(said.front() < 3);
+    CHECK(said == std::vector<std::size_t>(said.size(), said.front()));
+  }
+}
+
+TEST_CASE("Features at the ends of double are learnt, each at its own scale") {
+  const Set plain = gaussian_set(3, 20, 4, 5.0, 11);
+  Set wide = plain;
+  for (std::size_t r = 0; r < wide.rows.rows(); ++r) {
+    wide.rows(r, 0) *= 1e-300;
+    wide.rows(r, 1) *= 1e300;
+    wide.rows(r, 3) *= 1e-310;
+  }
+  for (const Method method : all_methods()) {
+    if (!available(method)) continue;
+    INFO(to_string(method));
+    const auto made = Pipeline::train(wide.training(), {method, 0, quick()});
+    REQUIRE(made);
+    std::size_t right = 0;
+    for (std::size_t r = 0; r < wide.rows.rows(); ++r) {
+      const auto said = made->classify(wide.rows.row(r));
+      REQUIRE(said);
+      right += *said == wide.of_row[r] ? 1 : 0;
+    }
+    CHECK(100 * right > 85 * wide.rows.rows());
   }
 }
 
