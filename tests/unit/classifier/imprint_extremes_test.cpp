@@ -48,6 +48,40 @@ TEST_CASE("3 x 3: one taxel has neighbours") {
   check_zero({values.begin(), values.begin() + 7});  // its gradient is 0: no edge
 }
 
+TEST_CASE("small images at every scale: finite features, and smoothing within what was there") {
+  RandomEngine engine(6);
+  for (const auto& [rows, cols] : {std::pair{3, 3}, {5, 7}, {7, 5}}) {
+    Image image(static_cast<std::size_t>(rows), static_cast<std::size_t>(cols));
+    for (double& value : image.data()) value = static_cast<double>(random_below(engine, 128));
+    const auto [low, high] = std::minmax_element(image.data().begin(), image.data().end());
+    features_of(image, all_sigmas);
+    for (const double sigma : all_sigmas) {
+      INFO(rows << " x " << cols << ", sigma " << sigma);
+      CHECK(features_of(image, {sigma}).size() == 10);
+      auto filter = GaussianFilter::make(sigma);
+      REQUIRE(filter);
+      Image smooth;
+      filter->apply(image, smooth);
+      REQUIRE(smooth.data().size() == image.data().size());
+      for (const double value : smooth.data()) {
+        CHECK(value >= *low - 1e-9);
+        CHECK(value <= *high + 1e-9);
+      }
+    }
+    // Larger than the image: hardly anything is left of what stood in it, and no extremum.
+    for (const double sigma : {10.0, 100.0, 1000.0}) {
+      INFO(rows << " x " << cols << ", sigma " << sigma);
+      Image smooth;
+      GaussianFilter::make(sigma).value().apply(image, smooth);
+      const auto [least, most] = std::minmax_element(smooth.data().begin(), smooth.data().end());
+      CHECK(*most - *least < 4.0 / sigma * (*high - *low));
+      const auto values = features_of(image, {sigma});
+      CHECK(values[4] == 0.0);
+      CHECK(values[7] == 0.0);
+    }
+  }
+}
+
 TEST_CASE("a scale far larger than the image leaves its mean, without an edge of rounding") {
   RandomEngine engine(4);
   Image image(32, 32);

@@ -14,7 +14,8 @@
 namespace weft::classifier::imprint {
 namespace {
 
-using Rounds = std::vector<std::vector<std::size_t>>;
+using Rows = std::vector<std::size_t>;
+using Rounds = std::vector<Rows>;
 
 Matrix rows_of(const std::vector<std::vector<double>>& rows) {
   Matrix out(rows.size(), rows.front().size());
@@ -226,6 +227,32 @@ TEST_CASE("Laws' energies: names, a line's answer, small images") {
     const auto none = laws_energy(flat, LawsSize::five);
     REQUIRE(none);
     CHECK(*none == std::vector<double>(24, 0.0));
+  }
+}
+
+TEST_CASE(
+    "of constant imprints nothing is learnt: the rule for ties, or a perceptron that says so") {
+  std::vector<Imprint> flat;
+  for (std::size_t i = 0; i < 8; ++i)
+    flat.push_back({Image(9, 9, 40.0), "i" + std::to_string(i), i < 4 ? "a" : "b",
+                    "o" + std::to_string(i / 2)});
+  const auto matrix = build_matrix(flat, ScaleOptions{.sigmas = {0.0, 1.0}});
+  REQUIRE(matrix);
+  for (const double value : matrix->values.data()) CHECK(value == 0.0);
+  for (const Rule rule : all_rules) {
+    INFO(to_string(rule));
+    const auto out = run_experiment(*matrix, Experiment::object_of_class, rule);
+    REQUIRE(out);
+    if (rule == Rule::kesler || rule == Rule::kesler_zscore) {
+      CHECK_FALSE(out->converged);
+      CHECK(out->most_rounds == KeslerOptions{}.most_rounds);
+      continue;
+    }
+    CHECK(out->total == 8);
+    // Equal products and discriminants go to the first class; of a machine's two classes, whose
+    // decision is 0, the second has the vote.
+    const bool first = rule == Rule::least_squares || rule == Rule::lda;
+    CHECK(out->wrong == (first ? Rows{4, 5, 6, 7} : Rows{0, 1, 2, 3}));
   }
 }
 
