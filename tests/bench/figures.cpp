@@ -20,7 +20,63 @@ std::string cpu_model() {
   return "unknown";
 }
 
+double ratio_of(const Figure& f) {
+  return f.value / f.peer_value;  // infinite, null in JSON, without a peer
+}
+
+std::string text(double v) {
+  char out[32];
+  std::snprintf(out, sizeof out, "%.6g", v);
+  return out;
+}
+
+nlohmann::json figure_json(const Figure& f) {
+  nlohmann::json out{{"figure", f.figure}, {"value", f.value},           {"unit", f.unit},
+                     {"peer", f.peer},     {"peer_value", f.peer_value}, {"ratio", ratio_of(f)},
+                     {"note", f.note}};
+  if (!f.limit) return out;
+  out["limit"] = limit_words(f);
+  out["missed"] = missed(f);
+  return out;
+}
+
+void print_figure(const Figure& f) {
+  std::printf("%-44s %12.6g %-10s", f.figure.c_str(), f.value, f.unit.c_str());
+  if (!f.peer.empty())
+    std::printf(" %-34s %12.6g %9.3g", f.peer.c_str(), f.peer_value, ratio_of(f));
+  std::printf("%s\n", missed(f) ? "  MISSED" : "");
+  if (!f.note.empty()) std::printf("    %s\n", f.note.c_str());
+}
+
+void print_misses(const std::vector<Figure>& figures) {
+  const auto with_limit = std::count_if(figures.begin(), figures.end(),
+                                        [](const Figure& f) { return f.limit.has_value(); });
+  if (with_limit == 0) return;
+  const auto misses = std::count_if(figures.begin(), figures.end(), missed);
+  std::printf("%td of %td limits missed\n", misses, with_limit);
+  for (const Figure& f : figures)
+    if (missed(f))
+      std::printf("  MISSED %s: %s %s, ratio %s; asked: %s\n", f.figure.c_str(),
+                  text(f.value).c_str(), f.unit.c_str(), text(ratio_of(f)).c_str(),
+                  limit_words(f).c_str());
+}
+
 }  // namespace
+
+bool missed(const Figure& figure) {
+  if (!figure.limit) return false;
+  const double v = figure.limit->of == Limit::Of::ratio ? ratio_of(figure) : figure.value;
+  const double bound = figure.limit->bound;
+  return !(figure.limit->direction == Limit::Direction::at_most ? v <= bound : v >= bound);
+}
+
+std::string limit_words(const Figure& figure) {
+  if (!figure.limit) return {};
+  const bool most = figure.limit->direction == Limit::Direction::at_most;
+  const std::string bound = (most ? "at most " : "at least ") + text(figure.limit->bound);
+  if (figure.limit->of == Limit::Of::ratio) return "ratio " + bound;
+  return figure.unit.empty() ? bound : bound + " " + figure.unit;
+}
 
 double median(std::vector<double>& values) {
   std::sort(values.begin(), values.end());
@@ -48,29 +104,22 @@ nlohmann::json json_of(const std::string& command) {
 }
 
 int report(const std::string& name, const std::vector<Figure>& figures) {
+  const std::string cpu = cpu_model();
+  const unsigned threads = std::thread::hardware_concurrency();
+  std::printf("%s, %u threads\n", cpu.c_str(), threads);
   nlohmann::json list = nlohmann::json::array();
   std::printf("%-44s %12s %-10s %-34s %12s %9s\n", name.c_str(), "value", "unit", "peer or limit",
               "peer value", "ratio");
   for (const Figure& f : figures) {
-    const double ratio = f.value / f.peer_value;  // infinite, null in JSON, without a peer
-    std::printf("%-44s %12.6g %-10s", f.figure.c_str(), f.value, f.unit.c_str());
-    if (!f.peer.empty()) std::printf(" %-34s %12.6g %9.3g", f.peer.c_str(), f.peer_value, ratio);
-    std::printf("\n");
-    if (!f.note.empty()) std::printf("    %s\n", f.note.c_str());
-    list.push_back({{"figure", f.figure},
-                    {"value", f.value},
-                    {"unit", f.unit},
-                    {"peer", f.peer},
-                    {"peer_value", f.peer_value},
-                    {"ratio", ratio},
-                    {"note", f.note}});
+    print_figure(f);
+    list.push_back(figure_json(f));
   }
+  print_misses(figures);
   const char* commit = std::getenv("WEFT_COMMIT");
-  const nlohmann::json root{
-      {"name", name},
-      {"figures", list},
-      {"machine", {{"cpu", cpu_model()}, {"threads", std::thread::hardware_concurrency()}}},
-      {"commit", commit != nullptr ? commit : "unknown"}};
+  const nlohmann::json root{{"name", name},
+                            {"figures", list},
+                            {"machine", {{"cpu", cpu}, {"threads", threads}}},
+                            {"commit", commit != nullptr ? commit : "unknown"}};
   std::filesystem::create_directories("out/bench");
   std::ofstream out("out/bench/" + name + ".json");
   out << root.dump(2) << '\n';

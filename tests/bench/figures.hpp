@@ -4,10 +4,31 @@
 #include <cstddef>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace weft::bench {
+
+/// What a figure is asked to reach. A benchmark reports what is missed; it does not fail by it.
+struct Limit {
+  enum class Of { value, ratio } of = Of::value;  ///< of the figure, or of it over its peer
+  enum class Direction { at_most, at_least } direction = Direction::at_most;
+  double bound = 0;
+};
+constexpr Limit at_most(double bound) {
+  return {Limit::Of::value, Limit::Direction::at_most, bound};
+}
+constexpr Limit at_least(double bound) {
+  return {Limit::Of::value, Limit::Direction::at_least, bound};
+}
+/// "At least `times` faster than the peer", where the figure is a time.
+constexpr Limit faster_by(double times) {
+  return {Limit::Of::ratio, Limit::Direction::at_most, 1.0 / times};
+}
+constexpr Limit ratio_at_most(double bound) {
+  return {Limit::Of::ratio, Limit::Direction::at_most, bound};
+}
 
 /// One line. `peer_value` is what the peer, or the limit that physics or the brief sets, gave in
 /// the same run; `ratio` is value / peer_value.
@@ -18,7 +39,13 @@ struct Figure {
   std::string peer;
   double peer_value = 0;
   std::string note;
+  std::optional<Limit> limit = {};
 };
+
+/// Whether it has a limit and is not within it; what is not a number is not.
+bool missed(const Figure& figure);
+/// "at most 20 us", "ratio at most 0.05"; empty without a limit.
+std::string limit_words(const Figure& figure);
 
 /// Median of an odd number of runs; the list is sorted.
 double median(std::vector<double>& values);
@@ -32,7 +59,8 @@ double median_of(std::size_t count, const std::function<void()>& work);
 /// that needs is absent.
 nlohmann::json json_of(const std::string& command);
 
-/// Prints the table, writes the file, returns the exit status.
+/// Prints the machine, the table and what missed its limit, writes the file, returns the exit
+/// status: 1 where there is no figure or the file could not be written, never for a miss.
 int report(const std::string& name, const std::vector<Figure>& figures);
 
 }  // namespace weft::bench
