@@ -5,7 +5,8 @@
 
 The aims of the issue: at least 0.92 on contiguous parts of vibtac12 (X, Y, Z, windows of 2 s) and hapmat (1 s), and on recordings
 7 and 8 of lmt_sound with 1 to 6 training, for which it names no window: 2 s is the program's own, and what leaving recordings
-1 to 6 out in turn would choose. `best` chooses its learner on training windows alone.
+1 to 6 out in turn would choose. `best` chooses its learner on training windows alone. The five sound tracks of vibtac12 have
+no aim of their own; they are held to the same, and their interval must lie above chance.
 """
 import json
 import pathlib
@@ -15,6 +16,7 @@ import tempfile
 from cli_support import Checks
 
 AIM = 0.92
+TRACKS = ["texture03", "texture04", "texture08", "texture10", "texture12"]
 
 
 def evaluated(t, d, name, *arguments):
@@ -36,6 +38,16 @@ def vibtac12(t, d):
     same = evaluated(t, d, "vibtac12", "--window-s", "2", "--components", "3", "--combine", "mean", "--method", "kNN,Tree")
     t.expect(same["results"]["kNN"]["f_score"] < papers["results"]["kNN"]["f_score"], "the paper's protocol flatters")
     trade(t, d)
+
+
+def vibtac12_sound(t, d):
+    info = t.succeeds("dataset", "info", "vibtac12_sound.h5", cwd=d)
+    t.expect(sorted(info["labels"]) == TRACKS, f"the textures with a sound track: {info}")
+    told = evaluated(t, d, "vibtac12_sound", "--window-s", "2", "--features", "ALL", "--method", "LDA,best")
+    chance = 1 / len(TRACKS)
+    best = told["results"]["best"]
+    t.expect(told["leak"]["largest_share"] == 0 and best["labels"] == TRACKS, f"contiguous parts of five tracks: {best['labels']}")
+    t.expect(best["accuracy"] >= AIM and best["accuracy_ci95"]["low"] > chance, f"sound tracks: {best['accuracy']}, chance {chance}")
 
 
 def trade(t, d):
@@ -69,17 +81,24 @@ def lmt_sound(t, d):
     t.expect(ours["accuracy"] >= AIM and ours["recordings_accuracy"] >= AIM, "lmt_sound reaches its aim on windows and on whole recordings, with bands")
 
 
+# Name, folder, options of the import, what is done with it.
+SETS = [("vibtac12", "vibtac12", [], vibtac12), ("vibtac12_sound", "vibtac12", ["--channels", "S"], vibtac12_sound), ("hapmat", "hapmat", [], hapmat),
+        ("lmt_sound", "lmt_sound", [], lmt_sound)]
+
+
 def main():
     t = Checks(sys.argv[1])
     data = (pathlib.Path(sys.argv[2]) / "data").resolve()
-    kinds = [kind for kind in (vibtac12, hapmat, lmt_sound) if (data / kind.__name__).is_dir()]
-    if not kinds:
-        print(f"skipped: no recordings in {data}")
-        sys.exit(77)
+    missing = [folder for folder in ("vibtac12", "hapmat", "lmt_sound") if not (data / folder).is_dir()]
     with tempfile.TemporaryDirectory(prefix="weft-recordings-") as d:
-        for kind in kinds:
-            t.succeeds("dataset", "import", "--format", kind.__name__, data / kind.__name__, "-o", f"{kind.__name__}.h5", cwd=d)
-            kind(t, d)
+        for name, folder, options, look_at in SETS:
+            if folder not in missing:
+                t.succeeds("dataset", "import", "--format", folder, data / folder, *options, "-o", f"{name}.h5", cwd=d)
+                look_at(t, d)
+    if missing:
+        print(f"skipped: no {' and no '.join(missing)} in {data}")
+    if not t.count:
+        sys.exit(77)
     t.finish()
 
 

@@ -187,6 +187,39 @@ TEST_CASE("VibTac-12 needs twelve lines of numbers") {
   CHECK(odd.error().where.find("Y.csv:12: field 3") != std::string::npos);
 }
 
+TEST_CASE("VibTac-12 with sound has the textures with a track alone, whatever their numbers") {
+  if (!have_sound()) {
+    WARN("built without libsndfile: not tested");
+    return;
+  }
+  const TemporaryFolder folder;
+  write_file(folder / "Texture10.wav", wav(1, 8000, {16384, -32768, 0}));
+  write_file(folder / "Texture3.wav", wav(1, 8000, {8192, 1}));
+  const auto set = import_vibtac12(folder.path(), {"S"});
+  REQUIRE(set);
+  CHECK(set->kind == BenchKind::real);
+  REQUIRE(set->recordings.size() == 2);
+  const Recording &third = set->recordings[0], &tenth = set->recordings[1];
+  CHECK(third.label == "texture03");
+  CHECK(third.samples == std::vector<std::vector<double>>{{0.25, 1.0 / 32768.0}});
+  CHECK(tenth.label == "texture10");
+  CHECK(tenth.samples == std::vector<std::vector<double>>{{0.5, -1.0, 0.0}});
+  CHECK(tenth.channels == std::vector<classifier::vibro::Channel>{{"S", 8000.0, "1"}});
+
+  std::string lines;
+  for (int t = 0; t < 12; ++t) lines += std::to_string(t) + ",1.0\n";
+  write_file(folder / "X.csv", lines);
+  const auto both = import_vibtac12(folder.path(), {"S", "X"});
+  REQUIRE(both);
+  REQUIRE(both->recordings.size() == 2);
+  CHECK(both->recordings[1].samples[1] == std::vector{9.0, 1.0});
+
+  write_file(folder / "Texture4.wav", wav(1, 44100, {1, 2}));
+  const auto odd = import_vibtac12(folder.path(), {"S"});
+  REQUIRE_FALSE(odd);
+  CHECK(odd.error().where.find("Texture4.wav") != std::string::npos);
+}
+
 // A trial whose phase M lasts from 100 ms to 200 ms of the host clock, with a sound block of four
 // readings at 200 Hz every 20 ms.
 Dataset campaign() {
