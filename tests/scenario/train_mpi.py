@@ -1,6 +1,8 @@
 """`weft-train-mpi` under mpirun: the same model file as `weft train`, byte for byte, and nothing when a rank dies.
 
     train_mpi.py WEFT WEFT_TRAIN_MPI     exit status 77 where there is no MPI
+
+Where Slurm's controller answers, the same bytes under srun too; elsewhere that part says that it was skipped.
 """
 import os
 import pathlib
@@ -44,14 +46,36 @@ def mpi(folder, ranks, *command):
 def same_bytes(checks, program, folder):
     for ranks, options in ((2, ["--learner", "cores-best"]), (2, ["--learner", "best"]), (2, ["--learner", "svc"]),
                            (3, ["--reduction", "pvalue", "--paper-selection"])):
-        alone = checks.run("train", "set.h5", "-o", "alone", *options, cwd=folder)
-        checks.expect(alone.returncode == 0, f"train: {alone.stderr}")
-        shared = mpi(folder, ranks, program, "set.h5", "-o", "shared", *options)
-        checks.expect(shared.returncode == 0, f"{ranks} ranks: {shared.stderr}")
-        checks.expect((folder / "shared").exists() and (folder / "shared").read_bytes() == (folder / "alone").read_bytes(),
-                      f"{ranks} ranks, {options}: the model differs from the single-process one")
-        for name in ("alone", "shared"):
-            (folder / name).unlink(missing_ok=True)
+        compare(checks, folder, options, launch(ranks, program, "set.h5", "-o", "shared", *options))
+
+
+def compare(checks, folder, options, command):
+    """What `command` writes to `shared` is what `weft train` writes alone."""
+    alone = checks.run("train", "set.h5", "-o", "alone", *options, cwd=folder)
+    checks.expect(alone.returncode == 0, f"train: {alone.stderr}")
+    shared = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+    checks.expect(shared.returncode == 0, f"{command}: {shared.stderr}")
+    checks.expect((folder / "shared").exists() and (folder / "shared").read_bytes() == (folder / "alone").read_bytes(),
+                  f"{command}: the model differs from the single-process one")
+    for name in ("alone", "shared"):
+        (folder / name).unlink(missing_ok=True)
+
+
+def controller_answers():
+    if shutil.which("srun") is None or shutil.which("scontrol") is None:
+        return False
+    try:
+        return subprocess.run(["scontrol", "ping"], capture_output=True, timeout=20).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
+
+
+def same_bytes_under_slurm(checks, program, folder):
+    if not controller_answers():
+        print("skipped: srun, no controller of Slurm answers here")
+        return
+    options = ["--learner", "cores-best"]
+    compare(checks, folder, options, ["srun", "--mpi=pmix", "--kill-on-bad-exit=1", "-n", "2", "--overcommit", str(program), "set.h5", "-o", "shared", *options])
 
 
 def refusals(checks, program, folder):
@@ -83,21 +107,23 @@ def busy_rank(rank, folder, cpu_s):
     return None
 
 
-def death_of_a_rank(checks, program, folder):
+def death_of_a_rank(checks, program, folder, rank, *says):
+    """The launcher names the rank that was killed; the model that was there before is there still, and nothing beside it."""
+    (folder / "model").write_text("an older model")
     before = contents(folder)
     job = subprocess.Popen(launch(2, program, "set.h5", "-o", "model", "--threads", "1"), cwd=folder,
                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     victim, deadline = None, time.monotonic() + 60
     while victim is None and job.poll() is None and time.monotonic() < deadline:
-        victim = busy_rank(1, folder, cpu_s=0.4)
-    checks.expect(victim is not None, "rank 1 was not found, or done too soon")
+        victim = busy_rank(rank, folder, cpu_s=0.4)
+    checks.expect(victim is not None, f"rank {rank} was not found, or done too soon")
     if victim is not None:
         os.kill(victim, signal.SIGKILL)
     _, errors = job.communicate(timeout=60)
-    checks.expect(job.returncode != 0, "a rank died and the job succeeded")
-    checks.expect("rank 1" in errors and "signal 9" in errors, f"no word of the rank that died: {errors}")
-    checks.expect("no model was written" in errors, f"rank 0 says nothing: {errors}")
-    checks.expect(contents(folder) == before, "a rank died and left a file behind")
+    checks.expect(job.returncode != 0, f"rank {rank} died and the job succeeded")
+    for words in (f"rank {rank}", "signal 9", *says):
+        checks.expect(words in errors, f"rank {rank} died, no '{words}' in: {errors}")
+    checks.expect(contents(folder) == before, f"rank {rank} died and left a file behind: {contents(folder) ^ before}")
     print(errors.strip())
 
 
@@ -110,9 +136,11 @@ def main():
     with tempfile.TemporaryDirectory() as small, tempfile.TemporaryDirectory() as large:
         make_dataset(checks, pathlib.Path(small), labels=7, trials=5)
         same_bytes(checks, program, pathlib.Path(small))
+        same_bytes_under_slurm(checks, program, pathlib.Path(small))
         refusals(checks, program, pathlib.Path(small))
         make_dataset(checks, pathlib.Path(large), labels=80, trials=6)
-        death_of_a_rank(checks, program, pathlib.Path(large).resolve())
+        death_of_a_rank(checks, program, pathlib.Path(large).resolve(), 1, "no model was written")
+        death_of_a_rank(checks, program, pathlib.Path(large).resolve(), 0)  # who would say so
     checks.finish()
 
 
