@@ -84,6 +84,16 @@ def look_at_scans(t, d):
     t.expect(rasp["E"] > 1.05 * rasp["S"], "under the same weight the cover remembers the press")
 
 
+def look_at_report(t, d):
+    """The report stands alone: it names the page of imprints, which must be where it says."""
+    page = (d / "first/report.html").read_text()
+    t.expect("SIMULATED" in page, "the report does not say that it is simulated")
+    t.expect("handover/imprints.html" in page and "handover/imprints.model" in page, "the report does not name the page of imprints and their model")
+    for name in ("handover/imprints.html", "handover/imprints.model"):
+        t.expect((d / "first" / name).is_file(), f"the report names {name}, which is not there")
+    t.expect("M1, paper" not in page and "M2, paper" not in page, "rows of another paper's explorations")
+
+
 def look_at_hand_over(t, d, told):
     page = (d / "first/handover/imprints.html").read_text()
     t.expect("SIMULATED" in page.upper(), "the page does not say that it is simulated")
@@ -128,6 +138,7 @@ def main():
         inputs(root, d)
         told = look_at_run(t, d)
         look_at_scans(t, d)
+        look_at_report(t, d)
         look_at_hand_over(t, d, told)
         look_at_evaluate(t, d)
     t.finish()
