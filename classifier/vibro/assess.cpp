@@ -135,36 +135,6 @@ class Assessor {
   Assessment out_;
 };
 
-// The training rows' own splits: each block or group of theirs left out in turn; with random
-// windows, every fifth row.
-std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Protocol protocol) {
-  constexpr std::size_t fifths = 5;
-  std::map<std::string, std::vector<std::size_t>> parts;
-  for (std::size_t i = 0; i < outer.train.size(); ++i) {
-    const std::size_t r = outer.train[i];
-    const std::string part = protocol == Protocol::groups ? windows.matrix.groups[r]
-                             : protocol == Protocol::blocks
-                                 ? std::to_string(windows.places[r].block)
-                                 : std::to_string(i % fifths);
-    parts[part].push_back(r);
-  }
-  const auto labels_of = [&](const std::vector<std::size_t>& rows) {
-    std::set<std::string> labels;
-    for (const std::size_t r : rows) labels.insert(windows.matrix.labels[r]);
-    return labels;
-  };
-  std::vector<Split> out;
-  for (const auto& [part, tests] : parts) {
-    Split split;
-    split.test = tests;
-    std::set_difference(outer.train.begin(), outer.train.end(), tests.begin(), tests.end(),
-                        std::back_inserter(split.train));
-    // A class that only this part has cannot be learnt without it.
-    if (labels_of(split.train) == labels_of(outer.train)) out.push_back(std::move(split));
-  }
-  return out;
-}
-
 Result<Method> choose(const Assessor& assessor, const WindowSet& windows, const Split& outer,
                       Protocol protocol, std::span<const Method> candidates,
                       PipelineOptions options) {
@@ -194,6 +164,34 @@ Result<Method> choose(const Assessor& assessor, const WindowSet& windows, const 
 }
 
 }  // namespace
+
+std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Protocol protocol) {
+  constexpr std::size_t fifths = 5;
+  std::map<std::string, std::vector<std::size_t>> parts;
+  for (std::size_t i = 0; i < outer.train.size(); ++i) {
+    const std::size_t r = outer.train[i];
+    const std::string part = protocol == Protocol::groups ? windows.matrix.groups[r]
+                             : protocol == Protocol::blocks
+                                 ? std::to_string(windows.places[r].block)
+                                 : std::to_string(i % fifths);
+    parts[part].push_back(r);
+  }
+  const auto labels_of = [&](const std::vector<std::size_t>& rows) {
+    std::set<std::string> labels;
+    for (const std::size_t r : rows) labels.insert(windows.matrix.labels[r]);
+    return labels;
+  };
+  std::vector<Split> out;
+  for (const auto& [part, tests] : parts) {
+    Split split;
+    split.test = tests;
+    std::set_difference(outer.train.begin(), outer.train.end(), tests.begin(), tests.end(),
+                        std::back_inserter(split.train));
+    // A class that only this part has cannot be learnt without it.
+    if (labels_of(split.train) == labels_of(outer.train)) out.push_back(std::move(split));
+  }
+  return out;
+}
 
 double f_score(const Confusion& confusion) {
   double sum = 0.0;

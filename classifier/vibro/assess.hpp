@@ -40,6 +40,11 @@ double f_score(const Confusion& confusion);
 Result<Assessment> assess(const WindowSet& windows, std::span<const Split> splits,
                           const PipelineOptions& options, const SecondsNow& seconds_now = {});
 
+/// The training rows' own splits: each block or group of theirs left out in turn; with random
+/// windows, every fifth row. Only those whose training rows have every label that `outer` trains;
+/// there may be none.
+std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Protocol protocol);
+
 /// The same, but on every split the learner among `candidates` that answers best on parts of the
 /// training windows left out in turn: blocks or groups of them, as `protocol` says. Nothing is
 /// chosen by test windows. The first of equals. Candidates that are not available() are left out.

@@ -7,6 +7,7 @@
 
 #include "classifier/evaluate/interval.hpp"
 #include "classifier/learn/random.hpp"
+#include "classifier/vibro/assess.hpp"
 #include "classifier/vibro/learn/tree.hpp"
 
 namespace weft::classifier::vibro {
@@ -31,6 +32,77 @@ std::vector<std::size_t> classes_in(const WindowSet& windows, const std::set<std
     out.push_back(static_cast<std::size_t>(
         std::distance(labels.begin(), labels.find(windows.matrix.labels[r]))));
   return out;
+}
+
+// The windows of one split with their classes.
+struct Parted {
+  Matrix train, test;
+  std::vector<std::size_t> of_train, of_test;
+  std::size_t classes = 0;
+  [[nodiscard]] Training training() const { return {&train, of_train, classes}; }
+};
+
+Parted parted(const WindowSet& windows, const Split& split) {
+  const std::set<std::string> labels(windows.matrix.labels.begin(), windows.matrix.labels.end());
+  return {windows.matrix.values.take(split.train), windows.matrix.values.take(split.test),
+          classes_in(windows, labels, split.train), classes_in(windows, labels, split.test),
+          labels.size()};
+}
+
+// Adds what permutation says on one split, a share of it, to `sum`.
+Status add_permuted(const Parted& rows, const PipelineOptions& options, std::size_t repeats,
+                    double share, std::vector<Importance>& sum) {
+  const auto pipeline = Pipeline::train(rows.training(), options);
+  if (!pipeline) return pass(pipeline.error());
+  const auto permuted =
+      permutation_importance(*pipeline, rows.test, rows.of_test, repeats, options.learner.seed);
+  if (!permuted) return pass(permuted.error());
+  for (std::size_t f = 0; f < sum.size(); ++f) {
+    sum[f].mean += share * (*permuted)[f].mean;
+    sum[f].deviation += share * (*permuted)[f].deviation;
+  }
+  return {};
+}
+
+// Of the training windows of one split, whose test windows are not looked at.
+Result<std::vector<std::size_t>> selected(const WindowSet& windows, const Split& split,
+                                          Protocol protocol, const PipelineOptions& options,
+                                          std::size_t count, std::size_t repeats) {
+  std::vector<Split> parts = inner_splits(windows, split, protocol);
+  if (parts.empty()) parts.push_back({split.train, split.train});
+  std::vector<Importance> sum(windows.matrix.names.size());
+  for (const Split& part : parts)
+    if (auto ok = add_permuted(parted(windows, part), options, repeats,
+                               1.0 / static_cast<double>(parts.size()), sum);
+        !ok)
+      return pass(ok.error());
+  return most_important(sum, count);
+}
+
+WindowSet with_columns(const WindowSet& windows, std::span<const std::size_t> columns) {
+  WindowSet out = windows;
+  const Matrix& all = windows.matrix.values;
+  out.matrix.values.assign(all.rows(), columns.size());
+  out.matrix.names.clear();
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    out.matrix.names.push_back(windows.matrix.names[columns[k]]);
+    for (std::size_t r = 0; r < all.rows(); ++r) out.matrix.values(r, k) = all(r, columns[k]);
+  }
+  return out;
+}
+
+// Adds what is reached on one split.
+Status add_reached(const WindowSet& windows, const Split& split, const PipelineOptions& options,
+                   std::vector<std::size_t> columns, Reached& out) {
+  const auto got =
+      assess(with_columns(windows, columns), std::span<const Split>(&split, 1), options);
+  if (!got) return pass(got.error());
+  out.split_accuracy.push_back(got->accuracy);
+  const auto n = static_cast<double>(out.split_accuracy.size());
+  out.accuracy += (got->accuracy - out.accuracy) / n;
+  out.f_score += (got->f_score - out.f_score) / n;
+  out.kept.push_back(std::move(columns));
+  return {};
 }
 
 }  // namespace
@@ -65,27 +137,42 @@ Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> 
                                const PipelineOptions& options, std::size_t repeats) {
   if (splits.empty()) return fail(Errc::invalid_argument, "no split to weigh features on");
   const std::size_t features = windows.matrix.names.size();
-  const std::set<std::string> labels(windows.matrix.labels.begin(), windows.matrix.labels.end());
   Weighed out{std::vector<Importance>(features), std::vector<double>(features, 0.0)};
   const double share = 1.0 / static_cast<double>(splits.size());
   for (const Split& split : splits) {
-    const auto of_train = classes_in(windows, labels, split.train);
-    const auto of_test = classes_in(windows, labels, split.test);
-    const Matrix train = windows.matrix.values.take(split.train);
-    const Training training{&train, of_train, labels.size()};
-    const auto pipeline = Pipeline::train(training, options);
-    if (!pipeline) return pass(pipeline.error());
-    const auto permuted = permutation_importance(*pipeline, windows.matrix.values.take(split.test),
-                                                 of_test, repeats, options.learner.seed);
-    if (!permuted) return pass(permuted.error());
-    const auto grown = forest_importance(training, options.learner);
+    const Parted rows = parted(windows, split);
+    if (auto ok = add_permuted(rows, options, repeats, share, out.permutation); !ok)
+      return pass(ok.error());
+    const auto grown = forest_importance(rows.training(), options.learner);
     if (!grown) return pass(grown.error());
-    for (std::size_t f = 0; f < features; ++f) {
-      out.permutation[f].mean += share * (*permuted)[f].mean;
-      out.permutation[f].deviation += share * (*permuted)[f].deviation;
-      out.forest[f] += share * (*grown)[f];
-    }
+    for (std::size_t f = 0; f < features; ++f) out.forest[f] += share * (*grown)[f];
   }
+  return out;
+}
+
+Result<Reached> reach_by_selection(const WindowSet& windows, std::span<const Split> splits,
+                                   Protocol protocol, const PipelineOptions& options,
+                                   std::size_t count, std::size_t repeats) {
+  if (splits.empty() || count == 0)
+    return fail(Errc::invalid_argument, "a selection needs splits and a number of features");
+  Reached out;
+  for (const Split& split : splits) {
+    auto columns = selected(windows, split, protocol, options, count, repeats);
+    if (!columns) return pass(columns.error());
+    if (auto ok = add_reached(windows, split, options, std::move(*columns), out); !ok)
+      return pass(ok.error());
+  }
+  return out;
+}
+
+Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> splits,
+                           const PipelineOptions& options, std::span<const std::size_t> columns) {
+  if (splits.empty() || columns.empty())
+    return fail(Errc::invalid_argument, "nothing is reached without splits and columns");
+  Reached out;
+  for (const Split& split : splits)
+    if (auto ok = add_reached(windows, split, options, {columns.begin(), columns.end()}, out); !ok)
+      return pass(ok.error());
   return out;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Which features a trained pipeline leans on, and the paper's selection by that.
+// Which features a trained pipeline leans on, the paper's selection by that, and what it reaches.
 
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/vibro/extract.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
+#include "classifier/vibro/protocol.hpp"
 
 namespace weft::classifier::vibro {
 
@@ -39,5 +40,25 @@ struct Weighed {
 /// Refuses no splits, and what its parts refuse.
 Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> splits,
                                const PipelineOptions& options, std::size_t repeats);
+
+/// Windows right with some of the columns.
+struct Reached {
+  double accuracy = 0.0;  ///< mean over the splits
+  double f_score = 0.0;   ///< macro, mean over the splits
+  std::vector<double> split_accuracy{};
+  std::vector<std::vector<std::size_t>> kept{};  ///< columns, per split
+};
+
+/// On every split the `count` columns that matter most to the training windows alone are selected,
+/// by permutation of parts of them left out in turn (inner_splits(); where they cannot be parted,
+/// of themselves), and the learner of `options` is trained with these and tested. Refuses no
+/// splits, count 0, and what its parts refuse.
+Result<Reached> reach_by_selection(const WindowSet& windows, std::span<const Split> splits,
+                                   Protocol protocol, const PipelineOptions& options,
+                                   std::size_t count, std::size_t repeats);
+
+/// The same with columns that are given, on every split.
+Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> splits,
+                           const PipelineOptions& options, std::span<const std::size_t> columns);
 
 }  // namespace weft::classifier::vibro

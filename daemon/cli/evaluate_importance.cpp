@@ -1,6 +1,9 @@
 #include "daemon/cli/evaluate_importance.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "daemon/cli/table.hpp"
@@ -27,12 +30,86 @@ std::vector<std::string> papers_choice() {
   return out;
 }
 
+// Columns of the paper's five, of every channel; none where one of the five is not among them.
+std::vector<std::size_t> papers_columns(const std::vector<std::string>& names) {
+  std::vector<std::size_t> out;
+  const auto chosen = papers_choice();
+  for (const std::string& figure : chosen) {
+    const std::size_t before = out.size();
+    for (std::size_t f = 0; f < names.size(); ++f)
+      if (names[f].substr(0, names[f].find('.')) == figure) out.push_back(f);
+    if (out.size() == before) return {};
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// "STD 5, MEAN 4": how often each was kept.
+std::string kept_words(const vibro::Reached& reached, const std::vector<std::string>& names) {
+  std::vector<std::pair<std::size_t, std::size_t>> times;  // and column
+  for (std::size_t f = 0; f < names.size(); ++f) {
+    std::size_t n = 0;
+    for (const auto& kept : reached.kept)
+      n += std::find(kept.begin(), kept.end(), f) != kept.end() ? 1 : 0;
+    if (n > 0) times.emplace_back(n, f);
+  }
+  std::stable_sort(times.begin(), times.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> words;
+  for (const auto& [n, f] : times) words.push_back(names[f] + " " + std::to_string(n));
+  return joined(words);
+}
+
+json reached_json(const vibro::Reached& reached, const std::vector<std::string>& names) {
+  json kept = json::array();
+  for (const auto& columns : reached.kept) kept.push_back(named(names, columns));
+  return {{"accuracy", reached.accuracy},
+          {"accuracy_of_splits", reached.split_accuracy},
+          {"f_score", reached.f_score},
+          {"columns", kept}};
+}
+
+void add_row(const std::string& what, const std::string& key, const vibro::Reached& reached,
+             const std::vector<std::string>& names, Table& table, json& out) {
+  table.row({what, std::to_string(reached.kept.front().size()), percent(reached.accuracy, 2),
+             fixed(reached.f_score, 3)});
+  out[key] = reached_json(reached, names);
+}
+
+// What the learner reaches with the selected columns, the paper's and all.
+Result<std::string> compare_selection(const vibro::WindowSet& windows,
+                                      std::span<const classifier::Split> splits,
+                                      vibro::Protocol protocol,
+                                      const vibro::PipelineOptions& options, std::size_t repeats,
+                                      json& out) {
+  const std::vector<std::string>& names = windows.matrix.names;
+  const auto selected =
+      vibro::reach_by_selection(windows, splits, protocol, options, features_kept, repeats);
+  if (!selected) return pass(selected.error());
+  Table table;
+  table.row({"trained with", "columns", "windows %", "F-score"});
+  add_row("selected in training", "selected", *selected, names, table, out);
+  if (const auto columns = papers_columns(names); !columns.empty()) {
+    const auto papers = vibro::reach_with(windows, splits, options, columns);
+    if (!papers) return pass(papers.error());
+    add_row("the paper's five (SMMRP)", "smmrp", *papers, names, table, out);
+  }
+  std::vector<std::size_t> every(names.size());
+  std::iota(every.begin(), every.end(), std::size_t{0});
+  const auto all = vibro::reach_with(windows, splits, options, every);
+  if (!all) return pass(all.error());
+  add_row("all", "all", *all, names, table, out);
+  return "Selected by permutation within the training windows of each split, " +
+         std::to_string(splits.size()) + " of them: " + kept_words(*selected, names) + "\n" +
+         table.text();
+}
+
 }  // namespace
 
 Result<std::string> add_importance(const vibro::WindowSet& windows,
                                    std::span<const classifier::Split> splits,
-                                   const vibro::PipelineOptions& options, std::size_t repeats,
-                                   json& out) {
+                                   vibro::Protocol protocol, const vibro::PipelineOptions& options,
+                                   std::size_t repeats, json& out) {
   const auto weighed = vibro::weigh_features(windows, splits, options, repeats);
   if (!weighed) return pass(weighed.error());
   const std::vector<std::string>& names = windows.matrix.names;
@@ -56,10 +133,12 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
   const std::string learner(vibro::to_string(options.method));
   out = {{"learner", learner},       {"repeats", repeats},   {"features", features},
          {"most_permutation", kept}, {"most_forest", grown}, {"paper", papers_choice()}};
+  const auto compared = compare_selection(windows, splits, protocol, options, repeats, out);
+  if (!compared) return pass(compared.error());
   return "Importance by " + learner + ", values of a feature dealt out at random " +
          std::to_string(repeats) + " times among the test windows of each split:\n" + table.text() +
          "  most by permutation " + joined(kept) + "\n  most in a forest    " + joined(grown) +
-         "\n  the paper kept      " + joined(papers_choice()) + "\n";
+         "\n  the paper kept      " + joined(papers_choice()) + "\n" + *compared;
 }
 
 }  // namespace weft::daemon::cli

@@ -172,7 +172,8 @@ Result<std::string> weigh(const EvaluateArgs& args, const Plan& plan,
   if (args.recordings.importance == 0) return std::string();
   vibro::PipelineOptions options = plan.pipeline;
   options.method = plan.methods.size() == 1 ? plan.methods.front() : vibro::Method::forest;
-  return add_importance(windows, splits, options, args.recordings.importance, out);
+  return add_importance(windows, splits, plan.protocol.protocol, options,
+                        args.recordings.importance, out);
 }
 
 }  // namespace
@@ -240,7 +241,8 @@ void add_recording_options(CLI::App& command, RecordingChoice& choice) {
       .add_option(
           "--importance", choice.importance,
           "also weigh the features: so many permutations of each among test windows, by the "
-          "one --method or RForest, and a forest's own; try --features SMMRP10")
+          "one --method or RForest, and a forest's own; and train with the five that the same "
+          "selects among training windows; try --features SMMRP10")
       ->check(CLI::Range(1, 1000))
       ->group(group);
 }

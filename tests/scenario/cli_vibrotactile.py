@@ -142,7 +142,13 @@ def weighed(t, d):
     first = [f["permutation"] for f in out["features"]]
     t.expect(first == sorted(first, reverse=True) and first[0] > 0.02, f"something matters: {first}")
     t.expect(out["most_permutation"] == [f["feature"] for f in out["features"][:5]], "the five that weigh most")
+    chosen, papers, every = (out[which] for which in ("selected", "smmrp", "all"))
+    t.expect([len(kept) for kept in chosen["columns"]] == [5] * REPETITIONS, f"five selected in the training of every split: {chosen}")
+    t.expect(all(set(kept) == set(out["paper"]) for kept in papers["columns"]), f"the paper's five beside them: {papers}")
+    t.expect(min(chosen["accuracy"], papers["accuracy"]) > 2 / TEXTURES, f"selected {chosen['accuracy']}, the paper's {papers['accuracy']}")
+    t.expect(all(len(kept) == 10 for kept in every["columns"]), f"all ten: {every}")
     page = (d / "page.html").read_text()
+    t.expect("selected in training" in page, "the page tells what the selection reaches")
     t.expect("SIMULATED" in page and "Confusion by material" in page and "PERCEPTUAL" in page and "felt" in page, "the page of an evaluation")
 
 

@@ -257,6 +257,60 @@ TEST_CASE("Features are weighed on test windows and by a forest, over all splits
   CHECK_FALSE(weigh_features(c.windows, c.splits, options, 0));
 }
 
+// Recordings whose matrix is replaced: column 0 parts the classes where training sees it, column 1
+// in the test windows alone, the others are noise.
+Cut made_to_mislead() {
+  Cut out = cut(levels(2, 3), with(Protocol::groups), {Family::smmrp10, Combine::concat});
+  RandomEngine engine(3);
+  classifier::FeatureMatrix& matrix = out.windows.matrix;
+  for (std::size_t r = 0; r < matrix.size(); ++r) {
+    for (std::size_t f = 0; f < matrix.names.size(); ++f)
+      matrix.values(r, f) = classifier::testing::normal(engine);
+    const double side = matrix.labels[r] == "a" ? -3.0 : 3.0;
+    matrix.values(r, 0) += side;
+    if (matrix.groups[r] == "3") matrix.values(r, 1) += 10.0 * side;
+  }
+  std::erase_if(out.splits,
+                [&](const Split& split) { return matrix.groups[split.test.front()] != "3"; });
+  return out;
+}
+
+TEST_CASE("Features are selected on the training windows of each split, never on test windows") {
+  const Cut c = made_to_mislead();
+  REQUIRE(c.splits.size() == 1);
+  PipelineOptions options;
+  options.method = Method::lda;
+  const auto one = reach_by_selection(c.windows, c.splits, Protocol::groups, options, 1, 5).value();
+  CHECK(one.kept == std::vector<std::vector<std::size_t>>{{0}});
+  CHECK(one.accuracy > 0.95);
+  CHECK(one.accuracy ==
+        reach_with(c.windows, c.splits, options, std::vector<std::size_t>{0})->accuracy);
+  const auto two = reach_with(c.windows, c.splits, options, std::vector<std::size_t>{2, 3}).value();
+  CHECK(two.accuracy < 0.7);
+  CHECK(two.kept.front() == std::vector<std::size_t>{2, 3});
+
+  // With every column it is what assess() says, on as many splits as there are.
+  const auto recordings = levels(2, 3);
+  const Cut all = cut(recordings, with(Protocol::groups), {Family::smmrp10, Combine::concat});
+  REQUIRE(all.splits.size() == 3);
+  const auto whole =
+      reach_by_selection(all.windows, all.splits, Protocol::groups, options, 10, 2).value();
+  const auto assessed = assess(all.windows, all.splits, options).value();
+  CHECK(whole.split_accuracy == assessed.split_accuracy);
+  CHECK(whole.accuracy == Approx(assessed.accuracy));
+  CHECK(whole.f_score == Approx(assessed.f_score));
+  CHECK(whole.kept.size() == 3);
+
+  // Two groups: the one that trains cannot be parted, and is asked about itself.
+  const Cut few = cut(levels(2, 2), with(Protocol::groups), {Family::smmrp10, Combine::concat});
+  CHECK(reach_by_selection(few.windows, few.splits, Protocol::groups, options, 5, 2)->accuracy >
+        0.9);
+  CHECK_FALSE(reach_by_selection(c.windows, {}, Protocol::groups, options, 5, 2));
+  CHECK_FALSE(reach_by_selection(c.windows, c.splits, Protocol::groups, options, 0, 2));
+  CHECK_FALSE(reach_by_selection(c.windows, c.splits, Protocol::groups, options, 5, 0));
+  CHECK_FALSE(reach_with(c.windows, c.splits, options, {}));
+}
+
 TEST_CASE("Bands part the spectrum, and a line stands in its own") {
   for (const std::size_t bins : {2U, 3U, 9U, 17U, 33U, 65U, 1025U}) {
     const auto edges = band_edges(bins);
