@@ -5,7 +5,9 @@
 
 All fabricslide strokes (of different length; p down to 1e-114), all icub20 slides, and small campaigns on the simulated
 bench with all four phases. t and p are compared with scipy's own ttest_ind too.
-Exceptions to 1e-9 relative: a skewness or fifth moment that cancels is compared at the scale of its terms.
+Exceptions to 1e-9 relative: a skewness or fifth moment that cancels is compared at the scale of its terms. Eleven of the 576 000
+figures of icub20 do, of the other sets none: more than CANCELLING of a set are no exception. Where p is compared far below 1e-100 at
+least one must lie there (LEAST_P).
 """
 import csv
 import pathlib
@@ -15,6 +17,8 @@ import tempfile
 
 from oracle_agreement_data import need_reference, real_trials, rows_of, simulated_trials, skip
 
+CANCELLING = 5e-5  # share of a set's figures
+LEAST_P = {"fabricslide": 1e-100}
 
 def compare_command_line(weft, folder, names, F):
     """`weft features` on the data set itself: the same figures without the detour over CSV."""
@@ -50,6 +54,7 @@ def compare_features(ours, names, F):
                 worst = max(worst, relative)
     print(f"features: {len(F)} trials x {len(names)}, largest relative difference {worst:.1e}, "
           f"{exceptions} cancelling figures compared at the scale of their terms")
+    assert exceptions <= CANCELLING * len(F) * len(names), f"{exceptions} figures cancel"
 
 
 class Worst:
@@ -90,9 +95,10 @@ def compare_pairs(oracle, ours, names, label, F):
     print(f"t and p: largest relative difference {worst['t'].value:.1e} and {worst['p'].value:.1e} (scipy's ttest_ind: "
           f"{scipys['t'].value:.1e} and {scipys['p'].value:.1e}, {undefined // 2} columns without spread left out); "
           f"smallest p {least_p:.1e}; {subsets} subsets equal")
+    return least_p
 
 
-def compare(tool, index, oracle):
+def compare(tool, index, oracle, below=1.0):
     import numpy as np
     data, phase, offset, label, labels = oracle.load_csv(index)
     F = np.stack([oracle.extract(data[s:e], phase[s:e]) for s, e in zip(offset[:-1], offset[1:])])
@@ -100,7 +106,8 @@ def compare(tool, index, oracle):
     ours = subprocess.run([tool, "features", index], check=True, capture_output=True, text=True).stdout
     compare_features(list(csv.reader(ours.splitlines())), names, F)
     pairs = subprocess.run([tool, "pairs", index], check=True, capture_output=True, text=True).stdout
-    compare_pairs(oracle, list(csv.reader(pairs.splitlines())), labels, label, F)
+    least_p = compare_pairs(oracle, list(csv.reader(pairs.splitlines())), labels, label, F)
+    assert least_p < below, f"no p below {below}: {least_p}"
     return names, F
 
 
@@ -118,7 +125,7 @@ def main():
             skip(f"{shared / 'data' / kind} is not there; the simulated trials agreed")
         with tempfile.TemporaryDirectory() as folder:
             print(kind)
-            compare(tool, real_trials(kind, shared / "data" / kind, pathlib.Path(folder)), fabric000)
+            compare(tool, real_trials(kind, shared / "data" / kind, pathlib.Path(folder)), fabric000, LEAST_P.get(kind, 1.0))
 
 
 main()

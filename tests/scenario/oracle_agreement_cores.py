@@ -15,7 +15,8 @@ after which step that is. So decisions that differ by more than rounding must be
 tolerance does not tell apart (oracle_explains()); there the reference is trained at our point and must decide as we do. No
 prediction may differ, but for one thing: our exp is 0 below 2^-1021, numpy's goes down to 5e-324. A core to which a trial is that
 far from every support vector then says 0 here and, say, 8e-320 there, which is a vote of the other sign. Reference decisions
-below FLUSHED are taken as 0, and how many they are is printed.
+below FLUSHED are taken as 0, and how many they are is printed. Of all cores compared at most OTHER_POINTS may have another grid point
+(none of the 1 355 had in what was run, see classifier/README.md): a search that goes astray does not pass as many small differences.
 """
 import csv
 import fnmatch
@@ -28,6 +29,7 @@ from oracle_agreement_data import need_reference, real_trials, simulated_trials,
 
 ROUNDING = 1e-9
 FLUSHED = 1e-300
+OTHER_POINTS = 0.02
 SOLVER = 5e-3  # of a decision, and of the hinge loss of one held-out row: libsvm stops at a violation of 1e-3
 REDUCTIONS = ("pvalue", "pvalue-paper", "pca", "pca-paper", "all")
 KINDS = {"pvalue": "pvalue", "pca": "pca", "all": "none"}
@@ -112,8 +114,8 @@ def compare_core(oracle, core, X, y, folds, F, info, mine):
 
 
 def compare_cores(oracle, tool, index, F, train, test, reduction):
-    """Number of unexplained differences. `F` features of the trials in the order of the index; train and test: lists of
-    groups."""
+    """What is to be said of each core, and the number of unexplained differences. `F` features of the trials in the order of the
+    index; train and test: lists of groups."""
     import numpy as np
     kind, _, paper = reduction.partition("-")
     cfg = dict(oracle.DEFAULT, reduce=KINDS[kind], nested=not paper)
@@ -143,7 +145,7 @@ def compare_cores(oracle, tool, index, F, train, test, reduction):
     counts = ", ".join(f"{said.count(k)} {k}" for k in ("equal", "stopped elsewhere", "another point", "unexplained") if k in said)
     print(f"  {reduction}: cores {counts}, decisions of the equal ones within {worst:.1e}; {len(theirs)} predictions, {differing} "
           f"differ, {flushed} decisions below {FLUSHED}, {(np.array(theirs) == label[in_test]).mean():.4f} right", flush=True)
-    return said.count("unexplained") + differing
+    return said, said.count("unexplained") + differing
 
 
 def features_of(oracle, index):
@@ -173,7 +175,7 @@ def main():
     full = "--full" in sys.argv[5:]
     only = sys.argv[sys.argv.index("--only") + 1] if "--only" in sys.argv else "*"
     oracle = need_reference(shared)
-    bad = compared = 0
+    bad, said = 0, []
     for name, write, train, test in sets(shared, weft, root, full):
         chosen = [r for r in REDUCTIONS if fnmatch.fnmatch(f"{name}/{r}", only)]
         if not chosen:
@@ -183,10 +185,14 @@ def main():
             F = features_of(oracle, index)
             print(f"{name}: {len(F)} trials", flush=True)
             for reduction in chosen:
-                bad += compare_cores(oracle, tool, index, F, train, test, reduction)
-                compared += 1
-    assert compared, f"no set and reduction is called {only}"
+                of_cores, differences = compare_cores(oracle, tool, index, F, train, test, reduction)
+                said += of_cores
+                bad += differences
+    assert said, f"no set and reduction is called {only}"
     assert not bad, f"{bad} differences without a reason"
+    other = said.count("another point")
+    print(f"{len(said)} cores, {other} with another point")
+    assert other <= OTHER_POINTS * len(said), f"{other} of {len(said)} cores have another grid point"
 
 
 main()
