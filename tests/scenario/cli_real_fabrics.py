@@ -5,7 +5,9 @@
 
 fabricslide, seven fabrics: repetition 0 trains, repetition 1 tests, whole strokes and windows of 2.8 s at 10 mm/s. The
 published figure is 0.96 (k-NN; Wang et al. 2022, doi 10.3389/fnbot.2022.808222); windows must reach it with the reduction
-that cross-validation chooses. icub20, twenty materials: folds 0 to 2 train, fold 3 tests, imported through a manifest.
+that cross-validation chooses. Each pressure and each speed is left out in turn too. icub20, twenty materials: folds 0 to 2 train,
+fold 3 tests, imported through a manifest. FLOORS are what `best`, chosen on the training part, must keep, shares of all test
+trials: the issue's aim for speeds, elsewhere a little below the figures of classifier/README.md, so that a loss is noticed.
 """
 import json
 import pathlib
@@ -16,7 +18,7 @@ import tempfile
 from cli_support import Checks
 
 PUBLISHED = 0.96
-CHANCE_OF_20 = 0.05
+FLOORS = {"strokes": 0.98, "pressure": 0.85, "speed": 0.96, "icub20": 0.90}
 
 
 def evaluate(t, d, what, *arguments):
@@ -24,7 +26,7 @@ def evaluate(t, d, what, *arguments):
     t.expect(ran.returncode == 0, f"{what}: {ran.stderr}")
     results = json.loads(ran.stdout)["results"]
     for name, result in results.items():
-        print(f"{what}, {name}: {result['accuracy']:.4f} of {sum(map(sum, result['confusion']['count']))}")
+        print(f"{what}, {name}: {result['pooled_accuracy']:.4f} of {sum(map(sum, result['confusion']['count']))}")
     return results
 
 
@@ -34,7 +36,8 @@ def strokes(t, source, d):
     t.expect(info["trials"] == 644 and len(info["labels"]) == 7 and info["bench"] == "real", f"info: {info}")
     split = ["--train-groups", "0", "--test-groups", "1"]
     for name, result in evaluate(t, d, "fabricslide, whole strokes", "fs.h5", *split).items():
-        t.expect(result["accuracy"] >= PUBLISHED, f"{name}: {result['accuracy']} is below {PUBLISHED}")
+        floor = FLOORS["strokes"] if name == "best" else PUBLISHED
+        t.expect(result["accuracy"] >= floor, f"{name}: {result['accuracy']} is below {floor}")
     t.succeeds("dataset", "import", "--format", "fabricslide", source.resolve(), "-o", "slow.h5",
                "--filter", "*V*10mmps_*", cwd=d)
     windows = evaluate(t, d, "fabricslide, 2.8 s at 10 mm/s", "slow.h5", *split, "--window-s", "2.8",
@@ -42,12 +45,22 @@ def strokes(t, source, d):
     t.expect(windows["best"]["accuracy"] >= PUBLISHED, f"windows: {windows['best']['accuracy']} is below {PUBLISHED}")
 
 
+def left_out(t, source, d):
+    for group in ("pressure", "speed"):
+        t.succeeds("dataset", "import", "--format", "fabricslide", source.resolve(), "-o", f"{group}.h5", "--group", group, cwd=d)
+        results = evaluate(t, d, f"fabricslide, each {group} left out", f"{group}.h5", "--leave-one-group-out", "--fold-unit", "group",
+                           "--norm", "rms", "--learner", "best")
+        reached = results["best"]["pooled_accuracy"]
+        t.expect(reached >= FLOORS[group], f"each {group} left out: {reached} is below {FLOORS[group]}")
+
+
 def materials(t, shared, d):
     maker = pathlib.Path(__file__).with_name("real_data.py")
     subprocess.run([sys.executable, maker, "icub20-manifest", shared / "data/icub20", pathlib.Path(d) / "icub20"], check=True)
     t.succeeds("dataset", "import", "icub20/manifest.csv", "-o", "icub20.h5", cwd=d)
     results = evaluate(t, d, "icub20, fold 3", "icub20.h5", "--train-groups", "0,1,2", "--test-groups", "3")
-    t.expect(results["best"]["accuracy"] > 10 * CHANCE_OF_20, f"icub20: {results['best']['accuracy']}")
+    reached = results["best"]["accuracy"]
+    t.expect(reached >= FLOORS["icub20"], f"icub20: {reached} is below {FLOORS['icub20']}")
 
 
 def main():
@@ -59,6 +72,7 @@ def main():
         sys.exit(77)
     with tempfile.TemporaryDirectory(prefix="weft-real-") as d:
         strokes(t, shared / "data/fabricslide", d)
+        left_out(t, shared / "data/fabricslide", d)
         materials(t, shared, d)
     t.finish()
 
