@@ -2,6 +2,10 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
+#include <set>
+#include <string>
+#include <vector>
 
 using namespace weft;
 using namespace weft::recipes;
@@ -187,12 +191,70 @@ TEST_CASE("A disk that fills up lets the trial end; an unknown one is no finding
   CHECK(tripped(r).action == GuardAction::finish_trial);
 }
 
-TEST_CASE("The table of guards names each guard once, in the order of the enumeration") {
-  std::size_t i = 0;
-  for (const GuardRule& rule : guard_table()) {
-    CHECK(static_cast<std::size_t>(rule.guard) == i++);
-    CHECK(to_string(rule.guard) == rule.name);
-    CHECK_FALSE(rule.trips_when.empty());
-    CHECK(to_string(rule.action) != "unknown");
+TEST_CASE("Each guard trips on its own reading, by its name and with its action") {
+  struct Row {
+    Guard guard;
+    std::string_view name;
+    GuardAction action;
+    void (*spoil)(GuardReadings&);
+  };
+  const Row rows[]{{Guard::force_cap, "force_cap", GuardAction::fail_trial,
+                    [](GuardReadings& r) { r.force_n[2] = 10.1; }},
+                   {Guard::torque_cap, "torque_cap", GuardAction::fail_trial,
+                    [](GuardReadings& r) { r.torque_nm[0] = -2.1; }},
+                   {Guard::invalid_wrench, "invalid_wrench", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.wrench_valid = false; }},
+                   {Guard::frozen_wrench, "frozen_wrench", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.history.wrench_frozen = 250ms; }},
+                   {Guard::wrench_jump, "wrench_jump", GuardAction::hold,
+                    [](GuardReadings& r) { r.history.wrench_jumps = 1; }},
+                   {Guard::travel, "travel", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.position[Axis::rx] = 0.11; }},
+                   {Guard::stage_speed, "stage_speed", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.history.too_fast = Axis::y; }},
+                   {Guard::following_error, "following_error", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.history.not_following = Axis::ry; }},
+                   {Guard::stale_wrench, "stale_wrench", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.wrench_at = now - 51ms; }},
+                   {Guard::stale_stage, "stale_stage", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.stage_at[index(Axis::x)] = now - 251ms; }},
+                   {Guard::stale_taxels, "stale_taxels", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.taxels_at = now - 101ms; }},
+                   {Guard::frozen_taxels, "frozen_taxels", GuardAction::end_campaign,
+                    [](GuardReadings& r) { r.history.taxels_frozen = 1s; }},
+                   {Guard::late_cycle, "late_cycle", GuardAction::fail_trial,
+                    [](GuardReadings& r) { r.cycle_lateness = 251ms; }},
+                   {Guard::deadline, "deadline", GuardAction::fail_trial,
+                    [](GuardReadings& r) { r.deadline = now - 1ms; }},
+                   {Guard::disk, "disk", GuardAction::finish_trial,
+                    [](GuardReadings& r) { r.free_bytes = 999; }}};
+  std::set<Guard> seen;
+  for (const Row& row : rows) {
+    INFO(row.name);
+    GuardReadings readings = good();
+    row.spoil(readings);
+    const GuardTrip trip = tripped(readings);
+    CHECK(trip.guard == row.guard);
+    CHECK(trip.action == row.action);
+    CHECK(to_string(trip.guard) == row.name);
+    seen.insert(row.guard);
   }
+  CHECK(seen.size() == guard_count);
+}
+
+TEST_CASE("The table of guards in recipes/README.md is the one in code, row by row") {
+  std::ifstream in(WEFT_SOURCE_DIR "/recipes/README.md");
+  std::vector<std::string> documented;
+  bool there = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("## ")) there = line == "## The guards";
+    if (!there || !line.starts_with("| `")) continue;
+    std::erase(line, '`');
+    documented.push_back(line);
+  }
+  std::vector<std::string> in_code;
+  for (const GuardRule& rule : guard_table())
+    in_code.push_back("| " + std::string(rule.name) + " | " + std::string(rule.trips_when) + " | " +
+                      std::string(to_string(rule.action)) + " |");
+  CHECK(documented == in_code);
 }
