@@ -67,7 +67,10 @@ class ForceRun {
  public:
   ForceRun(const daemon::CheckedRequest& checked, daemon::BenchSession& session,
            const daemon::RigFile& rig)
-      : plan_(&checked.plan), session_(&session), traces_(checked.plan.trials.size()) {
+      : plan_(&checked.plan),
+        session_(&session),
+        traces_(checked.plan.trials.size()),
+        ends_(checked.plan.trials.size()) {
     if (session.plant() != nullptr) return;
     auto& loop = dynamic_cast<daemon::RealLoop&>(session.loop());
     auto link = daemon::open_tcp(loop, rig.console);
@@ -95,6 +98,9 @@ class ForceRun {
     hooks.mount = [this](std::string_view fabric, std::uint64_t patch, daemon::MountDone done) {
       session_->mount(fabric, patch, std::move(done));
     };
+    hooks.trial_done = [this](const recipes::TrialDone& done, const daemon::ForceTally&) {
+      if (done.trial < ends_.size()) ends_[done.trial] = done;
+    };
     daemon::Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, hooks);
     supervisor_ = &supervisor;
     supervisor.start();
@@ -107,6 +113,12 @@ class ForceRun {
   }
 
   [[nodiscard]] const std::vector<ForceTrace>& traces() const { return traces_; }
+  /// How a trial ended: "complete", another outcome with its reason, or that it never did.
+  [[nodiscard]] std::string end_of(std::size_t trial) const {
+    if (!ends_[trial]) return "not run to its end";
+    const std::string outcome(recipes::to_string(ends_[trial]->outcome));
+    return ends_[trial]->error ? outcome + ": " + to_string(*ends_[trial]->error) : outcome;
+  }
 
  private:
   static bool complain(const std::string& what) {
@@ -130,6 +142,7 @@ class ForceRun {
   const recipes::Plan* plan_;
   daemon::BenchSession* session_;
   std::vector<ForceTrace> traces_;
+  std::vector<std::optional<recipes::TrialDone>> ends_;
   std::unique_ptr<TruthConsole> console_;
   daemon::Supervisor* supervisor_ = nullptr;
   TimerId timer_ = 0;
@@ -137,35 +150,38 @@ class ForceRun {
 
 constexpr double set_point_n = 5, settled_n = 0.02 * set_point_n, quantum_m = 1e-6;
 
+/// A figure of what the trace does not show is no number.
 struct Figures {
-  double touch_n = 0;      ///< peak until the weight rests, over the weight
-  double overshoot_n = 0;  ///< peak after the press began, over the set point
-  double settle_s = 0;     ///< from the press's begin until 2 % is never left again in phase P
-  double rms_n = 0;        ///< phase M
-  double worst_n = 0;
+  double touch_n = NAN;      ///< peak until the weight rests, over the weight
+  double overshoot_n = NAN;  ///< peak after the press began, over the set point
+  double settle_s = NAN;     ///< from the press's begin until 2 % is never left again in phase P
+  double rms_n = NAN;        ///< phase M
+  double worst_n = NAN;
 };
 
 Figures figures_of(const ForceTrace& trace, double weight_n) {
   Figures f;
-  f.touch_n = f.overshoot_n = -1e9;
   double squares = 0;
   std::size_t sliding = 0;
   std::optional<TimePoint> pressed;
   for (const ForcePoint& p : trace) {
     const double error = p.force_n - set_point_n;
     if (p.step >= Step::approaching && p.step <= Step::resting)
-      f.touch_n = std::max(f.touch_n, p.force_n - weight_n);
-    if (p.step == Step::pressing && !pressed) pressed = p.at;
-    if (p.step == Step::pressing || p.step == Step::holding) {
-      f.overshoot_n = std::max(f.overshoot_n, error);
-      if (pressed && std::abs(error) > settled_n) f.settle_s = to_seconds(p.at - *pressed);
+      f.touch_n = std::fmax(f.touch_n, p.force_n - weight_n);  // fmax: a number beats none
+    if (p.step == Step::pressing && !pressed) {
+      pressed = p.at;
+      f.settle_s = 0;
+    }
+    if (pressed && (p.step == Step::pressing || p.step == Step::holding)) {
+      f.overshoot_n = std::fmax(f.overshoot_n, error);
+      if (std::abs(error) > settled_n) f.settle_s = to_seconds(p.at - *pressed);
     }
     if (p.step != Step::sliding) continue;
     squares += error * error;
     ++sliding;
-    f.worst_n = std::max(f.worst_n, std::abs(error));
+    f.worst_n = std::fmax(f.worst_n, std::abs(error));
   }
-  f.rms_n = sliding > 0 ? std::sqrt(squares / static_cast<double>(sliding)) : NAN;
+  if (sliding > 0) f.rms_n = std::sqrt(squares / static_cast<double>(sliding));
   return f;
 }
 
@@ -225,7 +241,7 @@ int run(const std::filesystem::path& rig_path, const std::string& out_path,
   request.rig = rig_path;
   auto checked = daemon::check_request(request);
   if (!checked) return fail_with(checked.error());
-  auto session = daemon::open_session({*rig, rig_path, checked->plan.limits, 2016, {}});
+  auto session = daemon::open_session({*rig, rig_path, checked->plan.limits, 2016});
   if (!session) return fail_with(session.error());
   ForceRun bench(*checked, **session, *rig);
   const bool complete = bench.run(folder / "campaign.sqlite", *rig);
@@ -253,6 +269,7 @@ int run(const std::filesystem::path& rig_path, const std::string& out_path,
                 100 * f.overshoot_n / set_point_n, f.settle_s, 1e3 * f.rms_n, 1e3 * floor,
                 1e3 * f.worst_n);
     rows.push_back({{"fabric", fabrics[i]},
+                    {"ended", bench.end_of(i)},
                     {"stiffness_n_m", k},
                     {"quantum_n", quantum},
                     {"quantum_floor_rms_n", floor},
