@@ -55,13 +55,17 @@ class FaultBench final : public DriverHost {
   void identified(const DeviceIdentity& identity) override { identities.push_back(identity); }
   void state_changed(DriverState) override {}
   void fault(const Error& error) override;
-  void log(LogLevel, std::string_view text) override { logs.emplace_back(text); }
+  void log(LogLevel, std::string_view text) override {
+    logs.emplace_back(text);
+    log_times_s.push_back(now_s());
+  }
 
   std::vector<Seen> samples;
   std::vector<Error> faults;
   std::vector<double> fault_times_s;
   std::vector<DeviceIdentity> identities;
   std::vector<std::string> logs;
+  std::vector<double> log_times_s;
   std::uint32_t moves_done = 0;
 
  private:
