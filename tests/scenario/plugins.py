@@ -17,6 +17,7 @@ import tempfile
 from cli_support import Checks
 
 RECIPE = "recipe.json"
+PRESS = "press.json"
 
 
 def recipe(root, d):
@@ -24,12 +25,23 @@ def recipe(root, d):
     r.update(name="plugins", fabrics=["denim"], repetitions=1, seed=3)
     r.pop("$schema", None)
     (d / RECIPE).write_text(json.dumps(r))
+    press = json.loads((root / "recipes/library/imprint.json").read_text())
+    press.update(name="press", fabrics=["RASP1"], explorations={"light": press["explorations"]["light"]})
+    for key in ("$schema", "classes", "hand_over"):
+        press.pop(key)
+    (d / PRESS).write_text(json.dumps(press))
+
+
+def shipped_rig(root, name):
+    """A rig file of sim/rigs that can lie anywhere."""
+    r = json.loads((root / "sim/rigs" / name).read_text())
+    for key in {"fabrics", "fidelity"} & r["simulation"].keys():
+        r["simulation"][key] = str(root / "sim" / pathlib.Path(r["simulation"][key]).name)
+    return r
 
 
 def rig(root, d, name, driver=None, plugins=None, role="taxels", **config):
-    r = json.loads((root / "sim/rigs/bench17.json").read_text())
-    r["simulation"]["fabrics"] = str(root / "sim/fabrics.json")
-    r["simulation"]["fidelity"] = str(root / "sim/fidelity.json")
+    r = shipped_rig(root, "bench17.json")
     device = next(device for device in r["devices"] if device["role"] == role)
     if driver:
         device["driver"] = driver
@@ -40,25 +52,58 @@ def rig(root, d, name, driver=None, plugins=None, role="taxels", **config):
     return name
 
 
+def digital(root):
+    """bench17 with a Digital F/T sensor in the place of the Net F/T box."""
+    r = shipped_rig(root, "bench17.json")
+    ft = next(device for device in r["devices"] if device["role"] == "wrench")
+    ft.update(driver="ati_digital", config={"rate_hz": 100},
+              emulator={"kind": "ati_digital", "rate_hz": 100, "plate_mass_kg": 0.3})
+    return r
+
+
+def recorded(folder):
+    """Digest of every sample of a campaign, stream by stream. Where one chunk ends and the next begins is the wall clock's."""
+    streams = {}
+    with sqlite3.connect(folder / "campaign.sqlite") as campaign:
+        for trial, stream, rows, lost, data in campaign.execute(
+                "SELECT trial, stream, rows, lost_before, data FROM chunk ORDER BY trial, stream, number"):
+            of = streams.setdefault((trial, stream), {"rows": 0, "lost": 0, "samples": hashlib.sha256()})
+            of["rows"] += rows
+            of["lost"] += lost
+            of["samples"].update(data)
+    return {key: (of["rows"], of["lost"], of["samples"].hexdigest()) for key, of in streams.items()}
+
+
 def same_data(t, d, root, builtin):
-    """Every driver from a shared object: not one bit of the data set changes."""
-    name = rig(root, d, "plain.json")
-    common = ["run", RECIPE, "--rig", name, "--no-evaluate", "--no-error-check"]
-    first = t.run(*common, "--out", "built-in", "--json", cwd=d)
-    second = t.run(*common, "--out", "plugins", "--plugins", builtin, "--plugins-only", "--json", cwd=d)
-    for ran in (first, second):
-        t.expect(ran.returncode == 0, f"{ran.args}: {ran.stderr}")
-    if first.returncode == second.returncode == 0:
+    """Every driver from a shared object, on a rig that has it: not one bit of what is recorded changes."""
+    driven = set()
+    for name, document, told in (("plain", shipped_rig(root, "bench17.json"), RECIPE), ("digital", digital(root), RECIPE),
+                                 ("vibro", shipped_rig(root, "vibro17.json"), RECIPE),
+                                 ("imprint", shipped_rig(root, "imprint12.json"), PRESS)):
+        (d / f"{name}.json").write_text(json.dumps(document))
+        common = ["run", told, "--rig", f"{name}.json", "--no-evaluate", "--no-error-check", "--json"]
+        first = t.run(*common, "--out", f"{name}-built-in", cwd=d)
+        second = t.run(*common, "--out", f"{name}-plugins", "--plugins", builtin, "--plugins-only", cwd=d)
+        for ran in (first, second):
+            t.expect(ran.returncode == 0, f"{ran.args}: {ran.stderr}")
+        if first.returncode != 0 or second.returncode != 0:
+            continue
         digests = [json.loads(ran.stdout)["dataset_sha256"] for ran in (first, second)]
-        t.expect(digests[0] == digests[1], f"plugins record other data: {digests}")
-        with sqlite3.connect(d / "plugins/campaign.sqlite") as campaign:
+        t.expect(digests[0] == digests[1], f"{name}: plugins make another data set: {digests}")
+        samples = [recorded(d / f"{name}-{by}") for by in ("built-in", "plugins")]
+        t.expect(samples[0] and samples[0] == samples[1], f"{name}: plugins record other samples: {samples}")
+        with sqlite3.connect(d / f"{name}-plugins/campaign.sqlite") as campaign:
             lines = [json.loads(line) for (line,) in
                      campaign.execute("SELECT payload_json FROM journal WHERE kind = 'plugin'")]
-        t.expect(len(lines) == 7, f"the journal says which code drove each device: {lines}")
-        file = builtin / "weft-driver-taxel_array.so"
-        t.expect({hashlib.sha256(file.read_bytes()).hexdigest()} ==
-                 {line["sha256"] for line in lines if line["file"] == str(file)}, f"digest of the plugin: {lines}")
-    t.refuses("check", RECIPE, "--rig", name, "--plugins", builtin, cwd=d,
+        t.expect(len(lines) == len(document["devices"]), f"{name}: the journal says which code drove each device: {lines}")
+        for driver in {device["driver"] for device in document["devices"]}:
+            file = builtin / f"weft-driver-{driver}.so"
+            t.expect({hashlib.sha256(file.read_bytes()).hexdigest()} ==
+                     {line["sha256"] for line in lines if line["file"] == str(file)}, f"digest of {driver}: {lines}")
+            driven.add(file.name)
+    every = {file.name for file in builtin.glob("weft-driver-*.so")}
+    t.expect(driven == every, f"shared objects that no rig here has: {every - driven}")
+    t.refuses("check", RECIPE, "--rig", "plain.json", "--plugins", builtin, cwd=d,
               says=["two drivers have the name", "built into weft", "--plugins-only"])
 
 
