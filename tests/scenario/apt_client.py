@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A Thorlabs client of its own: written from the protocol's document (reference protocols.md, part A) on pyserial, without a
-line of Weft. It asks, homes and moves the stages that weft-rig serves: a stepper and a DC servo, on a pseudo-terminal
-and over TCP, the stepper at both places at once.
+line of Weft. It asks, homes and moves the stages that weft-rig serves: a stepper, a DC servo and a card in a rack, each on
+a pseudo-terminal and over TCP.
 
     apt_client.py WEFT_RIG SOURCE_ROOT
 """
@@ -82,13 +82,13 @@ class Client:
         self.port.close()
 
 
-def identity(client, model, serial_number):
+def identity(client, model, serial_number, channels=1):
     client.send(0x0005)
     raw = client.read(90)
     assert raw[:6] == bytes([0x06, 0x00, 0x54, 0x00, 0x81, client.unit]), raw[:6].hex(" ")
     number, name = struct.unpack_from("<l8s", raw, 6)
     assert (number, name.rstrip(b"\0").decode()) == (serial_number, model), (number, name)
-    assert struct.unpack_from("<H", raw, 6 + 82)[0] == 1, "channels"
+    assert struct.unpack_from("<H", raw, 6 + 82)[0] == channels, "channels"
 
 
 def status(client, answer):
@@ -188,6 +188,31 @@ def servo(url):
     client.close()
 
 
+def servo_over_tcp(url):
+    """Homed and moved, twice as far as on its other port, by a host that never says that it is still there."""
+    client = Client(url)
+    identity(client, "KDC101", 27000004)
+    enable_and_home(client, SERVO_STATUS)
+    move_to(client, round(6 * PRM_PER_DEG), SERVO_STATUS)
+    client.close()
+
+
+def card(url):
+    """A BSC203 with one card, in its bay 1: the rack tells of its bays, the card homes and moves, an empty bay says nothing."""
+    rack = Client(url, RACK)
+    identity(rack, "BSC203", 70000001, channels=3)
+    for bay, occupied in ((0, 2), (1, 1), (2, 2)):
+        assert rack.ask(0x0060, 0x0061, bay) == (bay, occupied), f"bay {bay}"
+    rack.close()
+    client = Client(url, BAY0 + 1)
+    identity(client, "BSC203", 70000001)
+    enable_and_home(client, STEPPER_STATUS)
+    move_to(client, LTS_PER_MM, STEPPER_STATUS)
+    client.send(0x0005, to=BAY0)
+    client.silent_for(0.3)
+    client.close()
+
+
 def stalled(served, client):
     """A motor that stands still by order: moving in its status, without an end; cleared, it arrives."""
     start, _ = status(client, STEPPER_STATUS)
@@ -206,10 +231,11 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         path, rig = rig_file(root, folder)
-        tcp = [free_port(socket.SOCK_STREAM) for _ in range(2)]
-        for device, port in zip((rig["devices"][0], rig["devices"][3]), tcp):
+        tcp = [free_port(socket.SOCK_STREAM) for _ in range(3)]
+        for device, port in zip((rig["devices"][0], rig["devices"][3], rig["devices"][1]), tcp):
             device["also"] = [{"kind": "tcp", "host": "127.0.0.1", "port": port}]
         rig["devices"][0]["emulator"]["start_mm"] = 1
+        rig["devices"][1]["emulator"].update(stage="NRT150", model="BSC203", serial=70000001, bay=1, bays=3, start_mm=1)
         path.write_text(json.dumps(rig))
         with ServedRig(program, path, rig) as served:
             stepper(rig["devices"][0]["link"]["path"])
@@ -224,9 +250,11 @@ def main():
             print("a motor that stalls by order, and goes on when that is cleared")
             servo(rig["devices"][3]["link"]["path"])
             print("DC servo on a pseudo-terminal: silent without keep-alive, awake with it")
-            client = Client(f"socket://127.0.0.1:{tcp[1]}")
-            identity(client, "KDC101", 27000004)
-            client.close()
+            servo_over_tcp(f"socket://127.0.0.1:{tcp[1]}")
+            print("the same servo over TCP: homed, moved")
+            for url in (rig["devices"][1]["link"]["path"], f"socket://127.0.0.1:{tcp[2]}"):
+                card(url)
+            print("a card in bay 1 of a BSC203, on a pseudo-terminal and over TCP: its rack asked, homed, moved")
 
 
 if __name__ == "__main__":
