@@ -5,6 +5,7 @@
 """
 import json
 import pathlib
+import re
 import shutil
 import sys
 import tempfile
@@ -53,6 +54,19 @@ def change(d, path, name, edit):
     return name
 
 
+def printed(t, text):
+    """What a person reads: the force sensor's scale with its values, and a finding for each thing that keeps time."""
+    lines = [line.split(maxsplit=2) for line in text.splitlines()]
+    scales = [what for severity, subject, what in (line for line in lines if len(line) == 3)
+              if severity == "ok" and subject == "ft" and "scale: " in what]
+    t.expect(len(scales) == 1 and all(re.search(rf"\b{key} 1(e\+06|000000)\b", scales[0])
+                                      for key in ("counts_per_n", "counts_per_nm")), f"the sensor's scale: {scales}\n{text}")
+    for subject, says in {"scheduling": "SCHED_FIFO is (not )?permitted", "memory": "may (not )?be locked",
+                          "clock": r"monotonic resolution \d+ ns", "wall": "clock .*synchronised"}.items():
+        found = [line for line in lines if len(line) == 3 and line[0] in ("ok", "warning") and line[1] == subject]
+        t.expect(len(found) == 1 and re.match(says, found[0][2]), f"a finding for {subject}: {found}\n{text}")
+
+
 def emulated(t, d, root, weft_rig):
     path, rig = rig_file(root, d)
     with ServedRig(weft_rig, path, rig) as served:
@@ -60,6 +74,7 @@ def emulated(t, d, root, weft_rig):
         truth = served.order(order="truth")
         plain = t.run("doctor", "--rig", path, "--listen", 0.5, cwd=d)
         t.expect(plain.stdout.startswith("EMULATED bench") and "no problems" in plain.stdout, plain.stdout)
+        printed(t, plain.stdout)
         t.expect(served.order(order="truth") == truth, "nothing moves while the doctor looks")
 
         # A line whose bytes are noise, as with a wrong baud rate or parity, and a sensor at half its rate.
