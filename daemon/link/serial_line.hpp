@@ -7,6 +7,10 @@
 
 namespace weft::daemon {
 
+/// Whether a line that was asked for `asked` baud and reads back `got` can be used: dividers cannot
+/// make every speed; it works while both sides agree to 2 %.
+bool speed_taken(std::uint32_t asked, std::uint32_t got);
+
 /// Sets any speed (Linux: TCSETS2 with BOTHER) and reads it back: some ports take the call and
 /// keep another speed (protocols.md D.3). Errors: unsupported, with the speed that it has.
 Status set_line_speed(int descriptor, std::uint32_t baud);

@@ -4,11 +4,16 @@
 #include <asm/termbits.h>
 #include <sys/ioctl.h>
 
+#include <cmath>
 #include <string>
 
 #include "daemon/link/serial_line.hpp"
 
 namespace weft::daemon {
+
+bool speed_taken(std::uint32_t asked, std::uint32_t got) {
+  return std::abs(static_cast<double>(got) / asked - 1) <= 0.02;
+}
 
 Status set_line_speed(int descriptor, std::uint32_t baud) {
   termios2 line{};
@@ -23,9 +28,7 @@ Status set_line_speed(int descriptor, std::uint32_t baud) {
   line.c_ispeed = line.c_ospeed = baud;
   if (::ioctl(descriptor, TCSETS2, &line) != 0) return refused("a refusal");
   if (::ioctl(descriptor, TCGETS2, &line) != 0) return refused("no answer");
-  // Dividers cannot make every speed; a line works while both sides agree to 2 %.
-  const double off = static_cast<double>(line.c_ospeed) / baud - 1;
-  if (off > 0.02 || off < -0.02) return refused(std::to_string(line.c_ospeed) + " baud");
+  if (!speed_taken(baud, line.c_ospeed)) return refused(std::to_string(line.c_ospeed) + " baud");
   return {};
 }
 

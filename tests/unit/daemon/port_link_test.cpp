@@ -155,6 +155,12 @@ TEST_CASE("any speed is set and read back, 1.25 Mbaud too") {
   CHECK(refused.error().code == Errc::unsupported);
 }
 
+TEST_CASE("a speed that is read back otherwise is taken up to 2 % off, either way") {
+  for (const std::uint32_t got : {1000000U, 1019000U, 981000U}) CHECK(speed_taken(1000000, got));
+  for (const std::uint32_t got : {1021000U, 979000U, 9600U, 0U})
+    CHECK_FALSE(speed_taken(1000000, got));
+}
+
 TEST_CASE("a held port sends nothing early, drops what it held and then sends in order") {
   RealLoop loop;
   const Terminal terminal;
