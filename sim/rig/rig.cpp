@@ -243,6 +243,13 @@ bool Rig::stages_at_rest(TimePoint now) const {
   return true;
 }
 
+std::array<double, 5> Rig::stage_positions(TimePoint now) const {
+  std::array<double, axis_count> out{};
+  for (std::size_t axis = 0; axis < axis_count; ++axis)
+    out[axis] = parts_->world.stage(static_cast<AxisId>(axis)).position(now);
+  return out;
+}
+
 std::optional<double> Rig::stream_rate_hz(std::string_view device_name) const {
   for (const EmulatedDevice& device : parts_->config.devices) {
     if (device.name != device_name) continue;

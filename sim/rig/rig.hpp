@@ -84,6 +84,8 @@ class Rig {
   [[nodiscard]] bool plugged(std::string_view device_name, TimePoint now) const;
   /// No stage moves at `now`.
   [[nodiscard]] bool stages_at_rest(TimePoint now) const;
+  /// Where the motors of x, y, z [m], rx and ry [rad] truly are, from each stage's own zero.
+  [[nodiscard]] std::array<double, 5> stage_positions(TimePoint now) const;
 
   /// Samples a second that the emulator of `device_name` streams by itself; nothing for a stage,
   /// which speaks when spoken to, and for an unknown name.
