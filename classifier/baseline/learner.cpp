@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <limits>
 
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/baseline/paired_choice.hpp"
@@ -41,10 +43,20 @@ Status check_rows(const FeatureMatrix& matrix, const Classes& classes) {
               "at least 2", "1", "Record more trials of it or leave it out");
 }
 
-// Folds of a choice and of a learner without cores.
+// Folds of a learner without cores.
 std::vector<Fold> folds_of(const FeatureMatrix& matrix, const TrainOptions& options) {
   return class_folds(classes_of(matrix).of_row, row_units(matrix, options.fold_unit), options.folds,
                      options.seed);
+}
+
+// Folds of a choice, one round after the other; each round validates every trial once.
+std::vector<Fold> folds_of_choice(const FeatureMatrix& matrix, TrainOptions options) {
+  std::vector<Fold> out = folds_of(matrix, options);
+  for (std::size_t round = 1; round < choice_rounds(matrix.size()); ++round) {
+    ++options.seed;
+    std::ranges::move(folds_of(matrix, options), std::back_inserter(out));
+  }
+  return out;
 }
 
 Result<TrainedLearner::Machine> train_cores_of(const FeatureMatrix& rows, const CoreTask& task,
@@ -103,13 +115,13 @@ std::vector<Recipe> candidates(Learner learner, std::size_t cap) {
   return out;
 }
 
-// Appends whether each row held out is got wrong.
+// Counts each row held out that is got wrong.
 Status try_on(const FeatureMatrix& matrix, const Fold& fold, const TrainedLearner& trained,
-              std::vector<bool>& wrong) {
+              TimesWrong& wrong) {
   for (const std::size_t r : fold.validate) {
     const auto winner = trained.classify(matrix.values.row(r));
     if (!winner) return pass(winner.error(), matrix.files[r]);
-    wrong.push_back(trained.labels()[*winner] != matrix.labels[r]);
+    wrong[r] += trained.labels()[*winner] == matrix.labels[r] ? 0 : 1;
   }
   return {};
 }
@@ -121,20 +133,20 @@ struct Choice {
 
 Result<Choice> choose(const FeatureMatrix& matrix, const std::vector<Recipe>& recipes,
                       const TrainOptions& options, const TaskTrainer& trainer) {
-  const std::vector<Fold> folds = folds_of(matrix, options);
+  const std::vector<Fold> folds = folds_of_choice(matrix, options);
   Choice out;
-  std::vector<std::vector<bool>> wrong;
-  std::size_t least = matrix.size() + 1;  // of those that are through
+  std::vector<TimesWrong> wrong;
+  std::size_t least = std::numeric_limits<std::size_t>::max();  // of those that are through
   for (const Recipe& recipe : recipes) {
     RecipeScore score{recipe, 0, 0};
-    std::vector<bool> own;
+    TimesWrong own(folds.empty() ? 0 : matrix.size());
     for (std::size_t f = 0; f < folds.size() && score.errors < least; ++f) {
       const auto trained = train_on(take_rows(matrix, folds[f].train), f, recipe, options, trainer);
       if (!trained) return pass(trained.error());
       if (auto ok = try_on(matrix, folds[f], *trained, own); !ok) return pass(ok.error());
-      score.errors = static_cast<std::size_t>(std::count(own.begin(), own.end(), true));
+      score.errors = times_wrong(own);
+      score.tested += folds[f].validate.size();
     }
-    score.tested = own.size();
     if (score.errors >= least) own.clear();
     least = std::min(least, score.errors);
     out.scores.push_back(score);
@@ -216,7 +228,7 @@ Result<std::vector<FabricCore>> train_task(const FeatureMatrix& matrix, const Co
   options.reduction = task.reduction;
   FeatureMatrix rows = matrix;
   if (task.fold) {
-    const std::vector<Fold> folds = folds_of(matrix, options);
+    const std::vector<Fold> folds = folds_of_choice(matrix, options);
     if (*task.fold >= folds.size())
       return fail(Errc::range, "a fold that does not exist", "train_task",
                   "< " + std::to_string(folds.size()), std::to_string(*task.fold));

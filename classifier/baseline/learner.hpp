@@ -49,7 +49,8 @@ std::string to_string(const Recipe& recipe);
 struct RecipeScore {
   Recipe recipe;
   std::size_t errors = 0;  ///< out of `tested`
-  /// Fewer than all rows: dropped once it could not win any more. 0: rows were too few for folds.
+  /// Trials, each as often as there are rounds; fewer: dropped once it could not win any more. 0:
+  /// rows were too few for folds.
   std::size_t tested = 0;
 };
 
@@ -97,7 +98,7 @@ class TrainedLearner {
 struct CoreTask {
   Reduction reduction = Reduction::pvalue;
   View view = View::plain;
-  std::optional<std::size_t> fold = {};  ///< its training rows only; empty: all rows
+  std::optional<std::size_t> fold = {};  ///< of a choice: its training rows only; empty: all rows
 };
 
 /// All cores of a task, in the order of all_pairs().
@@ -119,12 +120,12 @@ struct ChosenLearner {
 };
 
 /// Trains `learner`; with `best` or `cores_best` first chooses among its candidates by their errors
-/// over class_folds() of the training part, counted after the vote: first_not_clearly_worse(), the
-/// simple ones first. A candidate that has as many errors as one that is through is not tried
-/// further and cannot be taken. Where rows are too few for folds (a label with
-/// two trials) nothing is tested, every candidate has 0 errors of 0, and the simplest is taken:
-/// LDA, or of `cores_best` all features. All cores come from `trainer`, which must give what
-/// train_task() would (empty: that is asked); everything else is done here.
+/// over class_folds() of the training part, in choice_rounds() from as many seeds, counted after
+/// the vote: first_not_clearly_worse(), the simple ones first. A candidate that has as many errors
+/// as one that is through is not tried further and cannot be taken. Where rows are too few for
+/// folds (a label with two trials) nothing is tested, every candidate has 0 errors of 0, and the
+/// simplest is taken: LDA, or of `cores_best` all features. All cores come from `trainer`, which
+/// must give what train_task() would (empty: that is asked); everything else is done here.
 Result<ChosenLearner> train_learner(const FeatureMatrix& matrix, Learner learner,
                                     const TrainOptions& options, const TaskTrainer& trainer = {});
 

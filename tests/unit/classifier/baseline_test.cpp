@@ -220,14 +220,14 @@ TEST_CASE("A sign test is the tail of fair coins") {
 }
 
 // Errors at the places named, of 20 trials.
-std::vector<bool> wrong_at(const std::vector<std::size_t>& places) {
-  std::vector<bool> out(20);
-  for (const std::size_t i : places) out[i] = true;
+TimesWrong wrong_at(const std::vector<std::size_t>& places, std::size_t times = 1) {
+  TimesWrong out(20);
+  for (const std::size_t i : places) out[i] = times;
   return out;
 }
 
 TEST_CASE("What is simpler is taken unless it is wrong more often where the two differ") {
-  const std::vector<bool> none(20), dropped(7, true);
+  const TimesWrong none(20), dropped(7, 1);
   CHECK(first_not_clearly_worse({none}) == 0);
   CHECK(first_not_clearly_worse({wrong_at({1, 2}), none}) == 0);     // p = 1/4
   CHECK(first_not_clearly_worse({wrong_at({1, 2, 3}), none}) == 1);  // p = 1/8 < 0.159
@@ -239,6 +239,33 @@ TEST_CASE("What is simpler is taken unless it is wrong more often where the two 
   CHECK(first_not_clearly_worse({wrong_at({1, 2, 3, 4, 5, 6}), dropped, none}) == 2);
   CHECK(first_not_clearly_worse({wrong_at({4}), wrong_at({5})}) == 0);
   CHECK(first_not_clearly_worse({{}, {}, {}}) == 0);  // nothing was tried
+  // A trial is one coin, however many rounds got it wrong; two may be wrong unequally often.
+  CHECK(first_not_clearly_worse({wrong_at({1, 2}, 5), none}) == 0);
+  CHECK(first_not_clearly_worse({wrong_at({1, 2, 3}, 2), wrong_at({1, 2, 3})}) == 1);
+}
+
+TEST_CASE("Few trials are tried in five rounds, each over other folds") {
+  CHECK(choice_rounds(99) == 5);
+  CHECK(choice_rounds(100) == 1);
+  const FeatureMatrix data = gaussian_classes(3, 8, 6, 1.0, 5);
+  std::size_t sum = 0;
+  std::set<std::size_t> of_one_round;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    std::size_t errors = 0;
+    const auto folds =
+        class_folds(classes_of(data).of_row, row_units(data, FoldUnit::recording), 5, seed);
+    for (const Fold& fold : folds) {
+      const auto lda = train_recipe(take_rows(data, fold.train), {Learner::lda}, {}).value();
+      for (const std::size_t r : fold.validate)
+        errors += lda.labels()[*lda.classify(data.values.row(r))] == data.labels[r] ? 0 : 1;
+    }
+    sum += errors;
+    of_one_round.insert(errors);
+  }
+  CHECK(of_one_round.size() > 1);
+  const auto chosen = train_learner(data, Learner::best, {.seed = 1}).value();
+  CHECK(chosen.scores.front().errors == sum);
+  CHECK(chosen.scores.front().tested == 5 * data.size());
 }
 
 TEST_CASE("No candidate that was dropped is taken, and none with fewer errors is simpler") {
@@ -246,15 +273,16 @@ TEST_CASE("No candidate that was dropped is taken, and none with fewer errors is
   const auto chosen = train_learner(data, Learner::best, {});
   REQUIRE(chosen);
   REQUIRE(chosen->scores.size() == 11);
-  std::size_t least = data.size();
+  const std::size_t all = choice_rounds(data.size()) * data.size();
+  std::size_t least = all;
   bool found = false;
   for (const RecipeScore& score : chosen->scores) {
     if (score.recipe == chosen->recipe) {
-      CHECK((score.tested == data.size() && score.errors < least));
+      CHECK((score.tested == all && score.errors < least));
       found = true;
     }
     least = std::min(least, score.errors);
-    CHECK((score.tested == data.size() || score.errors >= least));
+    CHECK((score.tested == all || score.errors >= least));
   }
   CHECK(found);
   const auto cores = train_learner(data, Learner::cores_best, {});
