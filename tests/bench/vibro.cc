@@ -152,6 +152,9 @@ void measure_learners(std::vector<Figure>& figures, const Set& set, const nlohma
         median_of(101, 20, [&] { (void)trained->classify(set.test.row(row++ % set.test.rows())); });
     add(figures, name + ": training, 960 rows", fit, peers, name + " fit",
         "scikit-learn or XGBoost");
+    if (peers.is_object() && peers.contains(name + " fit, hist"))
+      add(figures, name + ": training, 960 rows", fit, peers, name + " fit, hist",
+          "XGBoost told to take histograms, as ours does");
     add(figures, name + ": one answer", answer, peers, name + " answer", "scikit-learn or XGBoost");
   }
 }

@@ -1,30 +1,44 @@
 #include "classifier/vibro/learn/boosted.hpp"
 
-#ifdef WEFT_WITH_XGBOOST
-#include <xgboost/c_api.h>
+#include <string>
 
+#ifdef WEFT_XGBOOST_LIBRARY
 #include <algorithm>
 #include <limits>
-#include <string>
 #include <utility>
+
+#include "classifier/vibro/learn/xgboost_library.hpp"
 #endif
 
 namespace weft::classifier::vibro {
-
-#ifdef WEFT_WITH_XGBOOST
 namespace {
+
+tl::unexpected<Error> not_there() {
+  return fail(Errc::unsupported, "there is no XGBoost here", {}, {}, {},
+              "Install libxgboost-dev; a Weft that was built without it has to be built again");
+}
+
+}  // namespace
+
+#ifdef WEFT_XGBOOST_LIBRARY
+namespace {
+
+// Of a library that is there: nothing below is reached without.
+const XgboostLibrary& xgboost() {
+  return *xgboost_library();
+}
 
 // A call of the library as a Status.
 Status done(int code) {
   if (code == 0) return {};
-  return fail(Errc::invalid_argument, XGBGetLastError(), "XGBoost");
+  return fail(Errc::invalid_argument, xgboost().last_error(), "XGBoost");
 }
 
 struct FreeMatrix {
-  void operator()(void* handle) const { XGDMatrixFree(handle); }
+  void operator()(void* handle) const { xgboost().matrix_free(handle); }
 };
 struct FreeBooster {
-  void operator()(void* handle) const { XGBoosterFree(handle); }
+  void operator()(void* handle) const { xgboost().free(handle); }
 };
 using MatrixHandle = std::unique_ptr<void, FreeMatrix>;
 using BoosterHandleOwner = std::unique_ptr<void, FreeBooster>;
@@ -39,15 +53,16 @@ std::vector<float> as_floats(std::span<const double> values) {
 Result<MatrixHandle> matrix_of(const Training& training) {
   const auto values = as_floats(training.rows->data());
   DMatrixHandle handle = nullptr;
-  if (auto ok =
-          done(XGDMatrixCreateFromMat(values.data(), training.rows->rows(), training.rows->cols(),
-                                      std::numeric_limits<float>::quiet_NaN(), &handle));
+  if (auto ok = done(xgboost().matrix_from_mat(values.data(), training.rows->rows(),
+                                               training.rows->cols(),
+                                               std::numeric_limits<float>::quiet_NaN(), &handle));
       !ok)
     return pass(ok.error());
   MatrixHandle out(handle);
   std::vector<float> label;
   for (const std::size_t c : training.of_row) label.push_back(static_cast<float>(c));
-  if (auto ok = done(XGDMatrixSetFloatInfo(handle, "label", label.data(), label.size())); !ok)
+  if (auto ok = done(xgboost().matrix_set_float_info(handle, "label", label.data(), label.size()));
+      !ok)
     return pass(ok.error());
   return out;
 }
@@ -65,7 +80,7 @@ class Boosted final : public Classifier {
   void write(LineWriter& out) const override {
     bst_ulong size = 0;
     const char* text = nullptr;
-    if (XGBoosterSaveModelToBuffer(booster_.get(), R"({"format":"json"})", &size, &text) == 0)
+    if (xgboost().save(booster_.get(), R"({"format":"json"})", &size, &text) == 0)
       out.text("booster", {text, size});
   }
 
@@ -82,8 +97,8 @@ class Boosted final : public Classifier {
     const bst_ulong* shape = nullptr;
     bst_ulong dimensions = 0;
     const float* share = nullptr;
-    if (XGBoosterPredictFromDense(booster_.get(), array.c_str(), config, nullptr, &shape,
-                                  &dimensions, &share) != 0)
+    if (xgboost().predict(booster_.get(), array.c_str(), config, nullptr, &shape, &dimensions,
+                          &share) != 0)
       return {};
     return {share, dimensions == 2 ? shape[1] : 0};
   }
@@ -96,30 +111,31 @@ using Parameters = std::vector<std::pair<const char*, std::string>>;
 
 Result<std::unique_ptr<Classifier>> boost(const Training& training, Parameters parameters,
                                           int rounds, const MethodOptions& options) {
+  if (!have_xgboost()) return not_there();
   auto matrix = matrix_of(training);
   if (!matrix) return pass(matrix.error());
   DMatrixHandle handles[] = {matrix->get()};
   BoosterHandle handle = nullptr;
-  if (auto ok = done(XGBoosterCreate(handles, 1, &handle)); !ok) return pass(ok.error());
+  if (auto ok = done(xgboost().create(handles, 1, &handle)); !ok) return pass(ok.error());
   BoosterHandleOwner booster(handle);
   parameters.insert(parameters.end(), {{"objective", "multi:softprob"},
                                        {"num_class", std::to_string(training.classes)},
                                        {"nthread", "1"},
                                        {"verbosity", "0"},
+                                       {"tree_method", "hist"},
                                        {"seed", std::to_string(options.seed % 2147483647U)}});
   for (const auto& [name, value] : parameters)
-    if (auto ok = done(XGBoosterSetParam(handle, name, value.c_str())); !ok)
+    if (auto ok = done(xgboost().set_parameter(handle, name, value.c_str())); !ok)
       return pass(ok.error());
   for (int i = 0; i < rounds; ++i)
-    if (auto ok = done(XGBoosterUpdateOneIter(handle, i, matrix->get())); !ok)
-      return pass(ok.error());
+    if (auto ok = done(xgboost().update(handle, i, matrix->get())); !ok) return pass(ok.error());
   return std::make_unique<Boosted>(std::move(booster));
 }
 
 }  // namespace
 
 bool have_xgboost() {
-  return true;
+  return xgboost_library() != nullptr;
 }
 
 Result<std::unique_ptr<Classifier>> fit_xgb(const Training& training,
@@ -141,12 +157,13 @@ Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
 std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features,
                                          std::size_t classes) {
   const std::string text = in.text("booster");
+  if (!have_xgboost()) in.refuse(not_there().value().message + ", which the model is of");
   BoosterHandle handle = nullptr;
-  if (!in.ok() || XGBoosterCreate(nullptr, 0, &handle) != 0) return nullptr;
+  if (!in.ok() || xgboost().create(nullptr, 0, &handle) != 0) return nullptr;
   BoosterHandleOwner booster(handle);
-  Status ok = done(XGBoosterSetParam(handle, "verbosity", "0"));
-  if (ok) ok = done(XGBoosterLoadModelFromBuffer(handle, text.data(), text.size()));
-  if (ok) ok = done(XGBoosterSetParam(handle, "nthread", "1"));
+  Status ok = done(xgboost().set_parameter(handle, "verbosity", "0"));
+  if (ok) ok = done(xgboost().load(handle, text.data(), text.size()));
+  if (ok) ok = done(xgboost().set_parameter(handle, "nthread", "1"));
   auto out = std::make_unique<Boosted>(std::move(booster));
   const std::size_t told = ok ? out->shares(std::vector<double>(features, 0.0)).size() : 0;
   if (told != classes)
@@ -158,33 +175,24 @@ std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features,
 
 #else
 
-namespace {
-
-tl::unexpected<Error> not_built() {
-  return fail(Errc::unsupported, "this build of Weft has no XGBoost", {}, {}, {},
-              "Install libxgboost-dev and build again");
-}
-
-}  // namespace
-
 bool have_xgboost() {
   return false;
 }
 
 Result<std::unique_ptr<Classifier>> fit_xgb(const Training& /*training*/,
                                             const MethodOptions& /*options*/) {
-  return not_built();
+  return not_there();
 }
 
 Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& /*training*/,
                                               const MethodOptions& /*options*/) {
-  return not_built();
+  return not_there();
 }
 
 std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t /*features*/,
                                          std::size_t /*classes*/) {
   in.text("booster");
-  in.refuse("this build of Weft has no XGBoost, which the model is of");
+  in.refuse(not_there().value().message + ", which the model is of");
   return nullptr;
 }
 
