@@ -63,7 +63,7 @@ FeatureStream::FeatureStream(std::size_t taxels, FeatureOptions options)
 
 void FeatureStream::restart() {
   for (PadSum* phase : {&rest_, &press_, &end_}) {
-    phase->sum.assign(taxels_, 0.0);
+    if (phase->frames > 0 || phase->sum.size() != taxels_) phase->sum.assign(taxels_, 0.0);
     phase->frames = 0;
   }
   for (TaxelBlock& block : blocks_) block.clear();
@@ -115,12 +115,14 @@ std::optional<double> FeatureStream::mean_of(const PadSum& phase) const {
          static_cast<double>(phase.frames * taxels_);
 }
 
-void FeatureStream::append_lead() {
+FeatureStream::Lead FeatureStream::lead() const {
+  Lead out;
   const auto press = mean_of(press_);
-  if (!press) return;
-  features_.push_back(*press);
-  if (const auto rest = mean_of(rest_)) features_.push_back(*rest - *press);
-  if (const auto end = mean_of(end_)) features_.push_back(*press - *end);
+  if (!press) return out;
+  out.value[out.count++] = *press;
+  if (const auto rest = mean_of(rest_)) out.value[out.count++] = *rest - *press;
+  if (const auto end = mean_of(end_)) out.value[out.count++] = *press - *end;
+  return out;
 }
 
 Status FeatureStream::check_finite() const {
@@ -140,15 +142,15 @@ Result<std::span<const double>> FeatureStream::features() {
     return fail(Errc::invalid_argument, "unusable bin of the mode", "mode_bin_counts",
                 "a positive number", std::to_string(options_.mode_bin_counts));
   }
-  features_.clear();
-  append_lead();
-  const std::size_t lead = features_.size();
-  features_.resize(lead + taxel_blocks.size() * taxels_);
+  const Lead first_ones = lead();
+  features_.resize(first_ones.count + taxel_blocks.size() * taxels_);
+  std::copy_n(first_ones.value.begin(), first_ones.count, features_.begin());
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const std::size_t first = b * TaxelBlock::taxels;
     const TaxelBlock::Features of_block = blocks_[b].features(options_, tools_);
     for (std::size_t f = 0; f < of_block.size(); ++f)
-      copy_some(of_block[f], blocks_[b].used(), features_.data() + lead + f * taxels_ + first);
+      copy_some(of_block[f], blocks_[b].used(),
+                features_.data() + first_ones.count + f * taxels_ + first);
   }
   if (Status ok = check_finite(); !ok) return pass(ok.error());
   return std::span<const double>(features_);

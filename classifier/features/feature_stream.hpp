@@ -61,7 +61,12 @@ class FeatureStream {
   };
 
   void add_checked(Phase phase, std::span<const double> counts);
-  void append_lead();
+  // Features of the other phases, which come first.
+  struct Lead {
+    std::array<double, 3> value{};
+    std::size_t count = 0;
+  };
+  [[nodiscard]] Lead lead() const;
   [[nodiscard]] std::optional<double> mean_of(const PadSum& phase) const;
   [[nodiscard]] Status check_finite() const;
 
