@@ -1,0 +1,110 @@
+// Prints one digest per learner: the features of made-up trials, and every bit of what is learnt
+// from them and answered. script/same-bytes builds it with several compilers and compares the
+// lines. No function of the C library makes the trials.
+
+#include <array>
+#include <bit>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "classifier/baseline/learner_text.hpp"
+#include "classifier/features/extract.hpp"
+#include "classifier/learn/random.hpp"
+
+using namespace weft;
+using namespace weft::classifier;
+
+namespace {
+
+/// FNV-1a.
+class Digest {
+ public:
+  void add(std::string_view text) {
+    for (const char c : text) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
+  }
+  void add(double value) {
+    const auto bits = std::bit_cast<std::array<char, sizeof value>>(value);
+    add(std::string_view(bits.data(), bits.size()));
+  }
+  void print(const std::string& what) const {
+    std::printf("%-28s %016llx\n", what.c_str(), static_cast<unsigned long long>(hash_));
+  }
+
+ private:
+  std::uint64_t hash_ = 0xCBF29CE484222325ULL;
+};
+
+/// Of a call that cannot fail here.
+template <class T>
+T expected(Result<T> result) {
+  if (!result) {
+    std::fprintf(stderr, "%s\n", to_string(result.error()).c_str());
+    std::exit(2);
+  }
+  return std::move(*result);
+}
+
+constexpr std::size_t fabrics = 5, repetitions = 8, taxels = 6;
+
+/// Counts that wander, each fabric by steps of its own.
+Trial made_trial(std::size_t fabric, std::size_t repetition, RandomEngine& engine) {
+  Trial out;
+  out.label = std::string("fabric ") + std::to_string(fabric);
+  out.group = std::to_string(repetition);
+  out.file = out.label + " " + out.group;
+  out.taxels = taxels;
+  std::vector<double> count(taxels, 9000.0);
+  for (const auto& [phase, samples] :
+       {std::pair{Phase::rest, 20}, {Phase::press, 41}, {Phase::motion, 313}, {Phase::end, 17}}) {
+    for (int i = 0; i < samples; ++i) {
+      out.phase.push_back(phase);
+      for (std::size_t t = 0; t < taxels; ++t) {
+        const auto step = static_cast<double>(random_below(engine, 21 + 2 * fabric));
+        count[t] += step - 10.0 - static_cast<double>(fabric) * (t % 2 == 0 ? 0.9 : 1.0);
+        out.counts.push_back(count[t]);
+      }
+    }
+  }
+  return out;
+}
+
+FeatureMatrix made_matrix() {
+  RandomEngine engine(17);
+  std::vector<Trial> trials;
+  for (std::size_t f = 0; f < fabrics; ++f)
+    for (std::size_t r = 0; r < repetitions; ++r) trials.push_back(made_trial(f, r, engine));
+  return expected(build_feature_matrix(trials));
+}
+
+void learnt(const std::string& name, const FeatureMatrix& matrix, const TrainedLearner& trained) {
+  LineWriter out;
+  write_learner(out, trained);
+  Digest digest;
+  digest.add(out.str());
+  for (std::size_t r = 0; r < matrix.size(); ++r) {
+    const auto row = matrix.values.row(r);
+    digest.add(trained.labels()[expected(trained.classify(row))]);
+    if (const FabricModel* cores = trained.cores()) {
+      const auto vote = expected(cores->classify(expected(trained.prepared(row))));
+      for (const double decision : vote.decision) digest.add(decision);
+    }
+  }
+  digest.print(name);
+}
+
+}  // namespace
+
+int main() {
+  const FeatureMatrix matrix = made_matrix();
+  Digest features;
+  for (const double v : matrix.values.data()) features.add(v);
+  features.print("features");
+  for (const Learner learner :
+       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc})
+    for (const View view : all_views())
+      learnt(std::string(to_string(learner)) + ", " + std::string(to_string(view)), matrix,
+             expected(train_recipe(matrix, {learner, 20, view}, {})));
+  learnt("best", matrix, expected(train_learner(matrix, Learner::best, {})).trained);
+  return 0;
+}
