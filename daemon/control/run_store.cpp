@@ -132,6 +132,17 @@ Status add_columns(sqlite::Database& database) {
   return {};
 }
 
+/// SQLite's look at every page now: one that is needed only later would be missed under a run.
+Status check_pages(sqlite::Database& database) {
+  auto query = database.prepare("PRAGMA quick_check(1)");
+  if (!query) return pass(query.error());
+  const auto row = query->step();
+  if (!row) return pass(row.error());
+  if (*row && query->text(0) == "ok") return {};
+  return fail(Errc::corrupt, "the daemon's memory of its runs is damaged", {}, {}, query->text(0),
+              "Put back a copy of it, or move it away: the campaigns are whole in their own files");
+}
+
 }  // namespace
 
 std::string_view to_string(RigStanding::Fact fact) {
@@ -154,6 +165,8 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
     return fail(Errc::wrong_state, "another weftd works in this folder", file.string(), {}, {},
                 "Stop it, or give this one a folder of its own");
   }
+  if (const Status whole = check_pages(*database); !whole)
+    return pass(whole.error(), file.string());
   Status made = database->execute(schema_sql);
   if (made) made = add_columns(*database);
   if (!made) return pass(made.error(), file.string());

@@ -273,18 +273,33 @@ void change(Wire& maker) {
   maker.line();
 }
 
-/// `changes_hz` events a second to everybody for ten seconds.
+/// Events that the daemon left out for one that did not read, by the first that says so.
+std::size_t left_out_for(Wire& silent) {
+  constexpr std::string_view word = R"("dropped":)";
+  for (;;) {
+    const std::string line = silent.line();
+    const std::size_t at = line.find(word);
+    if (at == std::string::npos) continue;
+    const std::size_t dropped = std::strtoull(line.c_str() + at + word.size(), nullptr, 10);
+    if (dropped > 0) return dropped;
+  }
+}
+
+/// `changes_hz` events a second to everybody for ten seconds, after the subscriptions of those that
+/// never read have run over.
 void subscribers(const Daemon& daemon, std::vector<Figure>& figures) {
   const std::size_t count = number_from("WEFT_BENCH_SUBSCRIBERS", 1000);
+  constexpr std::size_t runs_over = 2000;  // changes: far more events than are kept for one
+  const auto maker = introduced(daemon), other = introduced(daemon);
   std::vector<std::unique_ptr<Wire>> all;
   std::vector<pollfd> readers;
   for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t k = 0; i == never_reading && k < runs_over; ++k) change(*maker);
     all.push_back(introduced(daemon));
     all.back()->send(request(1, "sub.open", R"({"topics":["*"],"mode":"every"})"));
     all.back()->line();
     if (i >= never_reading) readers.push_back({all.back()->descriptor(), POLLIN, 0});
   }
-  const auto maker = introduced(daemon), other = introduced(daemon);
   std::vector<double> waits;
   std::vector<std::size_t> lines(readers.size());
   std::size_t changes = 0;
@@ -309,6 +324,10 @@ void subscribers(const Daemon& daemon, std::vector<Figure>& figures) {
                      "events", static_cast<double>(changes),
                      "most " + std::to_string(*most) + "; " +
                          std::to_string(static_cast<int>(changes_hz)) + " a second to each"});
+  figures.push_back({"left out for one that never reads",
+                     static_cast<double>(left_out_for(*all[0])), "", "events",
+                     static_cast<double>(2 * runs_over + changes),
+                     "counted by the daemon and told to it"});
   figures.push_back({"another client meanwhile, p99", 1e6 * waits[waits.size() * 99 / 100], "us",
                      "its median", 1e6 * waits[waits.size() / 2],
                      "worst " + std::to_string(1e6 * waits.back()) + " us"});

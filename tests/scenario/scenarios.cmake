@@ -48,6 +48,10 @@ add_test(NAME scenario_cli_interrupt
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_interrupt.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_resume
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_resume.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+# A file system of its own that fills up; of the daemon too.
+add_test(NAME scenario_full_disk COMMAND ${Python3_EXECUTABLE} ${cli_tests}/full_disk.py $<TARGET_FILE:weft>
+         $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_full_disk PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME scenario_cli_real_fabrics
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_resume PROPERTIES TIMEOUT 300)
@@ -103,6 +107,9 @@ set_tests_properties(scenario_cli_design PROPERTIES TIMEOUT 300 ENVIRONMENT PYTH
 # Every bit of the plant at each level, as digests: built with several compilers and compared by script/same-bytes.
 add_executable(same_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/same_bytes.cc)
 target_link_libraries(same_bytes PRIVATE weft_plant)
+# So of what the classifier learns.
+add_executable(learnt_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/learnt_bytes.cc)
+target_link_libraries(learnt_bytes PRIVATE weft_classifier)
 
 # The emulated bench: two programs, real ports, real time; nearly all of it is waiting, so it starts first.
 add_test(NAME scenario_emulated_trial

@@ -126,8 +126,11 @@ def grammar(daemon, token, role, but):
 
 def observed(daemon, token):
     """An observer changes nothing, whatever it says. rig.halt is for everybody, see weftd_runs; run.wait may rightly wait; session.close ends the one that asks."""
-    counted = grammar(daemon, token, "observer", ["rig.halt", "run.wait", "session.close"])
     client = Client(daemon.socket)
+    kept = {method: client.call(method) for method in ("recipe.list", "queue.list", "token.list")}
+    counted = grammar(daemon, token, "observer", ["rig.halt", "run.wait", "session.close"])
+    for method, before in kept.items():
+        assert client.call(method) == before, f"an observer has changed what {method} tells"
     assert client.call("lease.list")["leases"] == [], "an observer has taken a lease"
     assert client.call("run.list")["runs"] == [], "an observer has started a run"
     return counted
@@ -244,7 +247,7 @@ def drips(daemon):
 def flood(daemon):
     """More clients than descriptors: those that are there are served, and when the others are gone new ones are."""
     old = Client(daemon.socket)
-    waiting = []
+    waiting, came = [], 0
     for i in range(FLOOD):
         wire = socket.socket(socket.AF_UNIX)
         wire.settimeout(10)
@@ -254,10 +257,12 @@ def flood(daemon):
             wire.close()
             continue
         waiting.append(wire)
+        came += 1
         if len(waiting) > 3 * DESCRIPTORS:
             waiting.pop(0).close()
         if i % 1000 == 0:
             old.call("system.ready")
+    assert came > 0.99 * FLOOD, f"{came} of {FLOOD} connections were made"
     for _ in range(5):  # those that stood in the queue are heard and sent away first
         spent = daemon.cpu_s()
         time.sleep(1)

@@ -214,18 +214,34 @@ def contents_of(folder):
     return hash.hexdigest()
 
 
+def told_runs(folder):
+    """What a daemon of its own, begun and ended again, tells of its runs."""
+    daemon = Daemon(WEFTD, ROOT, folder)
+    try:
+        return Client(daemon.socket).call("run.list")["runs"]
+    finally:
+        assert daemon.end() == 0
+
+
 def damaged_memory(folder):
-    """A page of the daemon's own database that is gone: a sentence, and nothing written over it."""
+    """Each page of the daemon's own database in turn: a sentence, nothing written over it, and with the page back all runs are there."""
+    runs = told_runs(folder)
+    assert runs
     file = folder / "data" / "weftd.sqlite"
     whole = file.read_bytes()
-    for at in (0, 4096):
+    spare = sqlite3.connect(f"file:{file}?mode=ro&immutable=1", uri=True)
+    assert spare.execute("PRAGMA freelist_count").fetchone() == (0,), "a page that holds nothing is not missed"
+    spare.close()
+    assert len(whole) >= 8 * 4096
+    for at in range(0, len(whole), 4096):
         file.write_bytes(whole[:at] + b"\xa5" * 4096 + whole[at + 4096:])
         bent = file.read_bytes()
         said = subprocess.run([WEFTD, "--rig", ROOT / "sim/rigs/bench17.json", "--recipes", folder / "recipes", "--data",
                                folder / "data"], capture_output=True, text=True, timeout=PATIENCE_S)
-        assert said.returncode == 1 and "weftd.sqlite" in said.stderr, said
+        assert said.returncode == 1 and "weftd.sqlite" in said.stderr, (at, said)
         assert file.read_bytes() == bent
     file.write_bytes(whole)
+    assert told_runs(folder) == runs
 
 
 def commands(folder, daemon):

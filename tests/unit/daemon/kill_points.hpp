@@ -26,7 +26,7 @@ struct KillPoint {
 namespace killing {
 
 inline KillPoint point;
-inline std::uint64_t writes = 0;
+inline std::atomic<std::uint64_t> writes = 0;  ///< by any thread
 inline sqlite3_vfs* below = nullptr;
 inline void (*synced)(const char* file) = nullptr;  ///< told once the disk has all of a file
 

@@ -121,7 +121,7 @@ TEST_CASE("a campaign killed at any one of its writes goes on to the data of an 
   while (survives({points + 1, false})) ++points;
   WARN("SIMULATED, " << points << " writes, the process killed at each");
   CHECK(points > 30);
-  for (std::uint64_t write = 1; write <= points; write += 4) survives({write, true});
+  for (std::uint64_t write = 1; write <= points; ++write) survives({write, true});
 }
 
 TEST_CASE("a resume that is killed too is resumed") {

@@ -1,0 +1,112 @@
+// A daemon's desk killed at every write to its own memory and to the campaign's file: the run that
+// was told of is there again, and comes to the data of one that nobody touched. SIMULATED.
+
+#include <map>
+
+#include "daemon/certificate/verify.hpp"
+#include "daemon/recorder/campaign_past.hpp"
+#include "tests/unit/daemon/desk_bench.hpp"
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::control;
+using test::DeskBench;
+using test::TemporaryFolder;
+using test::tiny_recipe;
+
+namespace {
+
+/// What a child said before it died, in memory that outlives it.
+class LastWords {
+ public:
+  LastWords() = default;
+  LastWords(const LastWords&) = delete;
+  LastWords& operator=(const LastWords&) = delete;
+  ~LastWords() { munmap(shared_, sizeof(Facts)); }
+  struct Facts {
+    std::atomic<bool> submitted, complete;
+  };
+  [[nodiscard]] Facts& facts() const { return *static_cast<Facts*>(shared_); }
+
+ private:
+  void* shared_ =
+      mmap(nullptr, sizeof(Facts), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+};
+
+/// A desk opened, a run submitted and waited for, in a child that dies at the point. True when it
+/// died; false when it came to the end of all that.
+bool killed_at_desk(const TemporaryFolder& folder, test::KillPoint point, const LastWords& told) {
+  const pid_t child = fork();
+  if (child == 0) {
+    test::killing::begin(point);
+    DeskBench bench(folder, tiny_recipe(1));
+    const auto run = bench.desk->submit({bench.request.recipe, {}, {}, "test"});
+    if (!run) _exit(2);
+    told.facts().submitted = true;
+    const std::string id = run->stored.id();
+    const auto over = [&] { return bench.desk->get(id)->machine.state == RunState::ended; };
+    if (!bench.posted.run_until(over)) _exit(3);
+    told.facts().complete = bench.desk->get(id)->stored.outcome == "complete";
+    _exit(told.facts().complete ? 0 : 4);
+  }
+  int status = 0;
+  REQUIRE(child > 0);
+  REQUIRE(waitpid(child, &status, 0) == child);
+  const bool killed = WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
+  INFO("status " << status);
+  REQUIRE((killed || (WIFEXITED(status) && WEXITSTATUS(status) == 0)));
+  return killed;
+}
+
+const Dataset& untouched_run() {
+  static const Dataset known = [] {
+    const TemporaryFolder folder;
+    const auto summary = run_campaign(test::request_in(folder, tiny_recipe(1)), {});
+    if (!summary) FAIL(to_string(summary.error()));
+    return load_campaign(summary->campaign_file, {}).value();
+  }();
+  return known;
+}
+
+/// The next daemon in that folder: each run ended complete, or is interrupted and goes on.
+void look_again(const TemporaryFolder& folder, const LastWords& told) {
+  DeskBench bench(folder, tiny_recipe(1));
+  const auto found = bench.desk->all();
+  REQUIRE(found.size() <= 1);
+  if (told.facts().submitted) REQUIRE(found.size() == 1);
+  const std::string id = found.empty() ? bench.submit().stored.id() : found.front().stored.id();
+  RunView run = bench.ended(id);
+  if (told.facts().complete) REQUIRE(run.machine.state == RunState::ended);
+  if (run.machine.state == RunState::interrupted) {
+    CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, id});
+    const auto recovered = bench.desk->recover(id, "test");
+    if (!recovered) FAIL(to_string(recovered.error()));
+    run = bench.ended(id);
+  }
+  INFO(run.stored.error);
+  CHECK(run.machine.state == RunState::ended);
+  CHECK(run.stored.outcome == "complete");
+  const auto report = verify(run.stored.folder);
+  REQUIRE(report);
+  CHECK((report->holds() && report->certified));
+  CHECK(report->attempts <= report->complete + 1);
+  const auto data = load_campaign(run.stored.folder / campaign_file_name, {});
+  REQUIRE(data);
+  CHECK(test::difference(untouched_run(), *data) == "");
+}
+
+}  // namespace
+
+TEST_CASE("a daemon killed at any one of its writes knows the run it told of, and ends it whole") {
+  (void)untouched_run();
+  std::uint64_t points = 0;
+  for (bool killed = true; killed; ++points) {
+    const TemporaryFolder folder;
+    const LastWords told;
+    INFO("write " << points + 1);
+    killed = killed_at_desk(folder, {points + 1, points % 2 == 1}, told);
+    look_again(folder, told);
+  }
+  WARN("SIMULATED, " << points - 1 << " writes of a daemon, killed at each");
+  CHECK(points > 60);
+}
