@@ -144,6 +144,7 @@ void RunDesk::plan_known(Run& run, const PlanKnown& plan) {
 Result<CampaignRequest> RunDesk::request_of(const StoredRun& run) const {
   CampaignRequest request{run.recipe, run.rig, run.folder, run.seed};
   request.resume = run.resume;
+  request.accept_whole = true;
   if (run.recipe_sha256.empty()) return request;
   auto text = store_.recipe_text(run.recipe_sha256);
   if (!text) return pass(text.error(), run.id());

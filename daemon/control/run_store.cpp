@@ -1,8 +1,12 @@
 #include "daemon/control/run_store.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
+#include <system_error>
 
 namespace weft::daemon::control {
 namespace {
@@ -158,6 +162,12 @@ std::string StoredRun::id() const {
 }
 
 Result<RunStore> RunStore::open(const std::filesystem::path& file) {
+  // SQLite's own word for it is an error of its lock.
+  const std::filesystem::path folder = file.parent_path();
+  if (::access(folder.c_str(), W_OK) != 0)
+    return fail(Errc::io, "the folder cannot be written to", folder.string(), {},
+                std::error_code(errno, std::generic_category()).message(),
+                "Give the daemon a folder of its own that it may write to");
   auto database = sqlite::Database::open(file, sqlite::Mode::create);
   if (!database) return pass(database.error(), file.string());
   if (const Status alone = database->execute(opening_sql); !alone) {

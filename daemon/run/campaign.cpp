@@ -320,7 +320,7 @@ Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
                                           const SettledRequest& settled,
                                           const CampaignHooks& hooks) {
   if (request.resume)
-    return resumption(campaign, settled.checked, settled.rig.mode,
+    return resumption(campaign, settled.checked, settled.rig.mode, request.accept_whole,
                       [&hooks] { return stop_asked(hooks); });
   if (Status free = Recorder::refuse_existing(campaign); !free) return pass(free.error());
   return std::optional<Resumption>{};
@@ -353,7 +353,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (!past) return pass(past.error());
   if (*past && (*past)->only_concludes)
     return concluded(request.out, checked.plan, rig, (*past)->past);
-  if (*past && (*past)->only_hands_over)
+  if (*past && ((*past)->only_hands_over || (*past)->only_tells))
     return certified_summary(request.out, checked.plan, rig, (*past)->past);
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});

@@ -37,6 +37,10 @@ struct CampaignRequest {
   std::filesystem::path level = {};
   std::chrono::seconds oldest_level = std::chrono::hours(24);  ///< zero: any age
   std::optional<std::string> recipe_text = {};  ///< in place of what its file says by now
+  /// With `resume`: one that came to its end is told as its file has it, where otherwise it is
+  /// refused that nothing is left. A daemon may die between a campaign's end and its own note of
+  /// it.
+  bool accept_whole = false;
 };
 
 /// Where the wall time of the run went, estimated by sampling [s].

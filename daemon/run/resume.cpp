@@ -146,7 +146,7 @@ bool is_only_end_left(const CampaignRequest& request) {
 
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
                                              const CheckedRequest& checked, BenchMode mode,
-                                             const StopAsked& stop_asked) {
+                                             bool accept_whole, const StopAsked& stop_asked) {
   std::error_code ignored;
   const auto log = read_log(campaign);
   if (!log) return pass(log.error());
@@ -169,7 +169,8 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   out.only_hands_over = over && !out.only_concludes && checked.plan.hand_over &&
                         past->complete() == past->progress.planned &&
                         !is_handed_over(campaign.parent_path());
-  if (over && !out.only_concludes && !out.only_hands_over)
+  out.only_tells = over && !out.only_concludes && !out.only_hands_over;
+  if (out.only_tells && !accept_whole)
     return fail(Errc::wrong_state, "nothing is left: the campaign came to its end",
                 campaign.string());
   out.past = std::move(*past);
@@ -194,8 +195,8 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
   auto settled = settled_request(request);
   if (!settled) return pass(settled.error());
   const recipes::Plan& plan = settled->checked.plan;
-  auto found =
-      resumption(request.out / campaign_file_name, settled->checked, settled->rig.mode, stop_asked);
+  auto found = resumption(request.out / campaign_file_name, settled->checked, settled->rig.mode,
+                          request.accept_whole, stop_asked);
   if (!found) return pass(found.error());
   ResumePreview out;
   out.planned = plan.trials.size();
@@ -208,6 +209,10 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
   }
   if (*found && (*found)->only_hands_over) {
     out.will.push_back("hand the campaign over, as its recipe asks: it is complete and certified");
+    return out;
+  }
+  if (*found && (*found)->only_tells) {
+    out.will.push_back("say that the campaign came to its end: it is on record and certified");
     return out;
   }
   const std::string aside = *found ? "" : name_aside(request.out / campaign_file_name).string();

@@ -29,14 +29,17 @@ struct Resumption {
   /// It came to its end, all of it complete, and its recipe's hand-over is not there. Nothing
   /// moves, nothing is written: who runs campaigns hands them over.
   bool only_hands_over = false;
+  /// It came to its end, and nothing is missing. Nothing moves, nothing is written.
+  bool only_tells = false;
 };
 
 /// Nothing when the folder holds no campaign, or one of which nothing was written yet: it begins
 /// then like any other. Errors: corrupt, when the file does not hold; wrong_state with what
-/// differs, when recipe, rig or seed are not the file's; wrong_state, when nothing is left to do,
-/// or it was stopped.
+/// differs, when recipe, rig or seed are not the file's; wrong_state, when nothing is left to do
+/// and not `accept_whole`, or it was discarded.
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
                                              const CheckedRequest& checked, BenchMode mode,
+                                             bool accept_whole = false,
                                              const StopAsked& stop_asked = {});
 
 /// The campaign's folder is what was recorded. Errors: verify()'s; corrupt, with the first finding.

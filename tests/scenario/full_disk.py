@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 from campaign_support import PATIENCE_S, RUN, begun, samples, wait_for, write_recipe
 from cli_support import Checks
@@ -55,35 +56,53 @@ def of_weft_run(t, d, disk, rig, undisturbed):
     mounted(disk, "rw")
 
 
+def kinds(client):
+    return {blocker["kind"] for blocker in client.call("system.ready")["blockers"]}
+
+
 def of_weftd(t, weftd, root, d, disk, undisturbed):
-    """The daemon lives on and says what is wrong; the run says so too, and is whole once there is room again."""
+    """The daemon lives on and says what is wrong, as the run does; its trials are kept, and with room again `weft run` makes them whole. It
+    does not start where it cannot write."""
     (disk / "recipes").mkdir()
     shutil.copy(d / "recipe.json", disk / "recipes" / "small.json")
     daemon = Daemon(weftd, root, disk)
     try:
         client = Client(daemon.socket)
-        client.call("sub.open", topics=["*"], mode="every")
-        lease = client.call("lease.acquire")["lease"]
+        lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
         run = client.call("run.start", recipe="small", lease=lease)["run"]
         folder = disk / "data" / run
         t.expect(wait_for(folder, 3, lambda: daemon.process.poll() is None), "weftd: three trials")
         daemon.process.send_signal(signal.SIGSTOP)
         fill(disk)
         daemon.process.send_signal(signal.SIGCONT)
-        for _ in range(10000):
-            told = client.call("run.get", run=run)
-            if told["state"] in ("ended", "interrupted"):
-                break
-        print("told", told)
-        print("ready", client.call("system.ready"))
+        client.call("run.wait", run=run)
+        told = client.call("run.get", run=run)
+        t.expect(told["state"] == "ended" and told["outcome"] == "failed" and "disk" in told["error"], f"weftd, the run: {told}")
+        t.expect(kinds(client) >= {"disk.low", "storage.io", "rig.unknown"}, f"weftd, a full disk: {kinds(client)}")
+        begins = client.answer("run.start", recipe="small", lease=lease)
+        t.expect("error" in begins and "space" in str(begins["error"]), f"weftd: nothing begins on a full disk: {begins}")
         os.remove(disk / "filler")
-        print("ready", client.call("system.ready"))
-        print("run", client.call("run.get", run=run))
-        print(client.answer("run.recover", run=run, choice="resume", lease=lease))
-        print("run", client.call("run.get", run=run))
+        end = time.monotonic() + PATIENCE_S
+        while "storage.io" in kinds(client) and time.monotonic() < end:  # it is tried again
+            time.sleep(0.1)
+        t.expect("storage.io" not in kinds(client), "weftd: with room again what it knows is written down")
+        t.expect(daemon.end() == 0, "weftd: its end")
+        daemon = Daemon(weftd, root, disk)
+        kept = Client(daemon.socket).call("run.get", run=run)
+        t.expect({k: kept[k] for k in ("state", "outcome", "error", "trials_done")} == {k: told[k] for k in ("state", "outcome", "error", "trials_done")},
+                 f"weftd: what was told is kept: {kept}")
+        t.expect(daemon.end() == 0, "weftd: its second end")
     finally:
         daemon.process.kill()
-        print(daemon.process.stderr.read())
+    seen = t.succeeds("verify", str(folder), cwd=disk)
+    t.expect(seen["holds"] and seen["trials_complete"] >= 3, f"weftd, after a full disk: {seen}")
+    rig = root / "sim/rigs/bench17.json"
+    ran = t.run("run", "recipes/small.json", "--rig", str(rig), "--out", str(folder), *RUN, "--resume", cwd=disk)
+    t.expect(ran.returncode == 0 and samples(folder) == undisturbed, f"weftd, gone on with: {ran.returncode} {ran.stderr}")
+    mounted(disk, "ro")
+    said = subprocess.run(command(weftd, root, disk), capture_output=True, text=True, timeout=PATIENCE_S)
+    t.expect(said.returncode == 1 and said.stderr.startswith("weftd: ") and "ead-only" in said.stderr, f"weftd, read-only: {said}")
+    mounted(disk, "rw")
 
 
 def inside(t, weftd, root, d, disk):

@@ -91,8 +91,13 @@ const char* broken_promise(const Bench& b) {
 }
 
 /// Whether the rig may be left as it is by this: a device or a guard said that it is not well, the
-/// halt was pressed, or nothing came where something other than time was waited for.
+/// halt was pressed, nothing came where something other than time was waited for, or it ended
+/// before anything had moved, and stands as it was found.
 bool excuses(const Bench& b, const Event& event) {
+  if (b.state.step == Step::ready &&
+      (std::holds_alternative<AbortRequested>(event) ||
+       std::holds_alternative<StopRequested>(event) || std::holds_alternative<GuardTripped>(event)))
+    return true;
   if (const auto* guard = std::get_if<GuardTripped>(&event))
     return guard->trip.action == GuardAction::end_campaign;
   if (std::holds_alternative<TimerExpired>(event))
