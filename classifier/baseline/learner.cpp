@@ -49,10 +49,16 @@ std::vector<Fold> folds_of(const FeatureMatrix& matrix, const TrainOptions& opti
                      options.seed);
 }
 
+// Groups are so few that every seed deals them alike.
+std::size_t rounds_of(const FeatureMatrix& matrix, const TrainOptions& options) {
+  return options.fold_unit == FoldUnit::group ? 1 : choice_rounds(matrix.size());
+}
+
 // Folds of a choice, one round after the other; each round validates every trial once.
 std::vector<Fold> folds_of_choice(const FeatureMatrix& matrix, TrainOptions options) {
+  const std::size_t rounds = rounds_of(matrix, options);
   std::vector<Fold> out = folds_of(matrix, options);
-  for (std::size_t round = 1; round < choice_rounds(matrix.size()); ++round) {
+  for (std::size_t round = 1; round < rounds; ++round) {
     ++options.seed;
     std::ranges::move(folds_of(matrix, options), std::back_inserter(out));
   }
@@ -138,7 +144,7 @@ Result<Choice> choose(const FeatureMatrix& matrix, const std::vector<Recipe>& re
   std::vector<TimesWrong> wrong;
   std::size_t least = std::numeric_limits<std::size_t>::max();  // of those that are through
   for (const Recipe& recipe : recipes) {
-    RecipeScore score{recipe, 0, 0};
+    RecipeScore score{recipe, 0, 0, rounds_of(matrix, options)};
     TimesWrong own(folds.empty() ? 0 : matrix.size());
     for (std::size_t f = 0; f < folds.size() && score.errors < least; ++f) {
       const auto trained = train_on(take_rows(matrix, folds[f].train), f, recipe, options, trainer);

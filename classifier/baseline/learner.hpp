@@ -52,6 +52,7 @@ struct RecipeScore {
   /// Trials, each as often as there are rounds; fewer: dropped once it could not win any more. 0:
   /// rows were too few for folds.
   std::size_t tested = 0;
+  std::size_t rounds = 1;  ///< over new folds
 };
 
 /// A trained recipe: a machine behind one small interface. Immutable; may be used by several
@@ -120,7 +121,8 @@ struct ChosenLearner {
 };
 
 /// Trains `learner`; with `best` or `cores_best` first chooses among its candidates by their errors
-/// over class_folds() of the training part, in choice_rounds() from as many seeds, counted after
+/// over class_folds() of the training part, in choice_rounds() from as many seeds (one
+/// where groups are the folds), counted after
 /// the vote: first_not_clearly_worse(), the simple ones first. A candidate that has as many errors
 /// as one that is through is not tried further and cannot be taken. Where rows are too few for
 /// folds (a label with two trials) nothing is tested, every candidate has 0 errors of 0, and the

@@ -83,6 +83,7 @@ json outcome_json(const Outcome& outcome) {
       json line = recipe_json(score.recipe);
       line["errors"] = score.errors;
       line["tested"] = score.tested;
+      line["rounds"] = score.rounds;
       out["candidates"].push_back(std::move(line));
     }
   }

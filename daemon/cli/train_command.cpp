@@ -38,8 +38,10 @@ struct Trained {
 json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
   json out = json::array();
   for (const classifier::RecipeScore& score : scores)
-    out.push_back(
-        {{"learner", to_string(score.recipe)}, {"errors", score.errors}, {"tested", score.tested}});
+    out.push_back({{"learner", to_string(score.recipe)},
+                   {"errors", score.errors},
+                   {"tested", score.tested},
+                   {"rounds", score.rounds}});
   return out;
 }
 
@@ -116,7 +118,12 @@ std::string summary_text(const TrainArgs& args, const Trained& trained) {
   for (const classifier::RecipeScore& score : trained.scores)
     tried.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
                     std::to_string(score.tested));
-  if (!tried.empty()) out += "  errors in cross-validation: " + joined(tried, "; ") + "\n";
+  if (!tried.empty()) {
+    const std::size_t rounds = trained.scores.front().rounds;
+    out += "  errors in cross-validation" +
+           (rounds > 1 ? ", " + std::to_string(rounds) + " rounds" : "") + ": " +
+           joined(tried, "; ") + "\n";
+  }
   return out;
 }
 

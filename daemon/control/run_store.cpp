@@ -164,10 +164,11 @@ std::string StoredRun::id() const {
 Result<RunStore> RunStore::open(const std::filesystem::path& file) {
   // SQLite's own word for it is an error of its lock.
   const std::filesystem::path folder = file.parent_path();
-  if (::access(folder.c_str(), W_OK) != 0)
-    return fail(Errc::io, "the folder cannot be written to", folder.string(), {},
-                std::error_code(errno, std::generic_category()).message(),
+  if (!folder.empty() && ::access(folder.c_str(), W_OK) != 0) {
+    const std::error_code why(errno, std::generic_category());
+    return fail(Errc::io, "the folder cannot be written to", folder.string(), {}, why.message(),
                 "Give the daemon a folder of its own that it may write to");
+  }
   auto database = sqlite::Database::open(file, sqlite::Mode::create);
   if (!database) return pass(database.error(), file.string());
   if (const Status alone = database->execute(opening_sql); !alone) {

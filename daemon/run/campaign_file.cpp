@@ -151,6 +151,13 @@ Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
   if (!certificate) return pass(certificate.error());
   if (*certificate) summary.dataset_sha256 = (*certificate)->dataset_sha256;
   if (!summary.dataset_sha256.empty()) summary.dataset_file = folder / dataset_file_name;
+  if (summary.trials_complete < summary.trials_planned)
+    summary.error = Error{Errc::device,
+                          "trials of the campaign failed before",
+                          summary.campaign_file.string(),
+                          std::to_string(summary.trials_planned),
+                          std::to_string(summary.trials_complete),
+                          "weft log and the journal in the file say which and why"};
   return summary;
 }
 

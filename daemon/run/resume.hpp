@@ -29,7 +29,8 @@ struct Resumption {
   /// It came to its end, all of it complete, and its recipe's hand-over is not there. Nothing
   /// moves, nothing is written: who runs campaigns hands them over.
   bool only_hands_over = false;
-  /// It came to its end, and nothing is missing. Nothing moves, nothing is written.
+  /// It came to its end, certified, and nothing is left to do, though trials of it may have failed.
+  /// Nothing moves, nothing is written.
   bool only_tells = false;
 };
 

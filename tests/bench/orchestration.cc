@@ -83,7 +83,8 @@ std::vector<double> seconds_of_trials(const recipes::Plan& plan, const fs::path&
 
 int main() {
   char name[] = "/tmp/weft-bench-XXXXXX";
-  const fs::path folder = ::mkdtemp(name);
+  if (::mkdtemp(name) == nullptr) return std::perror(name), 1;
+  const fs::path folder = name;
   const recipes::Plan plan = recipes::test::plan_of(recipe());
   std::vector<double> all;
   for (int run = 0; run < runs; ++run) {
@@ -93,9 +94,9 @@ int main() {
   fs::remove_all(folder);
   std::sort(all.begin(), all.end());
   const std::string note = std::to_string(all.size()) + " trials, simulated, no samples";
-  return bench::report(
-      "orchestration",
-      {{"a trial beside its samples, median", 1e3 * bench::median(all), "ms", "aim", aim_ms, note},
-       {"a trial beside its samples, p99", 1e3 * all[all.size() * 99 / 100], "ms", "aim", aim_ms,
-        note}});
+  return bench::report("orchestration",
+                       {{"a trial beside its samples, median", 1e3 * bench::median(all), "ms",
+                         "aim", aim_ms, note, bench::at_most(aim_ms)},
+                        {"a trial beside its samples, p99", 1e3 * all[all.size() * 99 / 100], "ms",
+                         "aim", aim_ms, note}});
 }

@@ -288,7 +288,8 @@ std::size_t left_out_for(Wire& silent) {
 /// `changes_hz` events a second to everybody for ten seconds, after the subscriptions of those that
 /// never read have run over.
 void subscribers(const Daemon& daemon, std::vector<Figure>& figures) {
-  const std::size_t count = number_from("WEFT_BENCH_SUBSCRIBERS", 1000);
+  const std::size_t count =
+      std::max(number_from("WEFT_BENCH_SUBSCRIBERS", 1000), never_reading + 1);
   constexpr std::size_t runs_over = 2000;  // changes: far more events than are kept for one
   const auto maker = introduced(daemon), other = introduced(daemon);
   std::vector<std::unique_ptr<Wire>> all;

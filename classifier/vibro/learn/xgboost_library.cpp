@@ -16,7 +16,9 @@ bool find(void* library, const char* name, Function& out) {
 
 // It is never unloaded: threads of OpenMP live in it.
 std::optional<XgboostLibrary> loaded() {
-  void* const library = ::dlopen(WEFT_XGBOOST_LIBRARY, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  constexpr int how = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE;
+  void* library = ::dlopen(WEFT_XGBOOST_LIBRARY, how);
+  if (library == nullptr) library = ::dlopen(WEFT_XGBOOST_BUILT_WITH, how);
   if (library == nullptr) return std::nullopt;
   XgboostLibrary out;
   const bool whole = find(library, "XGBGetLastError", out.last_error) &&

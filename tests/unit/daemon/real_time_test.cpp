@@ -58,7 +58,7 @@ TEST_CASE(
     }
   }
   const Standing after = standing();
-  CHECK(after.policy == SCHED_OTHER);
+  CHECK(after.policy == SCHED_OTHER);  // whatever it was before
   CHECK(after.priority == 0);
   CHECK(after.locked_kb == before.locked_kb);
 }

@@ -14,7 +14,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-const std::filesystem::path verbs_page = "docs/reference/run-verbs.md";
+const std::filesystem::path verbs_page = WEFT_SOURCE_DIR "/docs/reference/run-verbs.md";
 
 std::string verb_recipe(RunState state) {
   if (state != RunState::awaiting_operator) return test::tiny_recipe(2);
@@ -81,28 +81,34 @@ struct VerbCase {
   }
 };
 
+template <class T>
+Status status_of(const Result<T>& result) {
+  if (result) return {};
+  return pass(result.error());
+}
+
 struct Verb {
   const char* name;
-  bool (*say)(VerbCase& of);  ///< false: refused
+  Status (*say)(VerbCase& of);
 };
 
 template <Order order>
-bool say_order(VerbCase& of) {
-  return of.bench->desk->order(of.id, order, "test").has_value();
+Status say_order(VerbCase& of) {
+  return status_of(of.bench->desk->order(of.id, order, "test"));
 }
 
 template <Recovery choice>
-bool say_settle(VerbCase& of) {
-  std::optional<bool> fine;
+Status say_settle(VerbCase& of) {
+  std::optional<Status> said;
   of.bench->desk->settle(of.id, choice, "test",
-                         [&](const Result<RunView>& run) { fine = run.has_value(); });
-  REQUIRE(of.bench->posted.run_until([&] { return fine.has_value(); }));
-  return *fine;
+                         [&](const Result<RunView>& run) { said = status_of(run); });
+  REQUIRE(of.bench->posted.run_until([&] { return said.has_value(); }));
+  return *said;
 }
 
-bool say_confirm(VerbCase& of) {
+Status say_confirm(VerbCase& of) {
   const auto asked = of.bench->desk->get(of.id)->attention;
-  return of.bench->desk->confirm(of.id, asked ? asked->step : "Q-1", "test").has_value();
+  return status_of(of.bench->desk->confirm(of.id, asked ? asked->step : "Q-1", "test"));
 }
 
 constexpr std::array all_verbs{
@@ -113,27 +119,27 @@ constexpr std::array all_verbs{
     Verb{"run.stop", say_order<Order::stop>},
     Verb{"run.abort", say_order<Order::abort>},
     Verb{"run.withdraw",
-         [](VerbCase& of) { return of.bench->desk->withdraw(of.id, "test").has_value(); }},
+         [](VerbCase& of) -> Status { return of.bench->desk->withdraw(of.id, "test"); }},
     Verb{"queue.move",
-         [](VerbCase& of) { return of.bench->desk->move(of.id, 0, "test").has_value(); }},
+         [](VerbCase& of) -> Status { return of.bench->desk->move(of.id, 0, "test"); }},
     Verb{"run.recover, resume",
-         [](VerbCase& of) { return of.bench->desk->recover(of.id, "test").has_value(); }},
+         [](VerbCase& of) -> Status { return status_of(of.bench->desk->recover(of.id, "test")); }},
     Verb{"run.recover, discard", say_settle<Recovery::discard>},
     Verb{"run.recover, keep-partial", say_settle<Recovery::keep_partial>},
     Verb{"rig.halt",
-         [](VerbCase& of) {
+         [](VerbCase& of) -> Status {
            of.bench->desk->halt("test");
-           return true;
+           return Status{};
          }},
     Verb{"rig.estop",
-         [](VerbCase& of) {
+         [](VerbCase& of) -> Status {
            of.bench->desk->emergency_stop("test");
-           return true;
+           return Status{};
          }},
     Verb{"rig.reset",
-         [](VerbCase& of) { return of.bench->desk->reset("looked at it", "test").has_value(); }},
-    Verb{"run.start, another", [](VerbCase& of) {
-           return of.bench->desk->submit({of.bench->request.recipe, {}, {}, "test"}).has_value();
+         [](VerbCase& of) -> Status { return of.bench->desk->reset("looked at it", "test"); }},
+    Verb{"run.start, another", [](VerbCase& of) -> Status {
+           return status_of(of.bench->desk->submit({of.bench->request.recipe, {}, {}, "test"}));
          }}};
 
 /// What each verb makes of the state, cell by cell; a verb that is refused changes nothing.
@@ -143,12 +149,15 @@ std::string verb_row(RunState state) {
   std::string out = "| " + std::string(to_string(state)) + " | " + (timed ? "yes" : "-") + " |";
   for (const Verb& verb : all_verbs) {
     INFO(to_string(state) << ", " << verb.name);
-    const bool taken = verb.say(*at);
+    const Status said = verb.say(*at);
+    const bool taken = said.has_value();
     out += taken ? " " + std::string(to_string(at->now())) + " |" : " - |";
     if (taken) {
       at = std::make_unique<VerbCase>(state);
     } else {
       CHECK(at->now() == state);
+      CHECK(said.error().code == Errc::wrong_state);
+      CHECK_FALSE(said.error().message.empty());
     }
   }
   return out + "\n";
@@ -162,8 +171,7 @@ std::string whole_verbs_page() {
   }
   for (const RunState state : all_run_states) rows += verb_row(state);
   return "# Every verb in every state of a run\n\n"
-         "Tried one by one by `tests/unit/daemon/verb_table_test.cpp`, which fails where this "
-         "verbs_page "
+         "Tried one by one by `tests/unit/daemon/verb_table_test.cpp`, which fails where this page "
          "says otherwise. A cell is the state\nright after the verb, `-`: refused with "
          "`wrong_state` and a sentence that says what the state takes. A state with a deadline\n"
          "that passes climbs the ladder pause, stop, abort, halt; one without waits for "
