@@ -26,7 +26,7 @@ constexpr double aim_ms = 1.0;
 std::string recipe() {
   std::string fabrics, slides;
   for (int i = 0; i < 17; ++i)
-    fabrics += (i > 0 ? R"(,"fabric )" : R"("fabric )") + std::to_string(i) + '"';
+    fabrics += (i > 0 ? R"(,"fabric-)" : R"("fabric-)") + std::to_string(i) + '"';
   for (const std::string path :
        {R"({"dx_mm":0,"dy_mm":50})", R"({"dx_mm":0,"dy_mm":25},{"dx_mm":25,"dy_mm":0})"})
     slides += std::string(slides.empty() ? R"("M1")" : R"(,"M2")") + R"(:{"phases":[
