@@ -2,48 +2,19 @@
 // from them and answered. script/same-bytes builds it with several compilers and compares the
 // lines. No function of the C library makes the trials.
 
-#include <array>
-#include <bit>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "classifier/baseline/learner_text.hpp"
 #include "classifier/features/extract.hpp"
 #include "classifier/learn/random.hpp"
+#include "tests/scenario/bytes_digest.hpp"
 
 using namespace weft;
+using testing::Digest;
+using testing::expected;
 using namespace weft::classifier;
 
 namespace {
-
-/// FNV-1a.
-class Digest {
- public:
-  void add(std::string_view text) {
-    for (const char c : text) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
-  }
-  void add(double value) {
-    const auto bits = std::bit_cast<std::array<char, sizeof value>>(value);
-    add(std::string_view(bits.data(), bits.size()));
-  }
-  void print(const std::string& what) const {
-    std::printf("%-28s %016llx\n", what.c_str(), static_cast<unsigned long long>(hash_));
-  }
-
- private:
-  std::uint64_t hash_ = 0xCBF29CE484222325ULL;
-};
-
-/// Of a call that cannot fail here.
-template <class T>
-T expected(Result<T> result) {
-  if (!result) {
-    std::fprintf(stderr, "%s\n", to_string(result.error()).c_str());
-    std::exit(2);
-  }
-  return std::move(*result);
-}
 
 constexpr std::size_t fabrics = 5, repetitions = 8, taxels = 6;
 

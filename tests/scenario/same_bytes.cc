@@ -1,7 +1,6 @@
 // Prints one digest per part of the simulation: every bit of what the plant computes at each level.
 // script/same-bytes builds it with several compilers and compares the lines.
 
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,36 +16,14 @@
 #include "sim/plant/modal/oscillator.hpp"
 #include "sim/plant/plant.hpp"
 #include "sim/plant/stage.hpp"
+#include "tests/scenario/bytes_digest.hpp"
 
 using namespace weft;
+using testing::Digest;
+using testing::expected;
 using namespace weft::sim;
 
 namespace {
-
-/// FNV-1a over the bits of numbers.
-class Digest {
- public:
-  void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
-  void add(std::uint64_t bits) {
-    for (int i = 0; i < 8; ++i) hash_ = (hash_ ^ ((bits >> (8 * i)) & 0xFF)) * 0x100000001B3ULL;
-  }
-  void print(const char* what) const {
-    std::printf("%-28s %016llx\n", what, static_cast<unsigned long long>(hash_));
-  }
-
- private:
-  std::uint64_t hash_ = 0xCBF29CE484222325ULL;
-};
-
-/// Of a call that cannot fail here.
-template <class T>
-T expected(Result<T> result) {
-  if (!result) {
-    std::fprintf(stderr, "%s\n", to_string(result.error()).c_str());
-    std::exit(2);
-  }
-  return std::move(*result);
-}
 
 void add(Digest& digest, const ContactState& contact) {
   digest.add(contact.normal_n);
