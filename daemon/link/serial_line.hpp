@@ -15,6 +15,10 @@ bool speed_taken(std::uint32_t asked, std::uint32_t got);
 /// keep another speed (protocols.md D.3). Errors: unsupported, with the speed that it has.
 Status set_line_speed(int descriptor, std::uint32_t baud);
 
+/// A read of a line that has no byte yet waits, or would have to (EAGAIN). As libserialport leaves
+/// a line it returns 0 at once, which is also how the end of one looks.
+Status let_reads_wait(int descriptor);
+
 /// Raw bytes: eight bits, no echo, no signals, no translation. RTS/CTS as told.
 Status set_line_raw(int descriptor, bool rts_cts);
 

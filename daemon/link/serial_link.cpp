@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <libserialport.h>
 #include <sys/file.h>
+#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -88,6 +89,13 @@ tl::unexpected<Error> library_refused(sp_return code) {
   return cannot_open(sp_last_error_code());
 }
 
+// Handshake by RTS begins with the line raised (protocols.md A.1). Where the kernel's driver does
+// not say that it is, libserialport has lowered it. A port without such lines has nothing to raise.
+void raise_rts(int descriptor) {
+  const int lines = TIOCM_RTS | TIOCM_DTR;
+  static_cast<void>(::ioctl(descriptor, TIOCMBIS, &lines));
+}
+
 // libserialport's settings outlive its handle: the line stays open through the copy.
 Result<OpenPort> open_real(const std::string& path, const SerialSettings& settings) {
   sp_port* found = nullptr;
@@ -103,6 +111,8 @@ Result<OpenPort> open_real(const std::string& path, const SerialSettings& settin
   OpenPort copy(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
   if (copy.get() < 0) return cannot_open(errno);
   if (Status s = claim(copy.get()); !s) return pass(s.error());
+  if (Status s = let_reads_wait(copy.get()); !s) return pass(s.error());
+  if (settings.rts_cts) raise_rts(copy.get());
   if (Status s = set_line_speed(copy.get(), settings.baud); !s) return pass(s.error());
   return copy;
 }
