@@ -19,6 +19,10 @@ constexpr const char* connection_sql =
     "PRAGMA page_size=16384; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
     "PRAGMA foreign_keys=ON";
 
+/// How long a statement waits for those who look at the file at that moment: who opens it first, or
+/// while it is made, holds it for the moment of that.
+constexpr std::chrono::milliseconds for_a_look{2'000};
+
 /// How long the end of a campaign waits for those who have the file open, and for those who are in
 /// the middle of reading it.
 constexpr std::chrono::milliseconds for_closing{500};
@@ -92,6 +96,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
                                                                const CampaignHeader& header) {
   auto database = sqlite::Database::open(path, sqlite::Mode::create);
   if (!database) return pass(std::move(database).error());
+  database->wait_for_others(for_a_look);
   Status done = database->execute(connection_sql);
   // One transaction: a file that a kill left behind has all of this or nothing at all.
   if (done) done = database->execute("BEGIN");
@@ -110,6 +115,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
 Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesystem::path& path) {
   auto database = sqlite::Database::open(path, sqlite::Mode::read_write);
   if (!database) return pass(std::move(database).error());
+  database->wait_for_others(for_a_look);
   Status done = database->execute(connection_sql);
   if (done) done = database->execute(log_expected_schema_sql);
   if (done) done = database->execute(log_there_again_sql);

@@ -3,7 +3,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <catch2/catch.hpp>
+#include <thread>
 
 #include "daemon/certificate/file_print.hpp"
 #include "daemon/certificate/verify.hpp"
@@ -64,6 +66,32 @@ TEST_CASE("looking at a file that is being written leaves the writer its locks")
   still_held("print_of");
   CHECK(verify(folder.path()));
   still_held("verify");
+}
+
+TEST_CASE("a campaign begins while somebody looks at its file again and again") {
+  constexpr int campaigns = 40;
+  const TemporaryFolder folder;
+  std::atomic<int> at = 0;
+  std::atomic<int> looked = 0;
+  const std::jthread onlooker([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      const auto path = folder / (std::to_string(at) + ".sqlite");
+      if (!std::filesystem::exists(path)) continue;
+      auto reader = sqlite::Database::open(path, sqlite::Mode::read_only);
+      auto query = reader ? reader->prepare("SELECT count(*) FROM campaign")
+                          : Result<sqlite::Statement>(pass(reader.error()));
+      if (query && query->step()) ++looked;
+    }
+  });
+  for (; at < campaigns; ++at) {
+    auto recorder = Recorder::create(folder / (std::to_string(at) + ".sqlite"), small_header());
+    if (!recorder) FAIL("campaign " << at << ": " << to_string(recorder.error()));
+    for (int line = 0; line < 20; ++line) {
+      REQUIRE(recorder->journal(at_ms(line), "line", "{}"));
+      REQUIRE(recorder->commit());
+    }
+  }
+  CHECK(looked > 0);
 }
 
 TEST_CASE("a campaign ends while somebody has its file open, and the file is whole without a log") {
