@@ -14,6 +14,7 @@
 #include "daemon/cli/design_command.hpp"
 #include "daemon/cli/doctor_command.hpp"
 #include "daemon/cli/evaluate_command.hpp"
+#include "daemon/cli/export_command.hpp"
 #include "daemon/cli/features_command.hpp"
 #include "daemon/cli/imprint_command.hpp"
 #include "daemon/cli/imprint_search_command.hpp"
@@ -40,6 +41,7 @@ struct Commands {
   ExportArgs exported;
   InfoArgs info;
   VerifyArgs verify;
+  CampaignExportArgs campaign_export;
   FeaturesArgs features;
   TrainArgs train;
   EvaluateArgs evaluate;
@@ -103,6 +105,8 @@ void add_commands(CLI::App& root, Commands& all) {
   add(*dataset, all, "info", "what a data set holds", all.info, run_info);
   add(root, all, "verify", "whether a campaign or data set is what was recorded", all.verify,
       run_verify);
+  add(root, all, "export", "the complete trials of a campaign as one more file beside it",
+      all.campaign_export, run_campaign_export);
   add(root, all, "report", "the report of a campaign that is over, to read or to print", all.report,
       run_report);
   add(root, all, "features", "the features of a data set as a table", all.features, run_features);

@@ -8,6 +8,7 @@
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/operator_prompt.hpp"
+#include "daemon/cli/own_daemon.hpp"
 #include "daemon/cli/preflight.hpp"
 #include "daemon/cli/progress.hpp"
 #include "daemon/cli/run_hand_over.hpp"
@@ -105,31 +106,50 @@ json preview_json(const ResumePreview& preview) {
           {"trials_left", preview.left}};
 }
 
+/// Both are told, where there are both.
+template <class Told>
+std::function<void(const Told&)> both(std::function<void(const Told&)> one,
+                                      std::function<void(const Told&)> other) {
+  if (!other) return one;
+  return [one = std::move(one), other = std::move(other)](const Told& told) {
+    one(told);
+    other(told);
+  };
+}
+
+/// The campaign as the terminal shows and ends it, beside what its daemon asks of it by `hooks`.
 /// `asks`: the recipe has operator steps.
 Ran run_until_stopped(const RunArgs& args, bool asks, Console& console) {
   ProgressPrinter progress(console.err, console.terminal);
   const StopSignals signals;
-  CampaignHooks hooks;
-  hooks.progress = [&progress](const TrialProgress& line) { progress(line); };
-  hooks.device_log = [&](const DeviceLogLine& line) {
-    progress.finish();
-    console.err << "weft: " << line.device << ": "
-                << (line.level == LogLevel::error ? "error: " : "warning: ") << line.text
-                << std::endl;
-  };
-  hooks.stop = &signals.asked();
-  RunOrders orders;
+  const CampaignRequest request = request_of(args, console);
+  RunOrders own_orders;
   std::optional<OperatorPrompt> people;
-  if (asks) {
-    people.emplace(args.yes ? -1 : console.keyboard, console.err, orders);
-    hooks.orders = &orders;
-    hooks.moment = [&](const RunMoment& moment) {
-      if (moment.asked) progress.finish();
-      people->moment(moment);
+  const Campaign campaign = [&](CampaignHooks hooks) {
+    hooks.progress = both<TrialProgress>([&](const auto& line) { progress(line); }, hooks.progress);
+    hooks.device_log = [&](const DeviceLogLine& line) {
+      progress.finish();
+      console.err << "weft: " << line.device << ": "
+                  << (line.level == LogLevel::error ? "error: " : "warning: ") << line.text
+                  << std::endl;
     };
-  }
-  Result<CampaignSummary> summary = run_campaign(request_of(args, console), hooks);
-  progress.finish();
+    hooks.stop = &signals.asked();
+    if (hooks.orders == nullptr) hooks.orders = &own_orders;
+    if (asks) {
+      people.emplace(args.yes ? -1 : console.keyboard, console.err, *hooks.orders);
+      hooks.moment = both<RunMoment>(
+          [&](const RunMoment& moment) {
+            if (moment.asked) progress.finish();
+            people->moment(moment);
+          },
+          hooks.moment);
+    }
+    auto summary = run_campaign(request, hooks);
+    progress.finish();
+    people.reset();  // before the orders are gone
+    return summary;
+  };
+  Result<CampaignSummary> summary = run_with_daemon(args, request, campaign, console);
   return {std::move(summary), signals.number()};
 }
 
@@ -212,6 +232,9 @@ void add_options(CLI::App& command, RunArgs& args) {
   command.add_flag("--resume", args.resume,
                    "go on with the campaign in the folder, with the repetition that was cut short");
   command.add_flag("--preview", args.preview, "with --resume: what is left, step by step; no move");
+  command.add_option("--socket", args.socket,
+                     "where others look at the campaign, hold it and end it meanwhile: weft watch, "
+                     "pause, stop ... --socket; OUT/weftd.sock");
   command.add_option("--repeats", args.repeats, "random splits of the classification")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();

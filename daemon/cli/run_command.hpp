@@ -24,12 +24,13 @@ struct RunArgs {
   PluginArgs plugins;
   bool error_check = true;
   bool evaluate = true;
-  bool yes = false;             ///< operator steps count as done without asking
-  bool resume = false;          ///< go on with the campaign in `out`
-  std::filesystem::path level;  ///< what weft align --json said; empty: none
-  double level_max_age_h = 24;  ///< 0: any age
-  bool preview = false;         ///< with resume: say what is left, move nothing
-  std::size_t repeats = 30;     ///< random splits of the evaluation
+  bool yes = false;                   ///< operator steps count as done without asking
+  bool resume = false;                ///< go on with the campaign in `out`
+  std::filesystem::path level;        ///< what weft align --json said; empty: none
+  double level_max_age_h = 24;        ///< 0: any age
+  bool preview = false;               ///< with resume: say what is left, move nothing
+  std::size_t repeats = 30;           ///< random splits of the evaluation
+  std::filesystem::path socket = {};  ///< OUT/weftd.sock where it is empty
 };
 void add_options(CLI::App& command, RunArgs& args);
 

@@ -9,13 +9,16 @@ std::atomic<int> stop_number{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_stop_signal(int number) {
-  stop_number.store(number);
+  int none = 0;
+  const bool first = stop_number.compare_exchange_strong(none, number);
   stop_asked.store(true);
   signal(SIGINT, SIG_DFL);
   signal(SIGTERM, SIG_DFL);
+  if (!first) raise(number);  // two threads were told at once; it ends when this one returns
 }
 
-// Each signal waits while the other is handled, so that the second always meets its default effect.
+// On one thread each signal waits while the other is handled, and the second meets its default
+// effect.
 void install(int number, struct sigaction& before) {
   struct sigaction action {};
   action.sa_handler = on_stop_signal;

@@ -84,6 +84,9 @@ CampaignRequest RunDesk::request_for(const RunWish& wish) const {
 }
 
 Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
+  if (around_.one_run && !runs_.empty())
+    return fail(Errc::wrong_state, "this daemon is there for one run alone, that of a weft run", {},
+                "no further run", {}, "A weftd of its own takes more: weftd --rig ...");
   if (Status ok = check_name(wish.name); !ok) return pass(ok.error());
   if (!checked) return pass(checked.error());
   if (Status space = check_space(around_.data, disk_forecast(checked->plan)); !space)
@@ -110,8 +113,10 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
     Status done = store_.keep_recipe(sha256, checked->recipe_text);
     if (done) done = store_.add(stored);
     if (!done) return done;
-    stored.folder =
-        free_folder(around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name)));
+    stored.folder = wish.folder;
+    if (wish.folder.empty())
+      stored.folder =
+          free_folder(around_.data / (stored.id() + (wish.name.empty() ? "" : "-" + wish.name)));
     done = store_.update(stored);
     if (!done) return done;
     line.put(stored.number, wish.place.value_or(line.runs.size()));
@@ -207,7 +212,7 @@ void RunDesk::begin_next() {
     };
     auto summary = caught([&]() -> Result<CampaignSummary> {
       if (!request) return pass(request.error());
-      return run_campaign(*request, hooks);
+      return around_.perform(*request, hooks);
     });
     const bool left = request && (request->resume ? is_anything_left(*request)
                                                   : !summary && is_only_end_left(*request));

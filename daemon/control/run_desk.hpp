@@ -30,6 +30,7 @@ struct RunWish {
   std::string by;
   std::optional<std::size_t> place = {};  ///< in line, from 0; the end where it is left out
   std::string digest = {};  ///< of the recipe that is meant, "sha256:..."; empty: as it is
+  std::filesystem::path folder = {};  ///< its folder, where that is chosen already
 };
 
 /// What a person is asked for, or will be.
@@ -90,6 +91,10 @@ class RunDesk {
     const BenchPace* pace = nullptr;  ///< of a simulated bench
     /// The machine's wall clock, which people compare times ahead with; it may be set back.
     std::function<std::int64_t()> wall_us = {};
+    /// What a run is, on its thread.
+    std::function<Result<CampaignSummary>(const CampaignRequest&, const CampaignHooks&)> perform =
+        run_campaign;
+    bool one_run = false;  ///< after the first submit() every other is refused
   };
   /// `store` outlives the desk.
   RunDesk(Surroundings around, RunStore& store);

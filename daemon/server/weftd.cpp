@@ -54,16 +54,21 @@ Result<TokenOwner> owner_of(access::TokenKeeper& tokens, std::string_view token,
 /// All parts of a daemon, in the order in which they need each other.
 class Daemon {
  public:
-  static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options);
+  /// `own`: where the daemon is there for that run alone; outlives it.
+  static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options,
+                                              const OwnRun* own = nullptr);
   ~Daemon() { ending_ = true; }
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
   void run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready);
+  /// Until the daemon's own run has ended. Errors: RunDesk::submit()'s.
+  Status run_own(const control::RunDesk::Checked& checked);
 
  private:
   Daemon(access::TokenKeeper tokens, control::RunStore log)
       : tokens_(std::move(tokens)), log_(std::move(log)) {}
   void wire(const DaemonOptions& options);
+  control::RunDesk::Surroundings around_desk(const DaemonOptions& options);
   Status load_tls(const DaemonOptions& options);
   Status begin(const DaemonOptions& options);
   /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
@@ -75,6 +80,7 @@ class Daemon {
   void tick();
   void show_samples();
 
+  const OwnRun* own_ = nullptr;
   BenchPace pace_ = 0;
   Onlooker onlooker_;
   RisingUtc utc_;
@@ -116,13 +122,14 @@ nlohmann::json rig_delta(const control::RigStanding& standing, std::string_view 
   return delta;
 }
 
-Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options) {
+Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const OwnRun* own) {
   if (Status made = make_folder(options.data); !made) return pass(made.error());
   auto tokens = access::TokenKeeper::open(or_in(options.tokens, options.data, "tokens.json"));
   if (!tokens) return pass(tokens.error());
-  auto log = control::RunStore::open(options.data / "weftd.sqlite");
+  auto log = control::RunStore::open(own ? ":memory:" : options.data / "weftd.sqlite");
   if (!log) return pass(log.error());
   std::unique_ptr<Daemon> daemon(new Daemon(std::move(*tokens), std::move(*log)));
+  daemon->own_ = own;
   if (Status begun = daemon->begin(options); !begun) return pass(begun.error());
   return daemon;
 }
@@ -153,10 +160,13 @@ void Daemon::wire(const DaemonOptions& options) {
                    },
                .files = &files_,
                .pace = &pace_,
-               .add_token =
-                   [this](std::string name, access::Role role, std::int64_t expires_us) {
-                     return tokens_.add(std::move(name), role, expires_us, utc_us());
-                   },
+               .add_token = [this](std::string name, access::Role role,
+                                   std::int64_t expires_us) -> Result<std::string> {
+                 if (own_ != nullptr)
+                   return fail(Errc::wrong_state, "a daemon inside weft run has no tokens", {}, {},
+                               {}, "It is there for this machine's users alone");
+                 return tokens_.add(std::move(name), role, expires_us, utc_us());
+               },
                .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
                .tokens_problem = [this] { return tokens_.problem(); }};
   pace_ = options.pace;
@@ -194,26 +204,8 @@ Status Daemon::load_tls(const DaemonOptions& options) {
   return {};
 }
 
-Status Daemon::begin(const DaemonOptions& options) {
-  if (!is_pace(options.pace))
-    return fail(Errc::range, "no such pace", "--pace", "0, or 1 to 1 000 000",
-                std::to_string(options.pace), "0 lets a simulated bench go as fast as it can");
-  wire(options);
-  if (Status ok = load_tls(options); !ok) return ok;
-  const auto address = address_to_listen_on(options.listen, tls_ != nullptr);
-  if (!address) return pass(address.error());
-  auto server = SocketServer::open(
-      {or_in(options.socket, options.data, "weftd.sock"), options.port, *address, tls_.get()},
-      shared_, {});
-  if (!server) return pass(server.error());
-  server_ = std::move(*server);
-  const auto post = [this](Errands::Report report) { server_->post(std::move(report)); };
-  errands_ = std::make_unique<Errands>(post);
-  change_errands_ = std::make_unique<Errands>(post);
-  file_errands_ = std::make_unique<Errands>(post);
-  desk_ = std::make_unique<control::RunDesk>(
-      control::RunDesk::Surroundings{
-          .rig = options.rig,
+control::RunDesk::Surroundings Daemon::around_desk(const DaemonOptions& options) {
+  return {.rig = options.rig,
           .data = options.data,
           .post = [this](std::function<void()> work) { server_->post(std::move(work)); },
           .now = [] { return steady_wall_now(); },
@@ -232,8 +224,32 @@ Status Daemon::begin(const DaemonOptions& options) {
           .lined = [this](const control::RunLine& line, std::string_view by) { lined(line, by); },
           .onlooker = &onlooker_,
           .pace = &pace_,
-          .wall_us = [] { return utc_now().count() / 1000; }},
-      log_);
+          .wall_us = [] { return utc_now().count() / 1000; },
+          .perform =
+              [this](const CampaignRequest& request, const CampaignHooks& hooks) {
+                return own_ ? own_->perform(hooks) : run_campaign(request, hooks);
+              },
+          .one_run = own_ != nullptr};
+}
+
+Status Daemon::begin(const DaemonOptions& options) {
+  if (!is_pace(options.pace))
+    return fail(Errc::range, "no such pace", "--pace", "0, or 1 to 1 000 000",
+                std::to_string(options.pace), "0 lets a simulated bench go as fast as it can");
+  wire(options);
+  if (Status ok = load_tls(options); !ok) return ok;
+  const auto address = address_to_listen_on(options.listen, tls_ != nullptr);
+  if (!address) return pass(address.error());
+  auto server = SocketServer::open(
+      {or_in(options.socket, options.data, "weftd.sock"), options.port, *address, tls_.get()},
+      shared_, {});
+  if (!server) return pass(server.error());
+  server_ = std::move(*server);
+  const auto post = [this](Errands::Report report) { server_->post(std::move(report)); };
+  errands_ = std::make_unique<Errands>(post);
+  change_errands_ = std::make_unique<Errands>(post);
+  file_errands_ = std::make_unique<Errands>(post);
+  desk_ = std::make_unique<control::RunDesk>(around_desk(options), log_);
   remember_answers();
   services_.desk = desk_.get();
   hand_overs_ = std::make_unique<control::HandOverDesk>(
@@ -332,6 +348,25 @@ void Daemon::run(const std::atomic<bool>& stop, const std::function<void(const P
   });
 }
 
+Status Daemon::run_own(const control::RunDesk::Checked& checked) {
+  const auto run = desk_->submit(own_->wish, checked);
+  if (!run) return pass(run.error());
+  const auto listener = std::make_shared<bool>(false);
+  desk_->when_ended(
+      run->stored.id(), [ended = listener.get()](const control::RunView&) { *ended = true; },
+      listener);
+  // Who looks on is told the end.
+  constexpr Clock last_words = std::chrono::milliseconds(200);
+  std::optional<Clock> since;
+  server_->run([&] {
+    tick();
+    if (!*listener) return;
+    if (!since) since = steady_wall_now();
+    if (server_->connections() == 0 || steady_wall_now() - *since > last_words) server_->stop();
+  });
+  return {};
+}
+
 }  // namespace
 
 Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
@@ -340,6 +375,13 @@ Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
   if (!daemon) return pass(daemon.error());
   (*daemon)->run(stop, ready);
   return {};
+}
+
+Status run_daemon_for(const DaemonOptions& options, const OwnRun& own,
+                      const control::RunDesk::Checked& checked) {
+  auto daemon = Daemon::open(options, &own);
+  if (!daemon) return pass(daemon.error());
+  return (*daemon)->run_own(checked);
 }
 
 }  // namespace weft::daemon::server

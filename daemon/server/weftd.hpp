@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/control/run_desk.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon::server {
@@ -34,5 +35,19 @@ struct Ports {
 /// `ready` is told the ports, 0 for none, once clients can connect.
 Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
                   const std::function<void(const Ports&)>& ready);
+
+/// A campaign of this process, which others may look at, hold and end meanwhile.
+struct OwnRun {
+  std::filesystem::path folder;  ///< of its data; made when missing
+  control::RunWish wish;
+  /// The campaign itself, called once, on a thread of its own, with what others ask for in `hooks`.
+  std::function<Result<CampaignSummary>(const CampaignHooks& hooks)> perform;
+};
+
+/// As run_daemon(), for that run alone, until it has ended; nothing of it is remembered. `data` is
+/// not used, and no other run is taken. An error: the daemon could not be, and nothing was
+/// performed.
+Status run_daemon_for(const DaemonOptions& options, const OwnRun& own,
+                      const control::RunDesk::Checked& checked);
 
 }  // namespace weft::daemon::server

@@ -67,7 +67,8 @@ def stopped_at_once(t, d, rig):
     process.send_signal(signal.SIGTERM)
     process.send_signal(signal.SIGCONT)
     out, err = process.communicate(timeout=PATIENCE_S)
-    t.expect(process.returncode == -signal.SIGTERM, f"the second signal ends it: {process.returncode}: {err}")
+    # Whichever is taken second, for two threads may take one each at the same time.
+    t.expect(process.returncode in (-signal.SIGTERM, -signal.SIGINT), f"the second signal ends it: {process.returncode}: {err}")
     database = sqlite3.connect(campaign)
     t.expect(database.execute("PRAGMA integrity_check").fetchone() == ("ok",), "the file is whole")
     database.close()

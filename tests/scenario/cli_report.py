@@ -3,6 +3,7 @@
 
     cli_report.py WEFT SOURCE_ROOT
 """
+import hashlib
 import json
 import pathlib
 import sys
@@ -50,6 +51,20 @@ def strip_times(value):
     return [strip_times(v) for v in value] if isinstance(value, list) else value
 
 
+def exported(t, d, ran):
+    """One more file beside the campaign, which stays what it was."""
+    told = t.succeeds("export", "small", cwd=d)
+    t.expect(told["dataset_sha256"] == ran["dataset_sha256"] and told["trials"] == told["trials_planned"] == 15, f"told: {told}")
+    made = (d / told["file"]).read_bytes()
+    t.expect(len(made) == told["bytes"] and hashlib.sha256(made).hexdigest() == told["sha256"], f"the file's digest: {told}")
+    t.expect(t.succeeds("dataset", "info", told["file"], cwd=d)["dataset_sha256"] == ran["dataset_sha256"], "a data set of the same trials")
+    table = t.succeeds("export", "small", "--format", "features-csv", cwd=d)
+    t.expect(len((d / table["file"]).read_text().splitlines()) == 1 + 15, f"a row a trial: {table}")
+    t.succeeds("verify", "small", cwd=d)
+    t.refuses("export", "small", "--exploration", "M1", cwd=d, says=["all explorations", "features-csv"])
+    t.refuses("export", "small", "--format", "features-csv", "--exploration", "M7", cwd=d, says=["no such exploration", "M1"])
+
+
 def refused(t, d):
     t.refuses("report", "small", "-o", "page.pdf", cwd=d, says=["page.pdf", ".html"])
     t.refuses("report", "small", "-o", "nowhere/page.html", cwd=d, says=["nowhere"])
@@ -75,6 +90,7 @@ def main():
         d = pathlib.Path(name)
         ran = campaign(t, d, root)
         made_afterwards(t, d, root, ran)
+        exported(t, d, ran)
         refused(t, d)
         damaged(t, d)
     return t.finish()

@@ -46,6 +46,8 @@ add_test(NAME scenario_cli_run
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_run.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_interrupt
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_interrupt.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_cli_watched
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_watched.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_resume
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_resume.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 # A file system of its own that fills up; of the daemon too.
@@ -54,9 +56,10 @@ add_test(NAME scenario_full_disk COMMAND ${Python3_EXECUTABLE} ${cli_tests}/full
 set_tests_properties(scenario_full_disk PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME scenario_cli_real_fabrics
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
-set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_resume PROPERTIES TIMEOUT 300)
+set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume PROPERTIES TIMEOUT 300)
 set_tests_properties(scenario_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
-set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_resume scenario_cli_real_fabrics
+set_tests_properties(scenario_cli_data scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume
+                     scenario_cli_real_fabrics
                      PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Real recordings of sound and vibration, imported and evaluated.
@@ -125,12 +128,17 @@ set_tests_properties(scenario_plugins PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHOND
 # A rig looked over: simulated, emulated, broken, without hardware. A vibration sensor on a port in real time. And the sample driver of docs/, built out of tree.
 add_test(NAME scenario_doctor
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/doctor.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+# libserialport, which opens no pseudo-terminal, at the same ports.
+add_library(weft_real_port MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/real_port.c)
+target_link_libraries(weft_real_port PRIVATE ${CMAKE_DL_LIBS})
+add_test(NAME scenario_real_port COMMAND ${Python3_EXECUTABLE} ${cli_tests}/real_port.py $<TARGET_FILE:weft>
+         $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} $<TARGET_FILE:weft_real_port>)
 add_test(NAME scenario_vibro_ports
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/vibro_ports.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_sample_driver
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/sample_driver.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
                  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
-set_tests_properties(scenario_doctor scenario_vibro_ports scenario_sample_driver
+set_tests_properties(scenario_doctor scenario_real_port scenario_vibro_ports scenario_sample_driver
                      PROPERTIES TIMEOUT 300 COST 100 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Clients that were written from the protocols' documents alone, at the ports that weft-rig serves; Debian's python3-serial
