@@ -114,6 +114,13 @@ Outcome written(const Services& services, const Offered& offered, std::size_t tr
 }
 
 void put(const Services& services, const Call& call, const rpc::Responder& respond) {
+  if (services.one_run)
+    return respond(refused({Errc::wrong_state,
+                            "a daemon inside weft run changes no recipes",
+                            {},
+                            {},
+                            {},
+                            "Its folder is the recipe's own: write the file there"}));
   auto name = plain_name(call.params.at("recipe").get<std::string>());
   if (!name) return respond(refused(name.error()));
   Offered offered{std::move(*name), call.params.at("content").dump(2) + "\n", by(call.caller), {}};

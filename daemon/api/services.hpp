@@ -52,6 +52,7 @@ struct Services {
   std::function<Status(std::string_view name)> remove_token = {};
   /// Why the file of tokens cannot be read; nothing where it can.
   std::function<std::optional<Error>()> tokens_problem = {};
+  bool one_run = false;  ///< the daemon inside `weft run`: nothing but that run is its business
   std::string http_url = {};  ///< "http://127.0.0.1:8080"; empty where HTTP is not served
 };
 

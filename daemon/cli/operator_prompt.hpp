@@ -1,5 +1,5 @@
 #pragma once
-// Operator steps of a run without a daemon: asked at the terminal, confirmed by Enter.
+// Operator steps of a `weft run`: asked at its terminal, confirmed by Enter.
 
 #include <iosfwd>
 #include <mutex>

@@ -1,6 +1,8 @@
 #include "daemon/cli/own_daemon.hpp"
 
+#include <optional>
 #include <ostream>
+#include <vector>
 
 #include "daemon/control/caught.hpp"
 #include "daemon/server/weftd.hpp"
@@ -8,31 +10,32 @@
 namespace weft::daemon::cli {
 namespace {
 
-/// A folder that was made for the socket alone goes with it.
-class FolderForSocket {
+/// Folders that were made for the socket alone go with it.
+class FoldersForSocket {
  public:
-  explicit FolderForSocket(const std::filesystem::path& folder) : folder_(folder) {
+  explicit FoldersForSocket(const std::filesystem::path& folder) {
     std::error_code error;
-    was_there_ = std::filesystem::exists(folder_, error);
+    for (auto missing = std::filesystem::absolute(folder);
+         missing.has_relative_path() && !std::filesystem::exists(missing, error);
+         missing = missing.parent_path())
+      missing_.push_back(missing);
   }
-  ~FolderForSocket() {
-    std::error_code error;
-    if (!was_there_ && std::filesystem::is_empty(folder_, error))
-      std::filesystem::remove(folder_, error);
+  ~FoldersForSocket() {
+    std::error_code error;  // one that is not empty stays, and those above it
+    for (const auto& folder : missing_) std::filesystem::remove(folder, error);
   }
-  FolderForSocket(const FolderForSocket&) = delete;
-  FolderForSocket& operator=(const FolderForSocket&) = delete;
+  FoldersForSocket(const FoldersForSocket&) = delete;
+  FoldersForSocket& operator=(const FoldersForSocket&) = delete;
 
  private:
-  std::filesystem::path folder_;
-  bool was_there_ = false;
+  std::vector<std::filesystem::path> missing_;  // the innermost first
 };
 
 }  // namespace
 
 Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignRequest& request,
                                         const Campaign& campaign, Console& console) {
-  const FolderForSocket folder(request.out);
+  const FoldersForSocket folders(request.out);
   const auto socket = args.socket.empty() ? request.out / "weftd.sock" : args.socket;
   std::optional<Result<CampaignSummary>> ran;
   server::OwnRun own;
@@ -40,6 +43,7 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
   own.wish.seed = request.seed;
   own.wish.by = "weft run";
   own.wish.folder = std::filesystem::absolute(request.out);
+  own.check = [&request] { return check_quickly(request); };
   own.perform = [&](const CampaignHooks& hooks) -> Result<CampaignSummary> {
     if (console.terminal)
       console.err << "weft: from elsewhere: weft watch, pause, stop, halt ... --socket "
@@ -54,12 +58,16 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
   options.recipes = std::filesystem::absolute(request.recipe).parent_path();
   options.data = request.out;
   options.socket = socket;
-  const Status served = server::run_daemon_for(options, own, check_quickly(request));
+  const Status served =
+      control::caught([&] { return server::run_daemon_for(options, own); }, "daemon");
   if (ran) return std::move(*ran);
-  if (!served)
-    console.err << "weft: nobody else can look at this run or stop it: "
-                << to_string(served.error()) << std::endl;
-  return campaign({});
+  CampaignHooks alone;
+  alone.rig_taken = [&] {
+    if (!served)
+      console.err << "weft: nobody else can look at this run or stop it: "
+                  << to_string(served.error()) << std::endl;
+  };
+  return campaign(alone);
 }
 
 }  // namespace weft::daemon::cli

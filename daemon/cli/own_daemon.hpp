@@ -14,7 +14,7 @@ using Campaign = std::function<Result<CampaignSummary>(const CampaignHooks& hook
 
 /// Calls `campaign` once, on another thread, with what others ask for as orders in `hooks`, and
 /// serves it on the socket until it has ended. Where no socket can be had that is said, and the
-/// campaign runs all the same.
+/// campaign runs all the same, on this thread. What it throws is an error.
 Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignRequest& request,
                                         const Campaign& campaign, Console& console);
 

@@ -123,9 +123,9 @@ Ran run_until_stopped(const RunArgs& args, bool asks, Console& console) {
   ProgressPrinter progress(console.err, console.terminal);
   const StopSignals signals;
   const CampaignRequest request = request_of(args, console);
-  RunOrders own_orders;
-  std::optional<OperatorPrompt> people;
   const Campaign campaign = [&](CampaignHooks hooks) {
+    RunOrders own_orders;
+    std::optional<OperatorPrompt> people;
     hooks.progress = both<TrialProgress>([&](const auto& line) { progress(line); }, hooks.progress);
     hooks.device_log = [&](const DeviceLogLine& line) {
       progress.finish();
@@ -146,7 +146,6 @@ Ran run_until_stopped(const RunArgs& args, bool asks, Console& console) {
     }
     auto summary = run_campaign(request, hooks);
     progress.finish();
-    people.reset();  // before the orders are gone
     return summary;
   };
   Result<CampaignSummary> summary = run_with_daemon(args, request, campaign, console);

@@ -141,6 +141,8 @@ RunDesk::PlanKnown RunDesk::known_of(const recipes::Plan& plan) {
 void RunDesk::plan_known(Run& run, const PlanKnown& plan) {
   run.view.trials_planned = plan.trials;
   run.limits = plan.limits;
+  // Somebody has a terminal at it: what nobody ordered takes as long as it takes.
+  if (around_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
   run.view.attention.reset();
   if (plan.first_ask && !run.view.stored.resume)
     run.view.attention = Attention{*plan.first_ask, {}};
@@ -214,8 +216,9 @@ void RunDesk::begin_next() {
       if (!request) return pass(request.error());
       return around_.perform(*request, hooks);
     });
-    const bool left = request && (request->resume ? is_anything_left(*request)
-                                                  : !summary && is_only_end_left(*request));
+    const bool may_be_left = request && !around_.one_run;
+    const bool left = may_be_left && (request->resume ? is_anything_left(*request)
+                                                      : !summary && is_only_end_left(*request));
     give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });

@@ -94,7 +94,9 @@ class RunDesk {
     /// What a run is, on its thread.
     std::function<Result<CampaignSummary>(const CampaignRequest&, const CampaignHooks&)> perform =
         run_campaign;
-    bool one_run = false;  ///< after the first submit() every other is refused
+    /// Of the daemon inside `weft run`: after the first submit() every other is refused, the run
+    /// has no deadline but those that follow an order, and ends for good.
+    bool one_run = false;
   };
   /// `store` outlives the desk.
   RunDesk(Surroundings around, RunStore& store);

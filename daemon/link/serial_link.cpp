@@ -91,7 +91,7 @@ tl::unexpected<Error> library_refused(sp_return code) {
 
 // Handshake by RTS begins with the line raised (protocols.md A.1). Where the kernel's driver does
 // not say that it is, libserialport has lowered it. A port without such lines has nothing to raise.
-void raise_rts(int descriptor) {
+void raise_rts_and_dtr(int descriptor) {
   const int lines = TIOCM_RTS | TIOCM_DTR;
   static_cast<void>(::ioctl(descriptor, TIOCMBIS, &lines));
 }
@@ -112,7 +112,7 @@ Result<OpenPort> open_real(const std::string& path, const SerialSettings& settin
   if (copy.get() < 0) return cannot_open(errno);
   if (Status s = claim(copy.get()); !s) return pass(s.error());
   if (Status s = let_reads_wait(copy.get()); !s) return pass(s.error());
-  if (settings.rts_cts) raise_rts(copy.get());
+  if (settings.rts_cts) raise_rts_and_dtr(copy.get());
   if (Status s = set_line_speed(copy.get(), settings.baud); !s) return pass(s.error());
   return copy;
 }

@@ -20,7 +20,8 @@ constexpr const char* connection_sql =
     "PRAGMA foreign_keys=ON";
 
 /// How long a statement waits for those who look at the file at that moment: who opens it first, or
-/// while it is made, holds it for the moment of that.
+/// while it is made, holds it for the moment of that. Where the file is made or reopened nothing
+/// moves yet; later the writer's own thread waits.
 constexpr std::chrono::milliseconds for_a_look{2'000};
 
 /// How long the end of a campaign waits for those who have the file open, and for those who are in

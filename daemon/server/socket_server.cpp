@@ -1,6 +1,7 @@
 #include "daemon/server/socket_server.hpp"
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -32,6 +33,12 @@ constexpr auto tick_period = 20ms;
 constexpr auto first_rest = 100ms;  ///< after the first wrong token; twice as long each time
 constexpr std::size_t room_bytes = std::size_t{64} << 10;
 
+std::optional<ino_t> inode_of(const std::filesystem::path& path) {
+  struct stat found {};
+  if (lstat(path.c_str(), &found) != 0) return std::nullopt;
+  return found.st_ino;
+}
+
 }  // namespace
 
 struct SocketServer::Parts {
@@ -62,6 +69,7 @@ struct SocketServer::Parts {
   Shared* shared;
   Limits limits;
   std::filesystem::path path;
+  std::optional<ino_t> inode;  ///< of `path`: where it is another's by now, that is his
   Unix::acceptor local{context};
   tcp::acceptor port{context};
   TlsServer* tls = nullptr;  ///< of the port
@@ -89,6 +97,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   [[nodiscard]] std::uint64_t number() const { return number_; }
   [[nodiscard]] bool is_local() const { return is_local_; }
   [[nodiscard]] bool is_stranger() const { return !conversation_.introduced(); }
+  [[nodiscard]] bool has_unsent() const { return unsent_bytes_ > 0; }
   [[nodiscard]] bool is_for_stops() const { return is_for_stops_; }
   void take_place(bool for_stops) {
     is_for_stops_ = for_stops;
@@ -369,7 +378,7 @@ SocketServer::SocketServer(std::unique_ptr<Parts> parts) : parts_(std::move(part
 SocketServer::~SocketServer() {
   for (const auto& [number, connection] : std::map(parts_->connections)) connection->close();
   std::error_code ignored;
-  std::filesystem::remove(parts_->path, ignored);
+  if (inode_of(parts_->path) == parts_->inode) std::filesystem::remove(parts_->path, ignored);
 }
 
 Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Shared& shared,
@@ -380,6 +389,7 @@ Result<std::unique_ptr<SocketServer>> SocketServer::open(const Where& where, Sha
   held.connections = std::min(held.connections, spare - held.local_connections);
   auto parts = std::make_unique<Parts>(shared, held, where.socket);
   if (Status ok = open_unix(parts->local, where.socket); !ok) return pass(ok.error());
+  parts->inode = inode_of(where.socket);
   parts->tls = where.tls;
   if (where.port)
     if (Status ok = listen_on(parts->port, where.address, *where.port); !ok)
@@ -424,6 +434,11 @@ std::uint16_t SocketServer::port() const {
 
 std::size_t SocketServer::connections() const {
   return parts_->connections.size();
+}
+
+bool SocketServer::has_unsent() const {
+  return std::ranges::any_of(parts_->connections,
+                             [](const auto& each) { return each.second->has_unsent(); });
 }
 
 }  // namespace weft::daemon::server

@@ -60,6 +60,8 @@ class SocketServer {
   asio::io_context& context();
   [[nodiscard]] std::uint16_t port() const;
   [[nodiscard]] std::size_t connections() const;
+  /// Whether anything that was said to a client has not left yet.
+  [[nodiscard]] bool has_unsent() const;
 
  private:
   struct Parts;

@@ -62,7 +62,7 @@ class Daemon {
   Daemon& operator=(const Daemon&) = delete;
   void run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready);
   /// Until the daemon's own run has ended. Errors: RunDesk::submit()'s.
-  Status run_own(const control::RunDesk::Checked& checked);
+  Status run_own();
 
  private:
   Daemon(access::TokenKeeper tokens, control::RunStore log)
@@ -168,7 +168,8 @@ void Daemon::wire(const DaemonOptions& options) {
                  return tokens_.add(std::move(name), role, expires_us, utc_us());
                },
                .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
-               .tokens_problem = [this] { return tokens_.problem(); }};
+               .tokens_problem = [this] { return tokens_.problem(); },
+               .one_run = own_ != nullptr};
   pace_ = options.pace;
   shared_.methods = &methods_;
   shared_.hub = &hub_;
@@ -348,21 +349,22 @@ void Daemon::run(const std::atomic<bool>& stop, const std::function<void(const P
   });
 }
 
-Status Daemon::run_own(const control::RunDesk::Checked& checked) {
-  const auto run = desk_->submit(own_->wish, checked);
+Status Daemon::run_own() {
+  const auto run = desk_->submit(own_->wish, own_->check());
   if (!run) return pass(run.error());
-  const auto listener = std::make_shared<bool>(false);
-  desk_->when_ended(
-      run->stored.id(), [ended = listener.get()](const control::RunView&) { *ended = true; },
-      listener);
   // Who looks on is told the end.
-  constexpr Clock last_words = std::chrono::milliseconds(200);
+  constexpr Clock to_ask_once_more = std::chrono::milliseconds(200),
+                  to_read = std::chrono::seconds(2);
   std::optional<Clock> since;
   server_->run([&] {
     tick();
-    if (!*listener) return;
-    if (!since) since = steady_wall_now();
-    if (server_->connections() == 0 || steady_wall_now() - *since > last_words) server_->stop();
+    if (desk_->active()) return;
+    const Clock now = steady_wall_now();
+    if (!since) since = now;
+    const Clock over = now - *since;
+    if (server_->connections() == 0 || over > to_read ||
+        (over > to_ask_once_more && !server_->has_unsent()))
+      server_->stop();
   });
   return {};
 }
@@ -377,11 +379,10 @@ Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
   return {};
 }
 
-Status run_daemon_for(const DaemonOptions& options, const OwnRun& own,
-                      const control::RunDesk::Checked& checked) {
+Status run_daemon_for(const DaemonOptions& options, const OwnRun& own) {
   auto daemon = Daemon::open(options, &own);
   if (!daemon) return pass(daemon.error());
-  return (*daemon)->run_own(checked);
+  return (*daemon)->run_own();
 }
 
 }  // namespace weft::daemon::server

@@ -38,16 +38,15 @@ Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
 
 /// A campaign of this process, which others may look at, hold and end meanwhile.
 struct OwnRun {
-  std::filesystem::path folder;  ///< of its data; made when missing
   control::RunWish wish;
+  std::function<control::RunDesk::Checked()> check;  ///< of its recipe, called once
   /// The campaign itself, called once, on a thread of its own, with what others ask for in `hooks`.
   std::function<Result<CampaignSummary>(const CampaignHooks& hooks)> perform;
 };
 
-/// As run_daemon(), for that run alone, until it has ended; nothing of it is remembered. `data` is
-/// not used, and no other run is taken. An error: the daemon could not be, and nothing was
+/// As run_daemon(), for that run alone, until it has ended; nothing of it is remembered, and `data`
+/// is where the socket is. Where the daemon could not be, that is the error, and nothing was
 /// performed.
-Status run_daemon_for(const DaemonOptions& options, const OwnRun& own,
-                      const control::RunDesk::Checked& checked);
+Status run_daemon_for(const DaemonOptions& options, const OwnRun& own);
 
 }  // namespace weft::daemon::server

@@ -76,6 +76,7 @@ TEST_CASE("a campaign begins while somebody looks at its file again and again") 
   const std::jthread onlooker([&](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       const auto path = folder / (std::to_string(at) + ".sqlite");
+      std::this_thread::yield();
       if (!std::filesystem::exists(path)) continue;
       auto reader = sqlite::Database::open(path, sqlite::Mode::read_only);
       auto query = reader ? reader->prepare("SELECT count(*) FROM campaign")
