@@ -1,5 +1,6 @@
 #pragma once
-// `weft export`: a file of a campaign's complete trials beside it, as data.export of weftd makes it.
+// `weft export`: a file of a campaign's complete trials beside it, as data.export of weftd makes
+// it.
 
 #include <filesystem>
 #include <string>
