@@ -55,7 +55,7 @@ void check_apart(
   };
   answer_by(
       services.change_errand, respond,
-      [kept = std::make_shared<const Kept>(call.params, call.caller), respond,
+      [kept = std::make_shared<const Kept>(Kept{call.params, call.caller}), respond,
        request = std::move(request), then = std::move(then)]() -> Services::Report {
         return [checked = std::make_shared<const control::RunDesk::Checked>(check_quickly(request)),
                 kept, respond, then] {
