@@ -5,10 +5,14 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/certificate/certificate.hpp"
+#include "daemon/certificate/export_check.hpp"
+#include "daemon/certificate/exports.hpp"
 #include "daemon/handover/hand_over.hpp"
 #include "daemon/loop/low_priority.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/plugins/driver_catalog.hpp"
 #include "daemon/recorder/recorder.hpp"
+#include "daemon/report/json_parts.hpp"
 #include "daemon/run/campaign.hpp"
 #include "daemon/run/recovery.hpp"
 #include "daemon/run/resume.hpp"
@@ -82,6 +86,46 @@ std::uint64_t disk_forecast(const recipes::Plan&) {
   return 0;
 }
 Status check_space(const std::filesystem::path&, std::uint64_t) {
+  return nothing();
+}
+BenchKind bench_kind_of(const std::filesystem::path&) {
+  return BenchKind::unknown;
+}
+Result<RigFile> parse_rig_file(std::string_view) {
+  return nothing();
+}
+Result<CampaignProgress> load_progress(const std::filesystem::path&) {
+  return nothing();
+}
+Status check_live_models(const recipes::Plan&, const std::filesystem::path&) {
+  return nothing();
+}
+void use_plugins(RigFile&, const std::filesystem::path&, PluginSettings) {}
+Result<DriverSource> DriverCatalog::source(const std::string&) {
+  return nothing();
+}
+nlohmann::json envelope_json(const recipes::Forecast&) {
+  return {};
+}
+std::string_view to_string(BenchKind) {
+  return {};
+}
+std::string_view to_string(ExportFormat) {
+  return {};
+}
+std::optional<ExportFormat> export_format_from(std::string_view) {
+  return ExportFormat::hdf5;
+}
+Result<ExportedFile> export_campaign(const std::filesystem::path&, const ExportWish&) {
+  return nothing();
+}
+Result<std::vector<ExportedFile>> listed_exports(const std::filesystem::path&) {
+  return nothing();
+}
+std::string_view to_string(ExportState) {
+  return {};
+}
+Result<std::vector<CheckedExport>> exports_now(const std::filesystem::path&) {
   return nothing();
 }
 Result<std::string> read_text_file(const std::filesystem::path&, std::uintmax_t) {
