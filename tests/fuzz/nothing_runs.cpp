@@ -108,7 +108,7 @@ nlohmann::json envelope_json(const recipes::Forecast&) {
   return {};
 }
 std::string_view to_string(BenchKind) {
-  return {};
+  return "unknown";
 }
 std::string_view to_string(ExportFormat) {
   return {};
