@@ -25,7 +25,7 @@ using nlohmann::json;
 
 constexpr const char* recordings_group = "Recordings of sound and vibration";
 
-struct Plan {
+struct RecordingsPlan {
   vibro::FeatureChoice features;
   vibro::ProtocolOptions protocol;
   vibro::PipelineOptions pipeline;
@@ -33,7 +33,7 @@ struct Plan {
   bool best = false;
 };
 
-Status choose_methods(const RecordingChoice& choice, Plan& plan) {
+Status choose_methods(const RecordingChoice& choice, RecordingsPlan& plan) {
   for (const std::string& word : choice.methods) {
     if (word == "best") {
       plan.best = true;
@@ -50,9 +50,9 @@ Status choose_methods(const RecordingChoice& choice, Plan& plan) {
   return {};
 }
 
-Result<Plan> plan_of(const EvaluateArgs& args) {
+Result<RecordingsPlan> plan_of(const EvaluateArgs& args) {
   const RecordingChoice& choice = args.recordings;
-  Plan out;
+  RecordingsPlan out;
   const auto features = features_of(choice);
   if (!features) return pass(features.error());
   const auto protocol = vibro::protocol_from(choice.protocol);
@@ -75,7 +75,7 @@ Result<Plan> plan_of(const EvaluateArgs& args) {
   return out;
 }
 
-std::string words_of(const Plan& plan) {
+std::string words_of(const RecordingsPlan& plan) {
   const vibro::ProtocolOptions& p = plan.protocol;
   const std::string windows = fixed(p.window_s, 2) + " s windows";
   if (p.protocol == vibro::Protocol::random)
@@ -134,7 +134,7 @@ std::vector<std::string> method_row(const std::string& name, const vibro::Assess
 }
 
 // Notes what came of one learner.
-void note(const std::string& name, const Plan& plan, vibro::Assessment got, Table& table,
+void note(const std::string& name, const RecordingsPlan& plan, vibro::Assessment got, Table& table,
           json& results, std::vector<EvaluatedMethod>& all) {
   table.row(method_row(name, got));
   results[name] = method_json(got, plan.protocol.protocol);
@@ -142,7 +142,7 @@ void note(const std::string& name, const Plan& plan, vibro::Assessment got, Tabl
 }
 
 // Fills table, results and all of them; what this build has no library for is left out by name.
-Status measure_all(const Plan& plan, const vibro::WindowSet& windows,
+Status measure_all(const RecordingsPlan& plan, const vibro::WindowSet& windows,
                    const std::vector<classifier::Split>& splits, Table& table, json& results,
                    std::vector<EvaluatedMethod>& all, Console& console) {
   for (const vibro::Method method : plan.methods) {
@@ -166,7 +166,7 @@ Status measure_all(const Plan& plan, const vibro::WindowSet& windows,
 }
 
 // Where it was asked for: by the one learner that was named, or by the paper's forest.
-Result<std::string> weigh(const EvaluateArgs& args, const Plan& plan,
+Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
                           const vibro::WindowSet& windows,
                           const std::vector<classifier::Split>& splits, json& out) {
   if (args.recordings.importance == 0) return std::string();
@@ -268,7 +268,7 @@ struct Windows {
   double features_s_each = 0;
 };
 
-Result<Windows> cut_windows(const RecordingSet& set, const Plan& plan) {
+Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan) {
   const double begun = steady_wall_seconds();
   auto windows = vibro::cut_and_extract(set.recordings, plan.protocol.window_s,
                                         vibro::places_of(plan.protocol), plan.features);
@@ -281,7 +281,7 @@ Result<Windows> cut_windows(const RecordingSet& set, const Plan& plan) {
   return Windows{std::move(*windows), std::move(*splits), leak, each_s};
 }
 
-Status write_page(const EvaluateArgs& args, const Plan& plan, const RecordingSet& set,
+Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,
                   const Windows& windows, const std::string& what,
                   std::vector<EvaluatedMethod> measured, const std::string& weighed) {
   const auto page = vibro_evaluation_html(

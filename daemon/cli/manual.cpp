@@ -4,6 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include "daemon/report/format.hpp"
+
 namespace weft::daemon::cli {
 namespace {
 
@@ -20,12 +22,6 @@ std::string path_of(const CLI::App& app) {
 void for_each_command(const CLI::App& app, const std::function<void(const CLI::App&)>& visit) {
   visit(app);
   for (const CLI::App* command : commands_of(app)) for_each_command(*command, visit);
-}
-
-std::string joined(const std::vector<std::string>& words, const char* between) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : between) + word;
-  return out;
 }
 
 std::vector<std::string> flags_of(const CLI::Option& option) {

@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 
 constexpr const char* evaluation_digest = "evaluation_sha256";
 constexpr const char* format_name = "weft-hand-over";
-constexpr int format_version = 1;
+constexpr int hand_over_version = 1;
 constexpr std::uintmax_t most_model_bytes = std::uintmax_t{1} << 28;
 
 /// Keys sorted, without white space: what any other program can make as well.
@@ -65,9 +65,9 @@ Result<json> read_evaluation(const fs::path& file) {
   if (!object.is_object() || object.value("format", json()) != format_name ||
       !object.contains(evaluation_digest) || !object[evaluation_digest].is_string())
     return fail(Errc::parse, "not the evaluation of a hand-over", file.string());
-  if (object.value("version", json()) != format_version)
+  if (object.value("version", json()) != hand_over_version)
     return fail(Errc::unsupported, "a hand-over of another layout", file.string(),
-                std::to_string(format_version), object.value("version", json()).dump());
+                std::to_string(hand_over_version), object.value("version", json()).dump());
   const std::string told = object[evaluation_digest];
   object.erase(evaluation_digest);
   if (const std::string found = digest_of_evaluation(object); found != told)
@@ -130,7 +130,7 @@ Result<HandedOver> write_hand_over(const fs::path& folder, ordered_json evaluati
     evaluation["files"].push_back(
         {{"name", file.name}, {"bytes", file.text.size()}, {"sha256", sha256_hex(file.text)}});
   }
-  ordered_json whole{{"format", format_name}, {"version", format_version}};
+  ordered_json whole{{"format", format_name}, {"version", hand_over_version}};
   whole.update(evaluation);
   const std::string plain = whole.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
   whole[evaluation_digest] = digest_of_evaluation(json::parse(plain));

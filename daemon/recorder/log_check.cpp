@@ -18,7 +18,7 @@ constexpr std::size_t frame_header_bytes = 24;
 constexpr std::size_t summed_of_header = 24;
 constexpr std::size_t summed_of_frame_header = 8;
 constexpr std::uint32_t magic = 0x377F0682;  // its last bit: the sums take big-endian words
-constexpr std::uint32_t format_version = 3007000;
+constexpr std::uint32_t log_version = 3007000;
 
 /// Unsigned, most significant byte first, as all numbers of the log are.
 std::uint32_t number_at(ByteView bytes, std::size_t at) {
@@ -63,7 +63,7 @@ std::optional<LogHeader> header_from(ByteView bytes) {
   header.salts = {number_at(bytes, 16), number_at(bytes, 20)};
   header.sums = Sums::at(bytes, 24);
   const bool possible = (number_at(bytes, 0) & ~1U) == magic &&
-                        number_at(bytes, 4) == format_version &&
+                        number_at(bytes, 4) == log_version &&
                         std::has_single_bit(header.page_bytes) && header.page_bytes >= 512 &&
                         header.page_bytes <= 65536;
   if (!possible || Sums{}.over(bytes.first(summed_of_header), header.big_endian) != header.sums)

@@ -13,7 +13,7 @@ using classifier::vibro::Channel;
 using classifier::vibro::Recording;
 
 constexpr const char* format_name = "weft-recordings";
-constexpr std::uint32_t format_version = 1;
+constexpr std::uint32_t recordings_version = 1;
 constexpr int deflate_level = 1;
 constexpr std::size_t max_channels = 64;
 
@@ -60,9 +60,9 @@ Status read_root(hdf5::Reader& in, RecordingSet& set, std::string& digest) {
   if (!in.status() || format != format_name)
     return fail(Errc::parse, "an HDF5 file, but not recordings of Weft", {}, format_name, format);
   const std::uint64_t version = in.integer_attribute("/", "format_version");
-  if (in.status() && version != format_version)
+  if (in.status() && version != recordings_version)
     return fail(Errc::unsupported, "recordings of another layout", {},
-                std::to_string(format_version), std::to_string(version));
+                std::to_string(recordings_version), std::to_string(version));
   const auto kind = bench_kind_from(in.text_attribute("/", "bench_kind"));
   in.require(kind.has_value(), "bench_kind", "an unknown word");
   set.kind = kind.value_or(BenchKind::unknown);
@@ -136,7 +136,7 @@ Result<std::string> write_recordings(const RecordingSet& set, const std::filesys
   AtomicFile atomic(path);
   hdf5::Writer out = hdf5::Writer::create(atomic.temporary(), deflate_level);
   out.attribute("/", "format", std::string_view(format_name));
-  out.attribute("/", "format_version", format_version);
+  out.attribute("/", "format_version", recordings_version);
   out.attribute("/", "bench_kind", to_string(set.kind));
   out.attribute("/", "name", std::string_view(set.name));
   out.attribute("/", "source", std::string_view(set.source));

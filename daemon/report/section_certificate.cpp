@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t most_findings = 20;  // on the page; weft verify tells them all
 
-std::string line(std::string_view name, const std::string& value) {
+std::string entry(std::string_view name, const std::string& value) {
   return "<dt>" + std::string(name) + "</dt><dd>" + escape(value) + "</dd>\n";
 }
 
@@ -22,7 +22,7 @@ std::string verdict(const VerifyReport& report) {
 std::string findings(const VerifyReport& report) {
   std::string out;
   for (std::size_t i = 0; i < report.findings.size() && i < most_findings; ++i)
-    out += line(escape(report.findings[i].where), report.findings[i].what);
+    out += entry(escape(report.findings[i].where), report.findings[i].what);
   return out;
 }
 
@@ -32,13 +32,13 @@ std::string certificate_section(const ReportInput& input) {
   if (input.verified == nullptr) return {};
   const VerifyReport& report = *input.verified;
   const std::string body =
-      "<dl>\n" + line("verdict", verdict(report)) +
-      line("trials", thousands(report.complete) + " of " + thousands(report.planned) +
-                         " complete, in " + thousands(report.attempts) + " attempts") +
-      line("samples lost in gaps on record", thousands(report.lost_samples)) +
-      line("came to its end", report.finished ? "yes" : "no") +
-      line("data set SHA-256", report.dataset_sha256) +
-      line("recorded by", "weft " + report.software_version) + findings(report) + "</dl>\n";
+      "<dl>\n" + entry("verdict", verdict(report)) +
+      entry("trials", thousands(report.complete) + " of " + thousands(report.planned) +
+                          " complete, in " + thousands(report.attempts) + " attempts") +
+      entry("samples lost in gaps on record", thousands(report.lost_samples)) +
+      entry("came to its end", report.finished ? "yes" : "no") +
+      entry("data set SHA-256", report.dataset_sha256) +
+      entry("recorded by", "weft " + report.software_version) + findings(report) + "</dl>\n";
   return "<section>\n<h2>Whether it is what was recorded</h2>\n" +
          figure(body,
                 "What <code>weft verify</code> found when this report was made: digests of all "

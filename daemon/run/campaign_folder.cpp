@@ -62,7 +62,7 @@ Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return fail(Errc::io, "cannot make the folder", folder.string(), {}, error.message());
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
     return fail(Errc::io, "the folder cannot be written to", folder.string(), {},
                 system_words(errno), "Choose another folder or change its permissions");
   auto lock = FolderLock::take(folder);

@@ -14,10 +14,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string badge() {
-  return bench_badge(BenchKind::simulated);
-}
-
 std::string share_cell(const SeedMean& m) {
   return percent(m.mean) + "<span class=\"interval-text\">" + percent(m.ci95.low) + " to " +
          percent(m.ci95.high) + "</span>";
@@ -83,7 +79,8 @@ ordered_json mean_json(const SeedMean& m) {
 
 std::string downstream_html(const DownstreamResult& result) {
   const std::string& yardstick = result.levels.back();
-  std::string out = "<section>\n<h2>Downstream: what a classifier notices " + badge() + "</h2>\n";
+  std::string out =
+      "<section>\n<h2>Downstream: what a classifier notices " + simulated_badge() + "</h2>\n";
   out += "<p>" + std::to_string(result.fabrics) + " cloths, " +
          std::to_string(result.campaign.swatches) + " swatches of each, " +
          std::to_string(result.campaign.trials) + " trials on a swatch, " +
@@ -97,17 +94,17 @@ std::string downstream_html(const DownstreamResult& result) {
                                      : "On the same swatches: every other trial trains. ") +
                       "Tested at " + escape(yardstick) +
                       "; accuracy in percent, 95 % intervals over seeds (Student's t).",
-                  badge());
+                  simulated_badge());
   out += figure(transfer_table(result, "L1", true),
                 "Across swatches, tested at L1: what happens to a classifier that was trained on "
                 "a finer model.",
-                badge());
+                simulated_badge());
   out += figure(shift_table(result),
                 "Features of a level beside those at " + escape(yardstick) +
                     ": a feature's shift is the mean over cloths of |difference of its means|, by "
                     "its pooled deviation within a cloth; F is of an analysis of variance between "
                     "cloths.",
-                badge());
+                simulated_badge());
   return out + "</section>\n";
 }
 

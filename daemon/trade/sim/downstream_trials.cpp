@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/trade/sim/paper_slide.hpp"
 #include "protocols/base/time.hpp"
 #include "sim/devices/bench_world.hpp"
 #include "sim/plant/random.hpp"
@@ -12,9 +13,10 @@ namespace weft::daemon {
 namespace {
 
 using namespace weft::sim;
+using namespace paper_slide;
 
-constexpr double plate_z_m = 0.06, slack_m = 1e-3, set_n = 5, start_m = 0.03;
-constexpr double gain_m_n = 5e-6, most_m = 10e-6, slide_mps = 2e-3;
+constexpr double slack_m = 1e-3, start_m = 0.03;
+constexpr double gain_m_n = 5e-6, most_m = 10e-6;
 constexpr MotionLimits quick_move{4e-3, 0.02}, small_move{2e-3, 0.02};
 constexpr double rest_s = 3, press_s = 6, end_s = 2, settle_s = 0.5;
 constexpr double across_step_n = 10e-3, normal_step_n = 20e-3;  // Mini40 SI-40-2 [E]

@@ -18,10 +18,6 @@ constexpr double coarse_resolution_n = 20e-3;  // Fz
 constexpr std::string_view page_stamp = "SIMULATED";
 constexpr std::string_view x_title = "processor seconds per simulated second";
 
-std::string badge() {
-  return bench_badge(BenchKind::simulated);
-}
-
 /// "12 mN", "3.4 \u00B5N".
 std::string force_text(double n) {
   if (n >= 0.1) return general(n) + " N";
@@ -197,25 +193,25 @@ std::string facts(const SimSceneResult& scene) {
 
 std::string section(const SimSceneResult& scene, const std::vector<std::string>& families) {
   std::string out =
-      "<section>\n<h2>" + escape(scene.scene) + " " + badge() + "</h2>\n" + facts(scene);
+      "<section>\n<h2>" + escape(scene.scene) + " " + simulated_badge() + "</h2>\n" + facts(scene);
   out += figure(force_picture(scene, families),
                 "Every mark is one level, integrator and step; the front of (a) is the best "
                 "that a time buys; (b) shows how each level converges on itself. Below the dotted "
                 "lines the sensor cannot tell the runs apart. Failed runs "
                 "are not drawn but listed below.",
-                badge());
+                simulated_badge());
   if (const std::string pads = pads_picture(scene, families); !pads.empty())
     out += figure(pads,
                   "All 16 pads at every sample, without their noise. An error of nothing at all "
                   "has no place on this axis.",
-                  badge());
+                  simulated_badge());
   return out +
          figure(table(scene),
                 "Largest error and root mean square over the samples, of the worst run. \u25C6 on "
                 "the front of (a), \u2717 failed. Of the step: against the finest run of the same "
                 "level; from L2 on that is the reference. Of the model: L0 against L1, L1's finest "
                 "run against the reference, L2's reference against what rubbing adds at L3.",
-                badge()) +
+                simulated_badge()) +
          "</section>\n";
 }
 
@@ -233,16 +229,16 @@ std::string failures(const std::vector<SimSceneResult>& scenes) {
       any = true;
     }
   }
-  return "<section>\n<h2>Failures " + badge() + "</h2>\n" +
+  return "<section>\n<h2>Failures " + simulated_badge() + "</h2>\n" +
          (any ? figure(out.finish(),
                        "Settings that ran but lost what the scene is about, or did not run.",
-                       badge())
+                       simulated_badge())
               : "<p>None.</p>\n") +
          "</section>\n";
 }
 
 std::string heading() {
-  return "<header>" + badge() +
+  return "<header>" + simulated_badge() +
          "\n<h1>Plant: accuracy against time</h1>\n"
          "<p>Every level of the plant, integrator and step on the same scenes. Everything here is "
          "computed; no cloth was touched. An error tells how far a run is from the equations of "

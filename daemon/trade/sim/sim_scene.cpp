@@ -5,16 +5,18 @@
 #include <cmath>
 
 #include "daemon/report/format.hpp"
+#include "daemon/trade/sim/paper_slide.hpp"
 
 namespace weft::daemon {
 
 namespace {
 
 using namespace weft::sim;
+using namespace paper_slide;
 
 constexpr double acceleration_mps2 = 0.02;  // of all stages
-constexpr double plate_z_m = 0.06, start_y_m = 0.03, clearance_m = 0.3e-3, set_n = 5;
-constexpr double press_mps = 1e-3, slide_mps = 2e-3, fastest_mps = 4e-3;
+constexpr double start_y_m = 0.03, clearance_m = 0.3e-3;
+constexpr double press_mps = 1e-3, fastest_mps = 4e-3;
 constexpr std::uint64_t patch_seed = 1;
 constexpr MaterialSwitches without_memory{false, false, true, false, false, false};
 

@@ -6,6 +6,8 @@
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
 
+namespace base_test {
+
 using namespace weft;
 
 namespace {
@@ -66,3 +68,5 @@ TEST_CASE("phase letters go both ways and others are refused") {
     CHECK(phase_from_char(to_char(p)) == p);
   CHECK_FALSE(phase_from_char('X').has_value());
 }
+
+}  // namespace base_test

@@ -8,7 +8,7 @@
 
 #include "tests/bench/figures.hpp"
 
-namespace weft::bench {
+namespace weft::bench::bench_figures_test {
 namespace {
 
 TEST_CASE("A figure misses a limit of its own, or of its ratio to the peer, in its direction") {
@@ -61,4 +61,4 @@ TEST_CASE("A report with a miss is written, says so of that figure, and ends wit
 }
 
 }  // namespace
-}  // namespace weft::bench
+}  // namespace weft::bench::bench_figures_test

@@ -10,7 +10,7 @@
 #include "classifier/learn/svm.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::baseline_test {
 namespace {
 
 using testing::gaussian_classes;
@@ -346,4 +346,4 @@ TEST_CASE("Cores evaluated as a learner score as cores evaluated by themselves")
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::baseline_test

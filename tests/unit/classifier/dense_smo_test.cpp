@@ -6,6 +6,8 @@
 
 #include "classifier/learn/svm.hpp"
 
+namespace dense_smo_test {
+
 namespace {
 
 using weft::classifier::DenseSmo;
@@ -104,3 +106,5 @@ TEST_CASE("the solver can be handed one problem after another of any size") {
     CHECK(same_as_libsvm(own, reference, 8.0));
   }
 }
+
+}  // namespace dense_smo_test

@@ -9,6 +9,8 @@
 #include "classifier/design/clustered.hpp"
 #include "tests/unit/classifier/design_data.hpp"
 
+namespace design_cells_test {
+
 using namespace weft;
 using namespace weft::classifier;
 using namespace weft::classifier::design;
@@ -198,3 +200,5 @@ TEST_CASE("A fabric that is in one replicate alone cannot be asked about") {
   REQUIRE_FALSE(refused);
   CHECK_THAT(to_string(refused.error()), Catch::Contains("one replicate alone"));
 }
+
+}  // namespace design_cells_test

@@ -12,6 +12,8 @@
 #include "classifier/design/response.hpp"
 #include "tests/unit/classifier/design_data.hpp"
 
+namespace design_test {
+
 using namespace weft;
 using namespace weft::classifier;
 using namespace weft::classifier::design;
@@ -180,3 +182,5 @@ TEST_CASE("A forecast of a noiseless curve lies on its law, and says how many ar
   impossible.resamples = 0;
   CHECK(forecast_repetitions(curve, impossible).error().got == "0");
 }
+
+}  // namespace design_test

@@ -5,7 +5,7 @@
 #include "classifier/evaluate/permutation.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::evaluate_test {
 namespace {
 
 using testing::gaussian_classes;
@@ -220,4 +220,4 @@ TEST_CASE("A thinned split trains on whole recordings, as many of each label as 
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::evaluate_test

@@ -6,6 +6,8 @@
 #include <random>
 #include <vector>
 
+namespace exponential_test {
+
 using weft::classifier::exp_of_negative;
 
 TEST_CASE("exp(-factor x) is within two units in the last place over the whole range") {
@@ -35,3 +37,5 @@ TEST_CASE("exp of the ends: exactly 1, exactly 0, NaN stays NaN") {
   CHECK(std::isnan(x[5]));
   exp_of_negative({}, 1.0);
 }
+
+}  // namespace exponential_test

@@ -7,7 +7,7 @@
 #include "classifier/fabric/model_file.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::extremes_model_test {
 namespace {
 
 using testing::gaussian_classes;
@@ -106,4 +106,4 @@ TEST_CASE("Extremes: of two identical classes one is answered by the rule for ti
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::extremes_model_test

@@ -9,7 +9,7 @@
 #include "classifier/vote/learner_answer.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::extremes_scale_test {
 namespace {
 
 using testing::gaussian_classes;
@@ -108,4 +108,4 @@ TEST_CASE("Extremes: answers, probabilities and the reject rule from 1e-300 to 1
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::extremes_scale_test

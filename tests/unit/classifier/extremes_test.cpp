@@ -9,7 +9,7 @@
 #include "classifier/features/extract.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::extremes_test {
 namespace {
 
 using testing::gaussian_classes;
@@ -355,4 +355,4 @@ TEST_CASE(
   CHECK(stream.motion_frames() == 0);
 }
 
-}  // namespace weft::classifier
+}  // namespace weft::classifier::extremes_test

@@ -7,7 +7,7 @@
 #include "classifier/learn/exponential.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::fabric_test {
 namespace {
 
 using testing::gaussian_classes;
@@ -323,4 +323,4 @@ TEST_CASE("Voting refuses another length, NaN and other columns") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::fabric_test

@@ -8,7 +8,7 @@
 #include "classifier/evaluate/splits.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::feature_view_test {
 namespace {
 
 Matrix column(const std::vector<double>& values) {
@@ -129,4 +129,4 @@ TEST_CASE("Ranks find what tails hide") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::feature_view_test

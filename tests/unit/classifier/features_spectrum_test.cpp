@@ -10,7 +10,7 @@
 #include "tests/unit/classifier/features_support.hpp"
 #include "tests/unit/classifier/slow_features.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::features_spectrum_test {
 namespace {
 
 using testing::noise;
@@ -182,4 +182,4 @@ TEST_CASE("Tables of a long motion leave when the next ones would not fit beside
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::features_spectrum_test

@@ -5,7 +5,7 @@
 #include "classifier/live/staged_model.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::features_stream_test {
 namespace {
 
 using testing::slide;
@@ -98,4 +98,4 @@ TEST_CASE("An extractor gives the same for a trial whatever it has seen before")
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::features_stream_test

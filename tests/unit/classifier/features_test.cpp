@@ -7,7 +7,7 @@
 #include "tests/unit/classifier/features_support.hpp"
 #include "tests/unit/classifier/slow_features.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::features_test {
 namespace {
 
 using testing::feature;
@@ -244,4 +244,4 @@ TEST_CASE("A matrix of trials does not depend on the number of threads and refus
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::features_test

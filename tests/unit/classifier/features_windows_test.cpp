@@ -3,7 +3,7 @@
 #include "classifier/features/windows.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::features_windows_test {
 namespace {
 
 using testing::motion_trial;
@@ -34,4 +34,4 @@ TEST_CASE("Windows of no duration, or longer than the motion, are refused") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::features_windows_test

@@ -12,7 +12,7 @@
 #include "classifier/selection/t_test.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::golden_test {
 namespace {
 
 using testing::relative_difference;
@@ -227,4 +227,4 @@ TEST_CASE("The vote over all cores equals the Python reference's") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::golden_test

@@ -6,7 +6,7 @@
 #include "classifier/imprint/scale_features.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier::imprint {
+namespace weft::classifier::imprint::imprint_extremes_test {
 namespace {
 
 const std::vector<double> all_sigmas{0.0, 1e-300, 0.4, 1.0, 2.0, 4.0, 100.0};
@@ -149,4 +149,4 @@ TEST_CASE("values and settings that mean nothing are refused, with their place")
 }
 
 }  // namespace
-}  // namespace weft::classifier::imprint
+}  // namespace weft::classifier::imprint::imprint_extremes_test

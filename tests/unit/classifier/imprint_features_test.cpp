@@ -6,7 +6,7 @@
 #include "classifier/imprint/scale_features.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier::imprint {
+namespace weft::classifier::imprint::imprint_features_test {
 namespace {
 
 Image noise_image(std::size_t rows, std::size_t cols, double deviation, std::uint64_t seed) {
@@ -222,4 +222,4 @@ TEST_CASE("names say feature and scale; the short form leaves three out") {
 }
 
 }  // namespace
-}  // namespace weft::classifier::imprint
+}  // namespace weft::classifier::imprint::imprint_features_test

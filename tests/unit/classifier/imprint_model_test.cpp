@@ -7,7 +7,7 @@
 #include "classifier/imprint/imprint_model.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier::imprint {
+namespace weft::classifier::imprint::imprint_model_test {
 namespace {
 
 constexpr TaxelGrid grid{16, 12, 0.281e-3, 7};
@@ -178,4 +178,4 @@ TEST_CASE("Arrays are the same where nothing that both know differs") {
 }
 
 }  // namespace
-}  // namespace weft::classifier::imprint
+}  // namespace weft::classifier::imprint::imprint_model_test

@@ -11,7 +11,7 @@
 #include "classifier/imprint/scale_search.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier::imprint {
+namespace weft::classifier::imprint::imprint_rules_test {
 namespace {
 
 using Rows = std::vector<std::size_t>;
@@ -274,4 +274,4 @@ TEST_CASE("what cannot be learnt is refused") {
 }
 
 }  // namespace
-}  // namespace weft::classifier::imprint
+}  // namespace weft::classifier::imprint::imprint_rules_test

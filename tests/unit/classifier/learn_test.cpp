@@ -10,7 +10,7 @@
 #include "classifier/learn/svm.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::learn_test {
 namespace {
 
 Matrix points(const std::vector<std::vector<double>>& rows) {
@@ -267,4 +267,4 @@ TEST_CASE("A parallel loop visits every item once with any number of threads") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::learn_test

@@ -10,7 +10,7 @@
 #include "classifier/vote/learner_answer.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::learner_answer_test {
 namespace {
 
 using testing::gaussian_classes;
@@ -196,4 +196,4 @@ TEST_CASE("Calibration is checked on test answers alone, each once") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::learner_answer_test

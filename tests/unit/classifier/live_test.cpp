@@ -10,7 +10,7 @@
 #include "classifier/live/staged_model.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::live_test {
 namespace {
 
 constexpr double rate_hz = 40;
@@ -247,4 +247,4 @@ TEST_CASE("a frame that is no frame is refused and the votes go on") {
   CHECK(votes_of(voter, slide(1, 61, 400)).size() == 4);  // longer than any that trained
 }
 
-}  // namespace weft::classifier
+}  // namespace weft::classifier::live_test

@@ -8,6 +8,8 @@
 #include "classifier/learn/distance.hpp"
 #include "classifier/learn/svm_solver.hpp"
 
+namespace loss_bound_test {
+
 using namespace weft::classifier;
 
 namespace {
@@ -86,3 +88,5 @@ TEST_CASE("Equal rows of both classes lose 2 for the pair held out, whatever C")
       LossBound(problem.squared, problem.train, problem.held_out).least_loss(1e12, 1e3);
   CHECK(least == Approx(2.0).epsilon(1e-6));  // f is the bias alone: no C tells equal rows apart
 }
+
+}  // namespace loss_bound_test

@@ -12,7 +12,7 @@
 #include "protocols/base/crc.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::model_file_test {
 namespace {
 
 constexpr std::size_t taxels = 3;
@@ -348,4 +348,4 @@ TEST_CASE("numbers in lines come back bit for bit") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::model_file_test

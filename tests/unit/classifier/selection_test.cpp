@@ -7,7 +7,7 @@
 #include "classifier/selection/t_test.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::selection_test {
 namespace {
 
 using testing::relative_difference;
@@ -192,4 +192,4 @@ TEST_CASE("Ranking only the first columns gives the beginning of the whole ranki
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::selection_test

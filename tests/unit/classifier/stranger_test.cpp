@@ -5,7 +5,7 @@
 #include "classifier/evaluate/stranger_check.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::stranger_test {
 namespace {
 
 Split halves(const FeatureMatrix& matrix) {
@@ -51,4 +51,4 @@ TEST_CASE("Leaving one of two fabrics out is refused, and so are splits without 
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::stranger_test

@@ -7,7 +7,7 @@
 #include "classifier/fabric/model.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::svm_solver_test {
 namespace {
 
 constexpr double tolerance = 1e-3;
@@ -107,4 +107,4 @@ TEST_CASE("A problem that libsvm itself gives up is said to be one, up to the tr
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::svm_solver_test

@@ -5,7 +5,7 @@
 #include "classifier/fabric/model.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::tie_test {
 namespace {
 
 using testing::gaussian_classes;
@@ -49,4 +49,4 @@ TEST_CASE("A training uses the rule of its number of fabrics, all at once or in 
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::tie_test

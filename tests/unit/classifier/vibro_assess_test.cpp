@@ -11,7 +11,7 @@
 #include "classifier/vibro/importance.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier::vibro::vibro_assess_test {
 namespace {
 
 using classifier::testing::noise;
@@ -332,4 +332,4 @@ TEST_CASE("Bands part the spectrum, and a line stands in its own") {
 }
 
 }  // namespace
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier::vibro::vibro_assess_test

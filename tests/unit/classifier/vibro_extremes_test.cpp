@@ -9,7 +9,7 @@
 #include "classifier/vibro/stream.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier::vibro::vibro_extremes_test {
 namespace {
 
 using classifier::testing::noise;
@@ -185,4 +185,4 @@ TEST_CASE("A stream refuses what it cannot take and goes on as before") {
 }
 
 }  // namespace
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier::vibro::vibro_extremes_test

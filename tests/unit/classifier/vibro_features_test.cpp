@@ -10,7 +10,7 @@
 #include "classifier/vibro/filters.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier::vibro::vibro_features_test {
 namespace {
 
 using classifier::testing::noise;
@@ -219,4 +219,4 @@ TEST_CASE("A set of windows is the same on any number of threads, and names what
 }
 
 }  // namespace
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier::vibro::vibro_features_test

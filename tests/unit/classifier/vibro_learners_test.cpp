@@ -13,7 +13,7 @@
 #include "classifier/vibro/learn/tree.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier::vibro::vibro_learners_test {
 namespace {
 
 using classifier::testing::gaussian_classes;
@@ -262,4 +262,4 @@ TEST_CASE("A pipeline scales, turns to components and refuses what it was not tr
 }
 
 }  // namespace
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier::vibro::vibro_learners_test

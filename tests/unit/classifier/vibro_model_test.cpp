@@ -9,7 +9,7 @@
 #include "classifier/vibro/recording_model.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier::vibro::vibro_model_test {
 namespace {
 
 using classifier::testing::noise;
@@ -172,4 +172,4 @@ TEST_CASE("A model of recordings refuses another sensor and a recording without 
 }
 
 }  // namespace
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier::vibro::vibro_model_test

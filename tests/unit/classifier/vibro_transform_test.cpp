@@ -13,7 +13,7 @@
 #include "tests/unit/classifier/features_support.hpp"
 #include "tests/unit/classifier/slow_features.hpp"
 
-namespace weft::classifier::vibro {
+namespace weft::classifier::vibro::vibro_transform_test {
 namespace {
 
 using classifier::testing::noise;
@@ -196,4 +196,4 @@ TEST_CASE("Sums of a window are the same whatever is left behind whole groups") 
 }
 
 }  // namespace
-}  // namespace weft::classifier::vibro
+}  // namespace weft::classifier::vibro::vibro_transform_test

@@ -6,7 +6,7 @@
 #include "classifier/vote/aids_text.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::vote_file_test {
 namespace {
 
 struct Learnt {
@@ -95,4 +95,4 @@ TEST_CASE("aids of another model and impossible values are refused with their li
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::vote_file_test

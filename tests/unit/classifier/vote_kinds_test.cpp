@@ -9,7 +9,7 @@
 #include "classifier/vote/vote.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::vote_kinds_test {
 namespace {
 
 // A core that says `f` whatever it is asked.
@@ -249,4 +249,4 @@ TEST_CASE("votes are compared on trials of known labels only") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::vote_kinds_test

@@ -12,7 +12,7 @@
 #include "classifier/vote/reliability.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::vote_probability_test {
 namespace {
 
 double uniform(RandomEngine& engine) {
@@ -336,4 +336,4 @@ TEST_CASE("aids are the same on any number of threads") {
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::vote_probability_test

@@ -7,7 +7,7 @@
 #include "classifier/vote/measure_reject.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::vote_reject_test {
 namespace {
 
 constexpr auto by_neighbour = static_cast<std::size_t>(RejectKind::neighbour);
@@ -133,4 +133,4 @@ TEST_CASE("nothing to leave out, nothing to test and unknown labels are refused"
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::vote_reject_test

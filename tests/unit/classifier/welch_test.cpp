@@ -11,7 +11,7 @@
 #include "classifier/selection/t_test.hpp"
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::classifier {
+namespace weft::classifier::welch_test {
 namespace {
 
 using testing::relative_difference;
@@ -147,4 +147,4 @@ TEST_CASE("A training by Welch's test says so in every p it keeps, and the defau
 }
 
 }  // namespace
-}  // namespace weft::classifier
+}  // namespace weft::classifier::welch_test

@@ -14,6 +14,8 @@
 #include "daemon/access/tokens.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace access_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::access;
@@ -316,3 +318,5 @@ TEST_CASE("A file of tokens that others may read is refused") {
   std::filesystem::create_symlink(file, link);
   CHECK_FALSE(TokenFile::load(link));
 }
+
+}  // namespace access_test

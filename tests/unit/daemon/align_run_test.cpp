@@ -9,6 +9,8 @@
 #include "protocols/base/units.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace align_run_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using weft::daemon::test::TemporaryFolder;
@@ -104,3 +106,5 @@ TEST_CASE("weft align prints the tilt found and left, marked as simulated") {
                             Catch::Contains("tilt left") && Catch::Contains("0.500"));
   CHECK(err.str().empty());
 }
+
+}  // namespace align_run_test

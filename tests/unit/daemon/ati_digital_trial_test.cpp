@@ -8,6 +8,8 @@
 #include "daemon/dataset/hdf5_file.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace ati_digital_trial_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -97,3 +99,5 @@ TEST_CASE("a rate that the Digital F/T's emulator does not send is refused befor
   REQUIRE_FALSE(checked);
   CHECK(to_string(checked.error()).find("disagree on the rate") != std::string::npos);
 }
+
+}  // namespace ati_digital_trial_test

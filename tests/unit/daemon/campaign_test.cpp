@@ -7,6 +7,8 @@
 #include "daemon/dataset/hdf5_file.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace campaign_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -280,3 +282,5 @@ TEST_CASE(
   CHECK(measured_hz(data->records[0].stages.t_ns) == Approx(10));
   CHECK(measured_hz(data->records[0].wrench.t_ns) == Approx(200));
 }
+
+}  // namespace campaign_test

@@ -7,6 +7,8 @@
 #include "daemon/recorder/sqlite.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace certificate_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using test::request_in;
@@ -168,3 +170,5 @@ TEST_CASE("what never was a campaign is refused") {
   test::write_file(folder / "text", "not a data set");
   CHECK_FALSE(verified(folder / "text").holds());
 }
+
+}  // namespace certificate_test

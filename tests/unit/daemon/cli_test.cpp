@@ -12,7 +12,7 @@
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 
-namespace weft::daemon::cli {
+namespace weft::daemon::cli::cli_test {
 namespace {
 
 struct Ran {
@@ -283,4 +283,4 @@ TEST_CASE("a confusion matrix shows mistakes as numbers and zeros as dots") {
 }
 
 }  // namespace
-}  // namespace weft::daemon::cli
+}  // namespace weft::daemon::cli::cli_test

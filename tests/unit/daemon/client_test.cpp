@@ -15,6 +15,8 @@
 #include "daemon/cli/daemon_call.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace client_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -155,3 +157,5 @@ TEST_CASE("the last word of a daemon that ends a connection is what a client is 
     CHECK(event.error().message == over);
   }
 }
+
+}  // namespace client_test

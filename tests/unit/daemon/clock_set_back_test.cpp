@@ -11,6 +11,8 @@
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace clock_set_back_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace std::chrono_literals;
@@ -134,3 +136,5 @@ TEST_CASE("a run's deadline and its journal do not go by a wall clock that is se
   CHECK(desk.standing() == control::RigStanding{control::RigStanding::Fact::unknown, id});
   CHECK(desk.get(id)->stored.outcome == "failed");
 }
+
+}  // namespace clock_set_back_test

@@ -14,6 +14,8 @@
 #include "daemon/loop/wall_clock.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace data_files_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using daemon::api::DataFiles;
@@ -229,3 +231,5 @@ TEST_CASE("A run's files are listed by an errand: its certificate may have megab
   api::open_served_file(services, run.stored.id() + "/dataset.h5", told);
   CHECK(served->error().code == Errc::timeout);
 }
+
+}  // namespace data_files_test

@@ -10,6 +10,8 @@
 #include "daemon/design/repetition_study.hpp"
 #include "tests/unit/daemon/swept_data.hpp"
 
+namespace design_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test_sweep;
@@ -164,3 +166,5 @@ TEST_CASE("One trial whose number is not on record makes the groups the repetiti
         std::set<std::string>{"day 0", "day 1", "day 2"});
   CHECK(named.size() == 18);
 }
+
+}  // namespace design_test

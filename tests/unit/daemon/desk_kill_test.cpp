@@ -7,6 +7,8 @@
 #include "daemon/recorder/campaign_past.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace desk_kill_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -113,3 +115,5 @@ TEST_CASE(
   WARN("SIMULATED, " << points - 1 << " writes of a daemon, killed at each");
   CHECK(points > 60);
 }
+
+}  // namespace desk_kill_test

@@ -7,6 +7,8 @@
 #include "daemon/doctor/system_checks.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace doctor_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using weft::daemon::test::TemporaryFolder;
@@ -199,3 +201,5 @@ TEST_CASE("two devices on one serial port are told once, however the path is wri
   CHECK(findings.front().subject == "second");
   CHECK(findings.front().what.find("the port of first") != std::string::npos);
 }
+
+}  // namespace doctor_test

@@ -4,7 +4,7 @@
 
 #include "tests/unit/daemon/report_fixture.hpp"
 
-namespace weft::daemon::cli {
+namespace weft::daemon::cli::evaluate_outcome_test {
 namespace {
 
 ChosenTrials chosen_trials() {
@@ -85,4 +85,4 @@ TEST_CASE("features are timed at the level that was asked for") {
 }
 
 }  // namespace
-}  // namespace weft::daemon::cli
+}  // namespace weft::daemon::cli::evaluate_outcome_test

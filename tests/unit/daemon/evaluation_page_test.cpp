@@ -9,7 +9,7 @@
 
 #include "tests/unit/classifier/support.hpp"
 
-namespace weft::daemon {
+namespace weft::daemon::evaluation_page_test {
 namespace {
 
 using classifier::Learner;
@@ -91,4 +91,4 @@ TEST_CASE("each learner of a learning curve has its own mark, and no name covers
 }
 
 }  // namespace
-}  // namespace weft::daemon
+}  // namespace weft::daemon::evaluation_page_test

@@ -12,6 +12,8 @@
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace export_check_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using test::TemporaryFolder;
@@ -139,3 +141,5 @@ TEST_CASE("an export of a campaign that was discarded since says so") {
   REQUIRE(discard_campaign(request.out, "ada"));
   CHECK(only_export(request.out).state == ExportState::discarded);
 }
+
+}  // namespace export_check_test

@@ -5,6 +5,8 @@
 #include "daemon/recorder/campaign_past.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace faults_on_purpose_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -115,3 +117,5 @@ TEST_CASE("an emergency stop ends a run as a halt does, and outlives halts and t
   bench.desk->halt("bo");
   CHECK_FALSE(bench.desk->standing().emergency);
 }
+
+}  // namespace faults_on_purpose_test

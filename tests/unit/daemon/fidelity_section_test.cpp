@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace fidelity_section_test {
+
 using namespace weft;
 using namespace weft::daemon;
 
@@ -43,3 +45,5 @@ TEST_CASE("a table without a campaign gives no section") {
   REQUIRE(none);
   CHECK(none->empty());
 }
+
+}  // namespace fidelity_section_test

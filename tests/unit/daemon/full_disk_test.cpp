@@ -10,6 +10,8 @@
 #include "daemon/api/services.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace full_disk_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using control::RunState;
@@ -152,3 +154,5 @@ TEST_CASE("leases and tokens whose line of the journal cannot be kept are as the
   REQUIRE_FALSE(again);
   CHECK(again.error().kind == "token.name_taken");
 }
+
+}  // namespace full_disk_test

@@ -7,6 +7,8 @@
 
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace hand_over_desk_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -110,3 +112,5 @@ TEST_CASE("What a run has told of its recipe is not looked for in its folder") {
   CHECK_FALSE(life.desk->get(life.run.id()));
   CHECK(life.on_record().state == HandOverState::none);
 }
+
+}  // namespace hand_over_desk_test

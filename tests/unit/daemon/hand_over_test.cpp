@@ -18,6 +18,8 @@
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace hand_over_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -276,3 +278,5 @@ TEST_CASE("A complete campaign without its hand-over is gone on with to it, and 
   CHECK(run_campaign(silent.request, {}).error().message.find("nothing is left") !=
         std::string::npos);
 }
+
+}  // namespace hand_over_test

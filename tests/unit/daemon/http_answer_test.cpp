@@ -6,6 +6,8 @@
 #include "daemon/server/http_answer.hpp"
 #include "daemon/server/hub.hpp"
 
+namespace http_answer_test {
+
 using namespace weft::daemon::server;
 using nlohmann::json;
 
@@ -118,3 +120,5 @@ TEST_CASE("A rate that is no number reaches the method as text, which refuses it
   CHECK(asked("2,").is_string());
   CHECK(asked("nan").is_null());
 }
+
+}  // namespace http_answer_test

@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace http_file_test {
+
 using namespace weft::daemon::server;
 
 namespace {
@@ -73,3 +75,5 @@ TEST_CASE("Whole, in part, unchanged, other than asked for, behind the end") {
   CHECK(status_of(answer_to("", "?sha256=abc")) == "200");
   CHECK(status_of(answer_to("", "?sha256=abd")) == "412");
 }
+
+}  // namespace http_file_test

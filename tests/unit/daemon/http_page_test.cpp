@@ -6,6 +6,8 @@
 #include "daemon/server/http_page.hpp"
 #include "daemon/web/web_files.hpp"
 
+namespace http_page_test {
+
 using namespace weft::daemon;
 using namespace weft::daemon::server;
 
@@ -84,3 +86,5 @@ TEST_CASE("What is no file of the page is not answered as one") {
        {"/index.html", "/js", "/js/", "/../CMakeLists.txt", "/style.css/", "/rpc"})
     CHECK(page_for(std::string("GET ") + path) == "none");
 }
+
+}  // namespace http_page_test

@@ -7,6 +7,8 @@
 
 #include "daemon/server/http_request.hpp"
 
+namespace http_request_test {
+
 using weft::daemon::server::HttpRequest;
 using HttpStage = HttpRequest::Stage;
 
@@ -183,3 +185,5 @@ TEST_CASE("Damaged requests are taken or refused alike in one piece and in many,
   for (const auto& [refusal, times] : outcomes) seen.insert(refusal);
   CHECK(seen == std::set<int>{0, 400, 411, 413});
 }
+
+}  // namespace http_request_test

@@ -12,6 +12,8 @@
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace http_server_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::server;
@@ -302,3 +304,5 @@ TEST_CASE("The page needs no token, what it shows does") {
   CHECK(asked("/events") == 401);
   CHECK(asked("/nothing") == 404);
 }
+
+}  // namespace http_server_test

@@ -6,6 +6,8 @@
 #include "daemon/api/services.hpp"
 #include "daemon/server/hub.hpp"
 
+namespace hub_test {
+
 using namespace weft::daemon::server;
 using namespace std::chrono_literals;
 using nlohmann::json;
@@ -245,3 +247,5 @@ TEST_CASE("A subscription with credit tells no more events than were granted, in
   CHECK(*latest.subscription->credit() == Subscription::most_credit);
   CHECK(free.subscription->grant(1).error().code == weft::Errc::wrong_state);
 }
+
+}  // namespace hub_test

@@ -6,6 +6,8 @@
 #include "daemon/api/services.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace journal_query_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using control::RunStore;
@@ -117,3 +119,5 @@ TEST_CASE("log.query tells lines and where to ask on from, and takes whole numbe
   CHECK_FALSE(asked({{"most", 0}}));
   CHECK_FALSE(asked({{"most", 10'001}}));
 }
+
+}  // namespace journal_query_test

@@ -5,6 +5,8 @@
 
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace killed_host_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace std::chrono_literals;
@@ -190,3 +192,5 @@ TEST_CASE(
                      << ", longest way without a host " << longest_coast_s << " s of " << bound_s
                      << " s; " << where);
 }
+
+}  // namespace killed_host_test

@@ -13,6 +13,8 @@
 #include "recipes/engine/rig_limits.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace level_file_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace std::chrono_literals;
@@ -142,3 +144,5 @@ TEST_CASE("a campaign on a plate askew runs at the level that weft align found, 
   CHECK(farthest_rad(data, "rx", level["rx_rad"]) < stage_step_rad);
   CHECK(farthest_rad(data, "ry", level["ry_rad"]) < stage_step_rad);
 }
+
+}  // namespace level_file_test

@@ -10,6 +10,8 @@
 #include "daemon/dataset/hdf5_file.hpp"
 #include "tests/unit/daemon/live_bench.hpp"
 
+namespace live_selection_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::live_test;
@@ -106,3 +108,5 @@ TEST_CASE("a campaign whose slides all came to their end is no selection and is 
   CHECK_FALSE(has(test::read_file(out + "/report.html"), "live vote"));
   CHECK(read_hdf5(out + "/dataset.h5")->info.ended_early.empty());
 }
+
+}  // namespace live_selection_test

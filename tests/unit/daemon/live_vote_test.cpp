@@ -9,6 +9,8 @@
 #include "tests/unit/daemon/live_bench.hpp"
 #include "tests/unit/daemon/trade_fixture.hpp"
 
+namespace live_vote_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::live_test;
@@ -216,3 +218,5 @@ TEST_CASE("a surer rule never lets a slide end sooner, and none ends what is nev
   CHECK(judge(*watched, {0.5, 0.5}).stopped > tested / 2);
   CHECK(judge(*watched, {0.5, 4}).slide_s >= 4.0 * static_cast<double>(tested));
 }
+
+}  // namespace live_vote_test

@@ -9,6 +9,8 @@
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace log_damage_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using test::killed_at;
@@ -160,3 +162,5 @@ TEST_CASE("what a resume does not go on with is set aside and not removed") {
   }
   CHECK(seen_blank);
 }
+
+}  // namespace log_damage_test

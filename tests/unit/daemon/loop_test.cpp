@@ -3,6 +3,8 @@
 #include "daemon/link/memory_link.hpp"
 #include "daemon/loop/virtual_loop.hpp"
 
+namespace loop_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace std::chrono_literals;
@@ -90,3 +92,5 @@ TEST_CASE("a link end that is destroyed while bytes are under way is not called"
   }
   CHECK_FALSE(called);
 }
+
+}  // namespace loop_test

@@ -14,6 +14,8 @@
 
 #include "daemon/run/monitor.hpp"
 
+namespace monitor_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using asio::ip::tcp;
@@ -75,3 +77,5 @@ TEST_CASE("A monitor sends each stage its stop when a host that owes beats is go
   CHECK(count == stop.size());
   CHECK(std::equal(stop.begin(), stop.end(), bytes.begin()));
 }
+
+}  // namespace monitor_test

@@ -5,6 +5,8 @@
 #include "daemon/run/bench_pace.hpp"
 #include "daemon/run/onlooker.hpp"
 
+namespace onlooker_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace std::chrono_literals;
@@ -143,3 +145,5 @@ TEST_CASE("a pace set anew counts from then") {
   CHECK(is_pace(0));
   CHECK(is_pace(1));
 }
+
+}  // namespace onlooker_test

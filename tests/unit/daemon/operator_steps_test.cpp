@@ -6,6 +6,8 @@
 #include "daemon/run/run_pace.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace operator_steps_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -174,3 +176,5 @@ TEST_CASE("what waits for people does not count as time of the machine") {
   CHECK_FALSE(pace.next_ask(3));
   CHECK(*RunPace(plan, 0, true, 0s).machine_until_s(0, 4, 0s) == Approx(plan.forecast.duration_s));
 }
+
+}  // namespace operator_steps_test

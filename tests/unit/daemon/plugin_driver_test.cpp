@@ -14,6 +14,8 @@
 #include "protocols/taxel/taxel.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
+namespace plugin_driver_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::testing;
@@ -370,3 +372,5 @@ TEST_CASE("a sample that is broken, or of a kind from the future, faults the plu
     CHECK_FALSE(rogue.driver->arm());
   }
 }
+
+}  // namespace plugin_driver_test

@@ -8,6 +8,8 @@
 #include "tests/unit/dataset/support.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
+namespace plugin_file_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using weft::daemon::test::TemporaryFolder;
@@ -120,3 +122,5 @@ TEST_CASE("only names of the form weft-driver-NAME.so are plugins") {
   for (const char* name : {"weft-driver-.so", "libbalance.so", "weft-driver-balance.so.1", ".so"})
     CHECK(driver_of_file(name).empty());
 }
+
+}  // namespace plugin_file_test

@@ -12,6 +12,8 @@
 #include "daemon/link/descriptor_link.hpp"
 #include "daemon/link/serial_line.hpp"
 
+namespace port_link_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace std::chrono_literals;
@@ -291,3 +293,5 @@ TEST_CASE("a link may be destroyed by the callback that it runs") {
   run(loop, [&] { return calls == 1; });
   CHECK(link == nullptr);
 }
+
+}  // namespace port_link_test

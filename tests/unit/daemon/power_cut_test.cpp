@@ -12,6 +12,8 @@
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace power_cut_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -84,3 +86,5 @@ TEST_CASE("in virtual time the disk is not waited for, and a power cut may take 
   const TemporaryFolder folder;
   CHECK(left_by_power_cut(folder / "virtual.weft", false) == 0);
 }
+
+}  // namespace power_cut_test

@@ -6,6 +6,8 @@
 
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace queue_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -177,3 +179,5 @@ TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, 
     revision = bench.desk->line().revision;
   }
 }
+
+}  // namespace queue_test

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 
+namespace real_loop_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace std::chrono_literals;
@@ -55,3 +57,5 @@ TEST_CASE("a loop without timers or ports still sees a flag that a signal handle
   std::signal(SIGUSR1, before);
   CHECK(seen == 1);
 }
+
+}  // namespace real_loop_test

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <thread>
 
+namespace real_time_test {
+
 using namespace weft::daemon;
 
 namespace {
@@ -62,3 +64,5 @@ TEST_CASE(
   CHECK(after.priority == 0);
   CHECK(after.locked_kb == before.locked_kb);
 }
+
+}  // namespace real_time_test

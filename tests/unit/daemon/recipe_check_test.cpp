@@ -7,6 +7,8 @@
 #include "daemon/api/services.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace recipe_check_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -111,3 +113,5 @@ TEST_CASE("What is refused by its name needs no errand, and one too many is told
   CHECK(bench.said->error().kind == "request.too_many");
   CHECK(bench.said->error().retryable);
 }
+
+}  // namespace recipe_check_test

@@ -5,6 +5,8 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+namespace recipe_difference_test {
+
 using namespace weft::daemon::api;
 using nlohmann::json;
 
@@ -40,3 +42,5 @@ TEST_CASE("Many differences are counted, and some are told") {
   CHECK(differences(was, is, 7, all).size() == 7);
   CHECK(all == 50);
 }
+
+}  // namespace recipe_difference_test

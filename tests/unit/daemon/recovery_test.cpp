@@ -9,6 +9,8 @@
 #include "daemon/run/campaign_folder.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace recovery_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -182,3 +184,5 @@ TEST_CASE("a file that another run works in is not discarded under it") {
   CHECK(discard_campaign(folder / "R-000001", "ada").error().code == Errc::wrong_state);
   CHECK_FALSE(load_progress(folder / "R-000001" / "campaign.sqlite")->discarded);
 }
+
+}  // namespace recovery_test

@@ -8,6 +8,8 @@
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace repeat_bad_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -230,3 +232,5 @@ TEST_CASE("a kill before, in or after a bad take changes neither the data nor th
   }
   CHECK(killed > 5);
 }
+
+}  // namespace repeat_bad_test

@@ -9,6 +9,8 @@
 #include "daemon/report/trace.hpp"
 #include "tests/unit/daemon/report_fixture.hpp"
 
+namespace report_svg_test {
+
 using namespace weft::daemon;
 
 namespace {
@@ -162,3 +164,5 @@ TEST_CASE("a feature's name is set as the paper writes it") {
         "<span class=\"feature\"><i>F</i><sup>P</sup><sub>mean</sub></span>");
   CHECK(feature_html("<x>") == "&lt;x&gt;");
 }
+
+}  // namespace report_svg_test

@@ -13,6 +13,8 @@
 #include "daemon/report/trace.hpp"
 #include "tests/unit/daemon/report_fixture.hpp"
 
+namespace report_test {
+
 using namespace weft::daemon;
 using nlohmann::json;
 using report_test::campaign;
@@ -323,3 +325,5 @@ TEST_CASE("On paper every page has the campaign's name and its bench") {
   CHECK(page.find("@top-right{content:\"SIMULATED\"") != std::string::npos);
   CHECK(page.find(R"(@top-left{content:"a\22 b\5c ?\3c c";)") != std::string::npos);
 }
+
+}  // namespace report_test

@@ -15,6 +15,8 @@
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace resume_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -268,3 +270,5 @@ TEST_CASE("two runs do not work in one folder") {
   }
   CHECK(run(request).trials_complete == 4);
 }
+
+}  // namespace resume_test

@@ -4,6 +4,8 @@
 
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace rig_file_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -145,3 +147,5 @@ TEST_CASE("a rate that driver and emulator do not share is refused before anythi
   CHECK(ran.error().got.find("500") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(folder / "out"));
 }
+
+}  // namespace rig_file_test

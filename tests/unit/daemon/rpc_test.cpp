@@ -6,6 +6,8 @@
 #include "daemon/rpc/message.hpp"
 #include "daemon/rpc/method.hpp"
 
+namespace rpc_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::rpc;
@@ -144,3 +146,5 @@ TEST_CASE("An error keeps its parts apart and names its block") {
   CHECK(out["data"]["hint"] == "Look again");
   CHECK(out["data"]["retryable"] == false);
 }
+
+}  // namespace rpc_test

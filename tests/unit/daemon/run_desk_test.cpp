@@ -8,6 +8,8 @@
 #include "daemon/recorder/recorder.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace run_desk_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -383,3 +385,5 @@ TEST_CASE("a stop waits for the longest repetition that may be under way") {
   if (!checked) FAIL(to_string(checked.error()));
   CHECK(deadlines_of(checked->plan).trial > std::chrono::seconds(800));
 }
+
+}  // namespace run_desk_test

@@ -6,6 +6,8 @@
 
 #include "daemon/control/run_machine.hpp"
 
+namespace run_machine_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -165,3 +167,5 @@ TEST_CASE("A plan of centuries has its deadlines ahead") {
   CHECK(centuries.running > Deadlines::of(1e9, 1).running);
   CHECK(centuries.trial > Deadlines::of(1, 1e9).trial);
 }
+
+}  // namespace run_machine_test

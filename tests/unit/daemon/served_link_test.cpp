@@ -18,6 +18,8 @@
 #include "daemon/serve/rig_server.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace served_link_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace std::chrono_literals;
@@ -342,3 +344,5 @@ TEST_CASE("drivers say which port is gone, stay faulted, and open anew on the sa
     run(rig.loop, [&] { return device->driver().state() == DriverState::open; });
   }
 }
+
+}  // namespace served_link_test

@@ -9,6 +9,8 @@
 #include "daemon/report/simulation_words.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace simulation_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -201,3 +203,5 @@ TEST_CASE("What a run says of its simulation is read back whole") {
   CHECK_FALSE(simulation_note_from("{}"));
   CHECK_FALSE(simulation_note_from("no"));
 }
+
+}  // namespace simulation_test

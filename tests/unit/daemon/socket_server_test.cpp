@@ -15,6 +15,8 @@
 #include "daemon/server/errands.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace socket_server_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::server;
@@ -268,3 +270,5 @@ TEST_CASE("Clients that are known keep their places: a full port refuses, the so
   CHECK(local.ask("session.open", open_params).contains("result"));
   CHECK(known.front().ask("session.open", open_params).contains("error"));
 }
+
+}  // namespace socket_server_test

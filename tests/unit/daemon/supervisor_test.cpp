@@ -5,6 +5,8 @@
 
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace supervisor_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using test::TrialBench;
@@ -173,3 +175,5 @@ TEST_CASE("a stage that goes a tenth of its speed is found while it slides") {
   CHECK(g.supervisor->result()->error->message == "a stage does not follow its commands");
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
+
+}  // namespace supervisor_test

@@ -9,6 +9,8 @@
 #include "recipes/engine/sweep_warnings.hpp"
 #include "tests/unit/daemon/swept_data.hpp"
 
+namespace swept_cells_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test_sweep;
@@ -112,3 +114,5 @@ TEST_CASE("An exploration none of whose cells is left is named, the others are a
   REQUIRE(a.without.size() == 1);
   CHECK_THAT(left_out_words(a), Catch::StartsWith("Left out, tap: no cell can be analysed"));
 }
+
+}  // namespace swept_cells_test

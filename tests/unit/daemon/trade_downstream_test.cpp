@@ -10,6 +10,8 @@
 
 #include "daemon/trade/sim/downstream_page.hpp"
 
+namespace trade_downstream_test {
+
 using namespace weft;
 using namespace weft::daemon;
 
@@ -135,3 +137,5 @@ TEST_CASE("too few seeds or trials to compare levels are refused") {
   options.campaign.trials = 2;
   CHECK_FALSE(measure_downstream(library(), options));
 }
+
+}  // namespace trade_downstream_test

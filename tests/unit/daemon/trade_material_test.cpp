@@ -7,6 +7,8 @@
 #include "classifier/features/extract.hpp"
 #include "tests/unit/daemon/trade_fixture.hpp"
 
+namespace trade_material_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using trade_test::campaign_set;
@@ -76,3 +78,5 @@ TEST_CASE("joined explorations stand side by side, each row one repetition of on
     CHECK(std::equal(alone->begin(), alone->end(), joined->features.values.row(r).begin()));
   }
 }
+
+}  // namespace trade_material_test

@@ -11,6 +11,8 @@
 #include "daemon/trade/measure_classifier.hpp"
 #include "tests/unit/daemon/trade_fixture.hpp"
 
+namespace trade_measure_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using trade_test::campaign_set;
@@ -327,3 +329,5 @@ TEST_CASE("a family that does not exist is refused with the one that was meant")
   CHECK(wrong.error().hint == "Did you mean learner?");
   CHECK(trade_family_from("zebra").error().hint.empty());
 }
+
+}  // namespace trade_measure_test

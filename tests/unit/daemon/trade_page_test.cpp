@@ -10,6 +10,8 @@
 #include "daemon/trade/trade_page.hpp"
 #include "tests/unit/daemon/report_fixture.hpp"
 
+namespace trade_page_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using report_test::count_of;
@@ -283,3 +285,5 @@ TEST_CASE("the JSON comes back as it went in, with the fronts marked") {
   CHECK(set["fronts"]["answer_s"] == nlohmann::json({"fast", "default"}));
   CHECK(set["fronts"]["contact_s"] == nlohmann::json({"fast", "default", "equal"}));
 }
+
+}  // namespace trade_page_test

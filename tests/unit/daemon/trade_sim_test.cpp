@@ -18,6 +18,8 @@
 #include "daemon/trade/sim/sim_watch.hpp"
 #include "sim/plant/fidelity/table.hpp"
 
+namespace trade_sim_test {
+
 using namespace weft;
 using namespace weft::daemon;
 
@@ -286,3 +288,5 @@ TEST_CASE("weft trade sim writes page, data and a table that the knob can read")
   }
   CHECK(slides);
 }
+
+}  // namespace trade_sim_test

@@ -6,6 +6,8 @@
 
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace verb_table_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::control;
@@ -186,3 +188,5 @@ TEST_CASE("Every verb in every state does what the page of them says") {
   if (std::getenv("WEFT_WRITE_DOCS") != nullptr) test::write_file(verbs_page, told);
   CHECK(test::read_file(verbs_page) == told);
 }
+
+}  // namespace verb_table_test

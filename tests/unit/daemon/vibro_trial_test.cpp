@@ -10,6 +10,8 @@
 #include "sim/rig/rig_config.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
+namespace vibro_trial_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
@@ -165,3 +167,5 @@ TEST_CASE(
   REQUIRE_FALSE(run);
   CHECK(to_string(run.error()).find("sends sound at another rate") != std::string::npos);
 }
+
+}  // namespace vibro_trial_test

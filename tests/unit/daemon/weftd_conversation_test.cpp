@@ -8,6 +8,8 @@
 #include "daemon/server/conversation.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
+namespace weftd_conversation_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::server;
@@ -346,3 +348,5 @@ TEST_CASE("Stops are told as what changes something") {
       found += method["x-changes"] == true ? 1 : 0;
   CHECK(found == 2);
 }
+
+}  // namespace weftd_conversation_test

@@ -5,6 +5,8 @@
 #include "protocols/base/crc.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace campaign_damage_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -139,3 +141,5 @@ TEST_CASE(
   // Samples have CRCs; SQLite's catalogue rows (names, times) have none: docs/dataset.md says so.
   CHECK(unnoticed <= 2);
 }
+
+}  // namespace campaign_damage_test

@@ -5,6 +5,8 @@
 
 #include "tests/unit/dataset/support.hpp"
 
+namespace digest_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -114,3 +116,5 @@ TEST_CASE("the words for bench kinds and outcomes go both ways") {
   CHECK_FALSE(bench_kind_from("Simulated").has_value());
   CHECK_FALSE(trial_outcome_from("").has_value());
 }
+
+}  // namespace digest_test

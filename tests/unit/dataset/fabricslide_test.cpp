@@ -4,6 +4,8 @@
 #include "daemon/dataset/import.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace fabricslide_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -106,3 +108,5 @@ TEST_CASE("the real fabricslide set is read whole") {
   CHECK(samples == 445915 - 644);  // lines less headers, by wc
   CHECK(dataset->info.taxel_rate_hz == Approx(35.7).epsilon(0.02));
 }
+
+}  // namespace fabricslide_test

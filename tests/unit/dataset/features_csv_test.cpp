@@ -6,6 +6,8 @@
 #include "daemon/dataset/import.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace features_csv_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -78,3 +80,5 @@ TEST_CASE("a sweep's factors stand beside the features of their trials and of th
   features.files[0] = "a+b";  // of two trials: no one setting
   CHECK(factor_columns(dataset, features).names.empty());
 }
+
+}  // namespace features_csv_test

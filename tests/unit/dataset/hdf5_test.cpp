@@ -13,6 +13,8 @@
 #include "daemon/dataset/hdf5_handle.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace hdf5_test {
+
 /// The HDF5 library forgets memory when it gives up on a damaged file. Read by the leak sanitizer
 /// only.
 extern "C" const char* __lsan_default_suppressions();  // NOLINT(bugprone-reserved-identifier)
@@ -371,3 +373,5 @@ TEST_CASE("columns are written with the library to oneself, digests made with it
   CHECK(free == dataset.trials.size());
   CHECK(taken > 0);
 }
+
+}  // namespace hdf5_test

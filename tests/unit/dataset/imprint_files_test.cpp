@@ -11,7 +11,7 @@
 #include "daemon/imprint/tables.hpp"
 #include "tests/unit/dataset/support.hpp"
 
-namespace weft::daemon::test {
+namespace weft::daemon::test::imprint_files_test {
 namespace {
 
 using classifier::imprint::Image;
@@ -226,4 +226,4 @@ TEST_CASE("hysteresis: what a cover remembers makes imprints stronger") {
 }
 
 }  // namespace
-}  // namespace weft::daemon::test
+}  // namespace weft::daemon::test::imprint_files_test

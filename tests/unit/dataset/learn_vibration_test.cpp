@@ -6,7 +6,7 @@
 
 #include "daemon/handover/learn_vibration.hpp"
 
-namespace weft::daemon {
+namespace weft::daemon::learn_vibration_test {
 namespace {
 
 namespace vibro = classifier::vibro;
@@ -103,4 +103,4 @@ TEST_CASE("A hand-over from vibration stops when it is told to, and needs slides
 }
 
 }  // namespace
-}  // namespace weft::daemon
+}  // namespace weft::daemon::learn_vibration_test

@@ -14,6 +14,8 @@
 #include "daemon/recorder/sqlite.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace live_file_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -115,3 +117,5 @@ TEST_CASE("a campaign ends while somebody has its file open, and the file is who
   CHECK_FALSE(expects_log(alone).value());
   CHECK(verify(path)->findings.empty());
 }
+
+}  // namespace live_file_test

@@ -8,6 +8,8 @@
 #include "daemon/recorder/sqlite.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace log_check_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -207,3 +209,5 @@ TEST_CASE("a campaign file says that it lacks its log, also after the log was fo
   CHECK(rows_without_log(1) == 0);
   CHECK(rows_without_log(40) >= 30);
 }
+
+}  // namespace log_check_test

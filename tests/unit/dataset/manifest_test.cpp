@@ -4,6 +4,8 @@
 #include "daemon/dataset/import.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace manifest_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -191,3 +193,5 @@ TEST_CASE("trials of different channel counts do not make one set") {
   CHECK(error.message == "another number of channels than a.csv");
   CHECK(error.where.ends_with("m.csv:3: b.csv"));
 }
+
+}  // namespace manifest_test

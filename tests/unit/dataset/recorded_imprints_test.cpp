@@ -8,7 +8,7 @@
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "tests/unit/dataset/support.hpp"
 
-namespace weft::daemon::test {
+namespace weft::daemon::test::recorded_imprints_test {
 namespace {
 
 constexpr const char* identity =
@@ -84,4 +84,4 @@ TEST_CASE("without a device that tells of rows and columns there are no scans") 
   CHECK_FALSE(holds_scans(Dataset{}));
 }
 
-}  // namespace weft::daemon::test
+}  // namespace weft::daemon::test::recorded_imprints_test

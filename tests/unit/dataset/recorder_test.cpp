@@ -8,6 +8,8 @@
 
 #include "tests/unit/dataset/support.hpp"
 
+namespace recorder_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -354,3 +356,5 @@ TEST_CASE("the forecast covers what a campaign takes, and the free space is comp
   CHECK(refused.error().message == "not enough free space");
   CHECK_FALSE(check_space(folder / "absent", 1));
 }
+
+}  // namespace recorder_test

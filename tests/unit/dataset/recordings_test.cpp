@@ -10,7 +10,7 @@
 #include "daemon/recordings/sound_file.hpp"
 #include "tests/unit/dataset/support.hpp"
 
-namespace weft::daemon {
+namespace weft::daemon::recordings_test {
 namespace {
 
 using classifier::vibro::Recording;
@@ -310,4 +310,4 @@ TEST_CASE("A hand-over takes one exploration, its repetitions dealt into groups"
 }
 
 }  // namespace
-}  // namespace weft::daemon
+}  // namespace weft::daemon::recordings_test

@@ -2,6 +2,8 @@
 
 #include "daemon/dataset/sha256.hpp"
 
+namespace sha256_test {
+
 using namespace weft::daemon;
 
 TEST_CASE("SHA-256 gives the examples of FIPS 180-4 and NIST's million a") {
@@ -62,3 +64,5 @@ TEST_CASE("the processor's own instructions and the portable code agree on every
     message.push_back(static_cast<std::uint8_t>(n * n + 13 * n));
   }
 }
+
+}  // namespace sha256_test

@@ -8,6 +8,8 @@
 #include "daemon/recorder/sqlite.hpp"
 #include "tests/unit/dataset/support.hpp"
 
+namespace vibration_record_test {
+
 using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test;
@@ -131,3 +133,5 @@ TEST_CASE(
   REQUIRE(recorder.finish());
   CHECK(load_campaign(folder / "c.weft").value().records[0].sound.blocks() == 2);
 }
+
+}  // namespace vibration_record_test

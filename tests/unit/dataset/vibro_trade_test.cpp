@@ -7,7 +7,7 @@
 #include "daemon/trade/measure_vibro.hpp"
 #include "daemon/trade/vibro_tables.hpp"
 
-namespace weft::daemon {
+namespace weft::daemon::vibro_trade_test {
 namespace {
 
 namespace vibro = classifier::vibro;
@@ -106,4 +106,4 @@ TEST_CASE("Too few timings and recordings too short for their blocks are refused
 }
 
 }  // namespace
-}  // namespace weft::daemon
+}  // namespace weft::daemon::vibro_trade_test

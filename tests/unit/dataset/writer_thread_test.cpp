@@ -10,6 +10,8 @@
 
 #include "daemon/loop/real_time.hpp"
 
+namespace writer_thread_test {
+
 using namespace weft;
 using namespace weft::daemon;
 
@@ -67,3 +69,5 @@ TEST_CASE("a disk that does not answer holds nobody up, and is an error once too
   }
   CHECK(refused);
 }
+
+}  // namespace writer_thread_test

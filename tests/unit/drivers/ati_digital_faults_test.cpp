@@ -4,6 +4,8 @@
 
 #include "tests/unit/drivers/ati_digital_support.hpp"
 
+namespace ati_digital_faults_test {
+
 using namespace weft;
 using namespace weft::testing;
 using Bench = DigitalBench;
@@ -219,3 +221,5 @@ TEST_CASE("streaming gauge records allocates nothing") {
   CHECK(allocations() - before == 0);
   CHECK(bench.host.published == published + 1001);
 }
+
+}  // namespace ati_digital_faults_test

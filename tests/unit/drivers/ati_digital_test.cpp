@@ -2,6 +2,8 @@
 
 #include "tests/unit/drivers/ati_digital_support.hpp"
 
+namespace ati_digital_test {
+
 using namespace weft;
 using namespace weft::testing;
 using Bench = DigitalBench;
@@ -125,3 +127,5 @@ TEST_CASE("a bias makes the present reading zero, and the rating still means the
   CHECK(bench.last().valid);
   CHECK(bench.driver->command(MoveCommand{}).error().code == Errc::unsupported);
 }
+
+}  // namespace ati_digital_test

@@ -11,6 +11,8 @@
 #include "protocols/apt/stage_scale.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
+namespace config_test {
+
 using namespace weft;
 using namespace weft::testing;
 using drivers::ati_netft_entry;
@@ -187,3 +189,5 @@ TEST_CASE("a timer that is started again moves, and one that is destroyed never 
   loop.advance(5);
   CHECK(fired == 1);
 }
+
+}  // namespace config_test

@@ -14,6 +14,8 @@
 #include "tests/unit/drivers/fakes.hpp"
 #include "tests/unit/hostile_json.hpp"
 
+namespace hostile_config_test {
+
 using namespace weft;
 using namespace weft::testing;
 
@@ -79,3 +81,5 @@ TEST_CASE("counts at the ends of 32 bits are finite forces that are marked as wr
     }
   }
 }
+
+}  // namespace hostile_config_test

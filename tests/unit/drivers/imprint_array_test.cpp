@@ -7,6 +7,8 @@
 #include "protocols/imprint/imprint.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
+namespace imprint_array_test {
+
 using namespace weft;
 using namespace weft::testing;
 namespace imprint = protocols::imprint;
@@ -247,3 +249,5 @@ TEST_CASE("an imprint stream allocates nothing") {
   CHECK(allocations() - before == 0);
   CHECK(bench.host.published == 49);
 }
+
+}  // namespace imprint_array_test

@@ -5,6 +5,8 @@
 #include "protocols/rdt/rdt.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
+namespace netft_test {
+
 using namespace weft;
 using namespace weft::testing;
 namespace rdt = protocols::rdt;
@@ -256,3 +258,5 @@ TEST_CASE("streaming wrenches allocates nothing") {
   CHECK(allocations() - before == 0);
   CHECK(bench.host.published == 1001);
 }
+
+}  // namespace netft_test

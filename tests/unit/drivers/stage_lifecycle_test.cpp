@@ -5,6 +5,8 @@
 
 #include "tests/unit/drivers/stage_bench.hpp"
 
+namespace stage_lifecycle_test {
+
 using namespace weft;
 using namespace weft::testing;
 using apt::MessageId;
@@ -377,3 +379,5 @@ TEST_CASE("the front panel flashes when the configuration asks for it") {
   const Bytes written = bench.link().take_written();
   CHECK(Bytes(written.end() - 6, written.end()) == hex("23 02 01 00 50 01"));
 }
+
+}  // namespace stage_lifecycle_test

@@ -2,6 +2,8 @@
 
 #include "tests/unit/drivers/stage_bench.hpp"
 
+namespace stage_motion_test {
+
 using namespace weft;
 using namespace weft::testing;
 using apt::MessageId;
@@ -363,3 +365,5 @@ TEST_CASE("the servo path and the status path allocate nothing in steady state")
   CHECK(failures == 0);
   CHECK(bench.host.published == 1051);
 }
+
+}  // namespace stage_motion_test

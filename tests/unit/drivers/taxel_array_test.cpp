@@ -6,6 +6,8 @@
 #include "protocols/taxel/taxel.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
+namespace taxel_array_test {
+
 using namespace weft;
 using namespace weft::testing;
 namespace taxel = protocols::taxel;
@@ -212,3 +214,5 @@ TEST_CASE("streaming taxels allocates nothing") {
   CHECK(allocations() - before == 0);
   CHECK(bench.host.published == 501);
 }
+
+}  // namespace taxel_array_test

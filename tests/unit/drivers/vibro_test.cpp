@@ -8,6 +8,8 @@
 #include "protocols/vibro/vibro.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
+namespace vibro_test {
+
 using namespace weft;
 using namespace weft::testing;
 namespace vibro = protocols::vibro;
@@ -389,3 +391,5 @@ TEST_CASE("blocks cross the C ABI unchanged, and broken ones are refused") {
   bad.struct_size = 8;
   CHECK(refused_as(bad, WEFT_SOUND_SAMPLE).find("size") != std::string::npos);
 }
+
+}  // namespace vibro_test

@@ -7,6 +7,8 @@
 #include "sim/devices/faults/faulty_wire.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace fault_config_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -145,3 +147,5 @@ TEST_CASE("a board without faults throws no dice, and windows open and close in 
   CHECK(board.next_edge(late.from) == late.until);
   CHECK(board.active(FaultKind::drop, late.until) == nullptr);
 }
+
+}  // namespace fault_config_test

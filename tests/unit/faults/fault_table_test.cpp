@@ -14,6 +14,8 @@
 #include "tests/unit/faults/fault_bench.hpp"
 #include "tests/unit/faults/fault_rows.hpp"
 
+namespace fault_table_test {
+
 using namespace weft;
 using namespace weft::testing;
 
@@ -178,3 +180,5 @@ TEST_CASE("the same seed lets the same faults befall the same samples") {
   };
   CHECK(lost() == lost());
 }
+
+}  // namespace fault_table_test

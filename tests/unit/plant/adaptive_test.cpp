@@ -5,6 +5,8 @@
 
 #include "tests/unit/plant/dynamic_support.hpp"
 
+namespace adaptive_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -164,3 +166,5 @@ TEST_CASE("a velocity that is not a number along any axis is stepped as by equal
     }
   }
 }
+
+}  // namespace adaptive_test

@@ -7,6 +7,8 @@
 
 #include "tests/unit/plant/support.hpp"
 
+namespace algebraic_test {
+
 using namespace weft;
 using namespace weft::sim;
 using test::level_plate;
@@ -104,3 +106,5 @@ TEST_CASE("on a faint texture levels L0 and L1 press the pads alike, on a strong
     CHECK(worst < 10);
   }
 }
+
+}  // namespace algebraic_test

@@ -11,6 +11,8 @@
 #include "sim/plant/stage.hpp"
 #include "tests/unit/plant/support.hpp"
 
+namespace closed_forms_test {
+
 using namespace weft;
 using namespace weft::sim;
 using test::level_plate;
@@ -105,3 +107,5 @@ TEST_CASE("(14) a stage of 1 um in a proportional loop hunts by one quantum of f
       CHECK((low < set_n && set_n < high));
     }
 }
+
+}  // namespace closed_forms_test

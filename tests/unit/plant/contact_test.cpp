@@ -7,6 +7,8 @@
 #include "sim/plant/plant.hpp"
 #include "tests/unit/plant/support.hpp"
 
+namespace contact_test {
+
 using namespace weft;
 using namespace weft::sim;
 using test::level_plate;
@@ -188,3 +190,5 @@ TEST_CASE("a rising stage load is loading at any step, through the corner of the
     CHECK(fine.normal_n == Approx(coarse.normal_n).epsilon(1e-3));
   }
 }
+
+}  // namespace contact_test

@@ -10,6 +10,8 @@
 
 #include "tests/unit/plant/dynamic_support.hpp"
 
+namespace dynamic_extremes_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -167,3 +169,5 @@ TEST_CASE("parameters that cannot be are refused with a sentence that names them
   dynamics.integrator = static_cast<Integrator>(9);
   CHECK_FALSE(check(geometry, mount, material, dynamics));
 }
+
+}  // namespace dynamic_extremes_test

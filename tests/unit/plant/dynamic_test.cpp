@@ -8,6 +8,8 @@
 #include "protocols/base/units.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"
 
+namespace dynamic_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -335,3 +337,5 @@ TEST_CASE("contact is lost and found again without a trace of the first") {
     CHECK(peaks[1] == Approx(peaks[0]).epsilon(1e-3));
   }
 }
+
+}  // namespace dynamic_test

@@ -15,6 +15,8 @@
 #include "sim/plant/stage.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"
 
+namespace extremes_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -358,3 +360,5 @@ TEST_CASE("a whole plant that is looked into and moved elsewhere goes on bit for
     same_bits(second.contact(), single.contact());
   }
 }
+
+}  // namespace extremes_test

@@ -6,6 +6,8 @@
 
 #include "tests/unit/plant/support.hpp"
 
+namespace fabric_law_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -55,3 +57,5 @@ TEST_CASE("figures that no cloth has are refused") {
     CHECK_FALSE(law_from_kes({0.3, 0.3, bad == 1.0 ? 1.01 : bad}).has_value());
   }
 }
+
+}  // namespace fabric_law_test

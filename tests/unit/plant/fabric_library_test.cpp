@@ -8,6 +8,8 @@
 #include "sim/plant/plant.hpp"
 #include "tests/unit/plant/support.hpp"
 
+namespace fabric_library_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -140,3 +142,5 @@ TEST_CASE("material and spread that cannot be are refused with the cloth's name"
   wild.tilt = nan;
   CHECK_THAT(refused(table.params, wild), Catch::Contains("tilt"));
 }
+
+}  // namespace fabric_library_test

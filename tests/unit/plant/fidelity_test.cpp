@@ -5,6 +5,8 @@
 
 #include "sim/plant/fidelity/table.hpp"
 
+namespace fidelity_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -185,3 +187,5 @@ TEST_CASE("a setting is compared with a quarter of its step and with the level a
     CHECK(setting_of(params) == setting);
   }
 }
+
+}  // namespace fidelity_test

@@ -7,6 +7,8 @@
 
 #include "sim/plant/random.hpp"
 
+namespace half_space_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -256,3 +258,5 @@ TEST_CASE("A half-space that cannot be is refused with a sentence") {
   REQUIRE(impatient.has_value());
   CHECK(impatient->press(map_of(32, 1e-3, sphere), 5).error().code == Errc::timeout);
 }
+
+}  // namespace half_space_test

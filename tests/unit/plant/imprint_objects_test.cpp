@@ -7,6 +7,8 @@
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/imprint/taxels.hpp"
 
+namespace imprint_objects_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -220,3 +222,5 @@ TEST_CASE("Taxel parameters and pressures that cannot be are refused") {
   CHECK_FALSE(read_taxels(quiet, uniform(1), other, 1).has_value());
   CHECK(count_of(1e-310, cover) == 0);
 }
+
+}  // namespace imprint_objects_test

@@ -6,6 +6,8 @@
 #include "sim/plant/lanes_math.hpp"
 #include "sim/plant/random.hpp"
 
+namespace lanes_test {
+
 using namespace weft::sim;
 
 namespace {
@@ -88,3 +90,5 @@ TEST_CASE("square roots of lanes are the processor's") {
     for (std::size_t k = 0; k < simd::width; ++k) CHECK(simd::sqrt(x)[k] == std::sqrt(x[k]));
   }
 }
+
+}  // namespace lanes_test

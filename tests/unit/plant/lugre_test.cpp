@@ -8,6 +8,8 @@
 
 #include "sim/plant/dynamic/glide.hpp"
 
+namespace lugre_test {
+
 using namespace weft::sim;
 
 namespace {
@@ -332,3 +334,5 @@ TEST_CASE("both methods are of second order over a slide that starts from rest")
     CHECK(std::log2(coarse / fine) == Approx(2).margin(0.15));
   }
 }
+
+}  // namespace lugre_test

@@ -8,6 +8,8 @@
 #include "sim/plant/mount.hpp"
 #include "sim/plant/relaxation.hpp"
 
+namespace mechanisms_test {
+
 using namespace weft::sim;
 
 namespace {
@@ -104,3 +106,5 @@ TEST_CASE("the mount pushes, rests or carries") {
   CHECK(mount.force_n(-mount.slack_m / 2) == 0);
   CHECK(mount.force_n(mount.hanging_extension_m()) == Approx(-mount.weight_n()).epsilon(1e-12));
 }
+
+}  // namespace mechanisms_test

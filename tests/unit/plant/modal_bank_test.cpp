@@ -9,6 +9,8 @@
 #include "sim/plant/modal/oscillator.hpp"
 #include "sim/plant/random.hpp"
 
+namespace modal_bank_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -221,3 +223,5 @@ TEST_CASE("Banks that cannot be are refused with a sentence") {
         "mode 0: frequency_hz: a mode is not within the band (expected 0.016000 to 7840.000000, "
         "got 9000.000000). Raise the rate or leave the mode out.");
 }
+
+}  // namespace modal_bank_test

@@ -5,6 +5,8 @@
 #include "sim/plant/plant.hpp"
 #include "tests/unit/plant/modal_sounding_support.hpp"
 
+namespace modal_sounding_runs_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -224,3 +226,5 @@ TEST_CASE("The plant delivers vibrations at level L3 and none below") {
   REQUIRE_FALSE(refused.has_value());
   CHECK(to_string(refused.error()).find("microphone: period_ns") != std::string::npos);
 }
+
+}  // namespace modal_sounding_runs_test

@@ -3,6 +3,8 @@
 
 #include "tests/unit/plant/modal_sounding_support.hpp"
 
+namespace modal_sounding_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -158,3 +160,5 @@ TEST_CASE("Yarns that lie askew are heard at the pitch along the path") {
   const double line = speed_mps / pitch_m * 62.5e-6;
   CHECK(amplitude_at(z, line / 2) > 100 * amplitude_at(z, line));
 }
+
+}  // namespace modal_sounding_test

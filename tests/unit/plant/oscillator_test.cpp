@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+namespace oscillator_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -207,3 +209,5 @@ TEST_CASE("Oscillators that cannot be are refused; the extremes that can be stay
         if (h == 0) CHECK(state.x_m == 1e-3);
       }
 }
+
+}  // namespace oscillator_test

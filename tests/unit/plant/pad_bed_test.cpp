@@ -5,6 +5,8 @@
 
 #include "tests/unit/plant/support.hpp"
 
+namespace pad_bed_test {
+
 using namespace weft::sim;
 
 namespace {
@@ -76,3 +78,5 @@ TEST_CASE("a face above the cloth presses nothing and makes no texture") {
   CHECK(above.pressure_pa == PadBed::Values{});
   CHECK(above.bed.tiles() == 0);
 }
+
+}  // namespace pad_bed_test

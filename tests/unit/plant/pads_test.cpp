@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+namespace pads_test {
+
 using namespace weft::sim;
 
 namespace {
@@ -188,3 +190,5 @@ TEST_CASE("a scan at once gives the counts of its stages one by one") {
     REQUIRE(whole.counts() == staged.counts());
   }
 }
+
+}  // namespace pads_test

@@ -8,6 +8,8 @@
 #include "sim/plant/plant.hpp"
 #include "tests/unit/plant/support.hpp"
 
+namespace plant_levels_test {
+
 using namespace weft;
 using namespace weft::sim;
 using test::plate_z;
@@ -158,3 +160,5 @@ TEST_CASE("looks in between and poses that nobody reaches change nothing of a sc
   CHECK(alone.pad_counts() == looked_at.pad_counts());
   CHECK(alone.contact().normal_n == looked_at.contact().normal_n);
 }
+
+}  // namespace plant_levels_test

@@ -10,6 +10,8 @@
 #include "sim/plant/texture_map.hpp"
 #include "tests/unit/plant/support.hpp"
 
+namespace precision_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -59,3 +61,5 @@ TEST_CASE("a million moves of 20 nm are 20 mm, and a tick counts the same after 
   CHECK(stage.position(later + Duration(1'000'000)) - from_m ==
         Approx(0.5 * 20e-3 * 1e-6).margin(1e-14));
 }
+
+}  // namespace precision_test

@@ -6,6 +6,8 @@
 #include "sim/plant/random.hpp"
 #include "sim/plant/stage.hpp"
 
+namespace profile_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -134,3 +136,5 @@ TEST_CASE("a stage stays inside its travel, stands on its quantum and has play")
   stage.move_to(0.1 + 4.4e-6, {0.1, 1}, stage.end());
   CHECK(stage.carriage(stage.end()) == Approx(0.1 + 5e-6).epsilon(1e-12));
 }
+
+}  // namespace profile_test

@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace scene_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -55,3 +57,5 @@ TEST_CASE("A scene says what it needs in words") {
                   {Channel::stages, Channel::taxels, Channel::wrench},
                   {Trait::regulated_force}}) == "taxel counts, a wrench and a regulated force");
 }
+
+}  // namespace scene_test

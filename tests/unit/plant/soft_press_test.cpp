@@ -4,6 +4,8 @@
 #include "tests/bench/soft_press.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"
 
+namespace soft_press_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -28,3 +30,5 @@ TEST_CASE("on a bare press the error of level L2 is no more than the notes' at t
       CHECK(error(press.quasistatic()) == Approx(SoftPress::notes_l1_error).epsilon(0.05));
   }
 }
+
+}  // namespace soft_press_test

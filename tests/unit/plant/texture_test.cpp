@@ -7,6 +7,8 @@
 #include "sim/plant/texture_map.hpp"
 #include "tests/unit/plant/support.hpp"
 
+namespace texture_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -176,3 +178,5 @@ TEST_CASE("a cloth without texture is smooth") {
   CHECK(map.response(1e-3, 2e-3, cursor) == 1);
   CHECK(map.tiles() == 0);
 }
+
+}  // namespace texture_test

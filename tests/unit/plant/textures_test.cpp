@@ -11,6 +11,8 @@
 #include "sim/plant/plant.hpp"
 #include "tests/unit/plant/support.hpp"
 
+namespace textures_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -79,3 +81,5 @@ TEST_CASE("without a grain a surface rubs as the parameters say; no grain makes 
   point.face_half_width_m = 0;
   CHECK(Rubbing::make(with_grain(point, 5e-3), {}, 1).has_value());
 }
+
+}  // namespace textures_test

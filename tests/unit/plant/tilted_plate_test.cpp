@@ -8,6 +8,8 @@
 #include "sim/plant/plant.hpp"
 #include "tests/unit/plant/support.hpp"
 
+namespace tilted_plate_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -134,3 +136,5 @@ TEST_CASE("a tilted plate loads the pads on its high side, and levelling evens t
   CHECK(share_of_high_side(0) > 0.6);
   CHECK(share_of_high_side(0.02 * deg) == Approx(0.5).margin(1e-9));
 }
+
+}  // namespace tilted_plate_test

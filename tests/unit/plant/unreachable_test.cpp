@@ -9,6 +9,8 @@
 #include "sim/plant/algebraic/algebraic_contact.hpp"
 #include "tests/unit/plant/dynamic_support.hpp"
 
+namespace unreachable_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -63,3 +65,5 @@ TEST_CASE("poses that are not places and times that are not times change nothing
     }
   }
 }
+
+}  // namespace unreachable_test

@@ -8,6 +8,8 @@
 
 #include "tests/unit/plant/modal_sounding_support.hpp"
 
+namespace vibration_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::sim::test;
@@ -342,3 +344,5 @@ TEST_CASE("Vibrations that cannot be are refused, whichever field is wrong") {
   params.step_ns = 0;
   CHECK_FALSE(Vibration::make(params, {}, 1).has_value());
 }
+
+}  // namespace vibration_test

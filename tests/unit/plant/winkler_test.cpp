@@ -8,6 +8,8 @@
 
 #include "sim/plant/random.hpp"
 
+namespace winkler_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -171,3 +173,5 @@ TEST_CASE("A part of an imprint is cut out with its own contact fraction") {
   CHECK_FALSE(part_of(whole, 1, 0, 2, 3).has_value());
   CHECK_FALSE(part_of(whole, 0, 0, 0, 1).has_value());
 }
+
+}  // namespace winkler_test

@@ -4,6 +4,8 @@
 #include "protocols/apt/apt.hpp"
 #include "tests/unit/protocols/streams.hpp"
 
+namespace apt_test {
+
 using namespace weft;
 using namespace weft::protocols::apt;
 using weft::testing::random_bytes;
@@ -221,3 +223,5 @@ TEST_CASE("a message in progress is forgotten on request") {
   CHECK(splitter.next(message));
   CHECK(splitter.skipped_bytes() == 0);
 }
+
+}  // namespace apt_test

@@ -6,6 +6,8 @@
 #include "protocols/apt/apt.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
+namespace apt_vectors_test {
+
 using namespace weft;
 using namespace weft::protocols::apt;
 using nlohmann::json;
@@ -227,3 +229,5 @@ TEST_CASE("counts that do not fit 32 bits are refused, and so are NaN and infini
   CHECK_FALSE(velocity_to_counts(lts, std::numeric_limits<double>::infinity()));
   CHECK(acceleration_to_counts(lts, 1e300).error().code == Errc::range);
 }
+
+}  // namespace apt_vectors_test

@@ -8,6 +8,8 @@
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
+namespace ati_digital_test {
+
 using namespace weft;
 using namespace weft::protocols::ati_digital;
 using weft::testing::from_hex;
@@ -309,3 +311,5 @@ TEST_CASE("the status word is told in words") {
   CHECK(status_text(0).empty());
   CHECK(status_text(1U << 2 | 1U << 7) == "excitation voltage low, EEPROM");
 }
+
+}  // namespace ati_digital_test

@@ -6,6 +6,8 @@
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
+namespace imprint_test {
+
 using namespace weft;
 using namespace weft::protocols::imprint;
 using weft::testing::from_hex;
@@ -209,3 +211,5 @@ TEST_CASE("noise gives no imprint frames, and a splitter that nobody drains stay
   for (int i = 0; i < 20; ++i) full.push(Bytes(10000, protocols::imprint::sync[0]));
   CHECK(full.skipped_bytes() == 20 * 10000 - Splitter::capacity);
 }
+
+}  // namespace imprint_test

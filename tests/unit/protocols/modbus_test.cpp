@@ -7,6 +7,8 @@
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
+namespace modbus_test {
+
 using namespace weft;
 using namespace weft::protocols::modbus;
 using nlohmann::json;
@@ -321,3 +323,5 @@ TEST_CASE("a reply answers a request of its kind, and an exception one of its fu
   CHECK_FALSE(
       answers(Vendor{Function::vendor_lock, 1}, Request(Vendor{Function::vendor_stream, 0x55})));
 }
+
+}  // namespace modbus_test

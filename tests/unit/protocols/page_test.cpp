@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace page_test {
+
 using namespace weft;
 using namespace weft::protocols::rdt;
 
@@ -116,3 +118,5 @@ TEST_CASE("requests are read with their query; what is no GET is refused") {
   for (const char* bad : {"", "GET", "POST / HTTP/1.1", "GET /"})
     CHECK_FALSE(decode_request_head(bad));
 }
+
+}  // namespace page_test

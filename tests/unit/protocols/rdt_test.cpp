@@ -6,6 +6,8 @@
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
+namespace rdt_test {
+
 using namespace weft;
 using namespace weft::protocols::rdt;
 using weft::testing::from_hex;
@@ -125,3 +127,5 @@ TEST_CASE("the sequence tracker counts on through the wrap") {
   narrow.observe(65535);
   CHECK(narrow.observe(4).lost == 4);
 }
+
+}  // namespace rdt_test

@@ -6,6 +6,8 @@
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
+namespace taxel_test {
+
 using namespace weft;
 using namespace weft::protocols::taxel;
 using weft::testing::from_hex;
@@ -216,3 +218,5 @@ TEST_CASE("a CAN scan with a part missing is dropped and counted, the next one i
   CHECK_FALSE(assembler.push(cpm::CanFrame{0x123, 8, {}}));
   CHECK_FALSE(assembler.push(cpm::CanFrame{0x405, 7, {}}));
 }
+
+}  // namespace taxel_test

@@ -6,6 +6,8 @@
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
+namespace tcp_command_test {
+
 using namespace weft;
 using namespace weft::protocols::rdt;
 using nlohmann::json;
@@ -101,3 +103,5 @@ TEST_CASE("units of a transform that the box does not have are refused") {
     CHECK(radians_per(none).error().code == Errc::unsupported);
   }
 }
+
+}  // namespace tcp_command_test

@@ -5,6 +5,8 @@
 #include "tests/unit/protocols/streams.hpp"
 #include "tests/unit/protocols/vectors.hpp"
 
+namespace vibro_test {
+
 using namespace weft;
 using namespace weft::protocols::vibro;
 using weft::testing::from_hex;
@@ -182,3 +184,5 @@ TEST_CASE("a vibro splitter that nobody drains stays bounded") {
   for (int i = 0; i < 20; ++i) splitter.push(Bytes(10000, protocols::vibro::sync[0]));
   CHECK(splitter.skipped_bytes() == 20 * 10000 - Splitter::capacity);
 }
+
+}  // namespace vibro_test

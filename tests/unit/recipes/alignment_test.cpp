@@ -8,6 +8,8 @@
 #include "protocols/base/units.hpp"
 #include "tests/unit/recipes/bench.hpp"
 
+namespace alignment_test {
+
 using namespace weft;
 using namespace weft::recipes;
 
@@ -291,3 +293,5 @@ TEST_CASE("Settings that do not fit the rig are refused before anything moves") 
   REQUIRE_FALSE(plan);
   CHECK_THAT(to_string(plan.error()), Catch::Contains("no room"));
 }
+
+}  // namespace alignment_test

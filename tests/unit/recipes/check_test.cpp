@@ -2,6 +2,8 @@
 
 #include "tests/unit/recipes/bench.hpp"
 
+namespace check_test {
+
 using namespace weft::recipes;
 using weft::recipes::test::limits;
 using weft::recipes::test::small_recipe;
@@ -257,3 +259,5 @@ TEST_CASE("Any single damaged byte gives a plan or a problem") {
       if (report.plan.has_value() != report.problems.empty()) FAIL("byte " << i);
     }
 }
+
+}  // namespace check_test

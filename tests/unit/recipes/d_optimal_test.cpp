@@ -8,6 +8,8 @@
 
 #include "tests/unit/recipes/bench.hpp"
 
+namespace d_optimal_test {
+
 using namespace weft::recipes;
 
 namespace {
@@ -83,3 +85,5 @@ TEST_CASE("Six and seven of 3 x 3 cells for a quadratic model are as good as any
     CHECK(found.d_efficiency == Approx(std::pow(best / information(rows, all), 1.0 / 6)));
   }
 }
+
+}  // namespace d_optimal_test

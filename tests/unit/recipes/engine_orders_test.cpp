@@ -4,6 +4,8 @@
 
 #include "tests/unit/recipes/engine_bench.hpp"
 
+namespace engine_orders_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::Bench;
@@ -239,3 +241,5 @@ TEST_CASE("Nothing happens after the end") {
                                                MotionDone{b.state.ticket}})
     CHECK(b.send(event).empty());
 }
+
+}  // namespace engine_orders_test

@@ -5,6 +5,8 @@
 
 #include "tests/unit/recipes/engine_bench.hpp"
 
+namespace engine_property_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::Bench;
@@ -197,3 +199,5 @@ TEST_CASE("Every trial that begins ends exactly once") {
     REQUIRE(begun == b.trials.size());
   }
 }
+
+}  // namespace engine_property_test

@@ -4,6 +4,8 @@
 
 #include "tests/unit/recipes/engine_bench.hpp"
 
+namespace engine_repeat_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::Bench;
@@ -97,3 +99,5 @@ TEST_CASE(
   reject(never);
   CHECK(never.trials[0].outcome == Outcome::complete);
 }
+
+}  // namespace engine_repeat_test

@@ -2,6 +2,8 @@
 
 #include "tests/unit/recipes/engine_bench.hpp"
 
+namespace engine_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::all_of;
@@ -214,3 +216,5 @@ TEST_CASE("A touch outside the travel, or not a number, fails the trial") {
     CHECK(b.trials[0].error->code == Errc::range);
   }
 }
+
+}  // namespace engine_test

@@ -4,6 +4,8 @@
 
 #include "tests/unit/recipes/engine_bench.hpp"
 
+namespace finally_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::Bench;
@@ -172,3 +174,5 @@ TEST_CASE("A place that the stages do not reach is refused before anything moves
   REQUIRE(report.problems.size() == 1);
   CHECK(report.problems[0].pointer == "/finally/on_stop/0/x_mm");
 }
+
+}  // namespace finally_test

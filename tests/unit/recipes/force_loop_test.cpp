@@ -8,6 +8,8 @@
 
 #include "tests/unit/recipes/press_model.hpp"
 
+namespace force_loop_test {
+
 using namespace weft::recipes;
 using test::Cloth;
 using test::cloths;
@@ -226,3 +228,5 @@ TEST_CASE("The settle detector wants the whole dwell without a break") {
   CHECK(detector.step(0.1, 0.011));
   CHECK_FALSE(detector.step(std::nan(""), 0.01));
 }
+
+}  // namespace force_loop_test

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+namespace guard_watch_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using namespace std::chrono_literals;
@@ -203,3 +205,5 @@ TEST_CASE("Values that are not numbers end nothing here: the guards on single re
   CHECK_FALSE(b.seen.too_fast);
   CHECK_FALSE(b.seen.not_following);
 }
+
+}  // namespace guard_watch_test

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+namespace guards_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using namespace std::chrono_literals;
@@ -258,3 +260,5 @@ TEST_CASE("The table of guards in recipes/README.md is the one in code, row by r
                       std::string(to_string(rule.action)) + " |");
   CHECK(documented == in_code);
 }
+
+}  // namespace guards_test

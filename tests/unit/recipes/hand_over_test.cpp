@@ -8,6 +8,8 @@
 
 #include "tests/unit/recipes/bench.hpp"
 
+namespace hand_over_test {
+
 using namespace weft::recipes;
 using test::small_recipe;
 using test::small_with;
@@ -94,3 +96,5 @@ TEST_CASE("Repetitions are dealt into runs of neighbours, each in one group, gro
       }
     }
 }
+
+}  // namespace hand_over_test

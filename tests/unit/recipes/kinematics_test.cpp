@@ -8,6 +8,8 @@
 
 #include "tests/unit/recipes/bench_geometry.hpp"
 
+namespace kinematics_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::bench_geometry;
@@ -131,3 +133,5 @@ TEST_CASE("Poses that are not numbers or lean a quarter turn are refused") {
     CHECK(joints.error().code == Errc::invalid_argument);
   }
 }
+
+}  // namespace kinematics_test

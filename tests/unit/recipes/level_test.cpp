@@ -7,6 +7,8 @@
 #include "tests/unit/recipes/bench.hpp"
 #include "tests/unit/recipes/bench_geometry.hpp"
 
+namespace level_test {
+
 using namespace weft::recipes;
 using test::rig_json;
 
@@ -102,3 +104,5 @@ TEST_CASE("a level in the rig file is read in degrees or radians, strictly and w
     CHECK(to_string(refused.error()).find("/plate/level") != std::string::npos);
   }
 }
+
+}  // namespace level_test

@@ -5,6 +5,8 @@
 
 #include "tests/unit/recipes/engine_bench.hpp"
 
+namespace live_vote_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::all_of;
@@ -119,3 +121,5 @@ TEST_CASE("What goes wrong after the slide ended early is not called complete") 
   CHECK(b.trials[0].outcome == Outcome::aborted);
   CHECK_FALSE(b.trials[0].ended_early);
 }
+
+}  // namespace live_vote_test

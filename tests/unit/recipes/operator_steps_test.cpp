@@ -7,6 +7,8 @@
 #include "recipes/engine/operator_steps.hpp"
 #include "tests/unit/recipes/engine_bench.hpp"
 
+namespace operator_steps_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::Bench;
@@ -248,3 +250,5 @@ TEST_CASE("Who goes on with an interrupted campaign is asked for what lies on th
   b.advance();
   CHECK(only<TrialBegin>(b.effects)->trial == 3);
 }
+
+}  // namespace operator_steps_test

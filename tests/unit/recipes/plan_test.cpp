@@ -6,6 +6,8 @@
 #include "recipes/engine/forecast.hpp"
 #include "tests/unit/recipes/bench.hpp"
 
+namespace plan_test {
+
 using namespace weft::recipes;
 using test::limits;
 using test::plan_of;
@@ -191,3 +193,5 @@ TEST_CASE("A rig that names its fabrics gets no warning, another gets one") {
   named.fabrics = {"denim", "silk"};
   CHECK(check_recipe(small_recipe, named).warnings.empty());
 }
+
+}  // namespace plan_test

@@ -6,6 +6,8 @@
 #include <random>
 #include <vector>
 
+namespace plane_fit_test {
+
 using namespace weft;
 using namespace weft::recipes;
 
@@ -85,3 +87,5 @@ TEST_CASE("Touches that span no plane or are not numbers are refused with a sent
   CHECK_THAT(to_string(fit_plane(bad, 0).error()), Catch::Contains("not usable"));
   CHECK_FALSE(fit_plane(touches(0, 0), nan));
 }
+
+}  // namespace plane_fit_test

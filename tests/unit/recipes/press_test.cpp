@@ -5,6 +5,8 @@
 
 #include "tests/unit/recipes/engine_bench.hpp"
 
+namespace press_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::all_of;
@@ -144,3 +146,5 @@ TEST_CASE("The library's imprints are the paper's 24, and an array's rows and co
   CHECK(report.plan->trials.size() == 24);
   CHECK(report.plan->forecast.force_n.max == 50);
 }
+
+}  // namespace press_test

@@ -2,6 +2,8 @@
 
 #include "tests/unit/recipes/bench.hpp"
 
+namespace rig_limits_test {
+
 using namespace weft::recipes;
 using test::rig_json;
 using test::with;
@@ -81,3 +83,5 @@ TEST_CASE("Rates come from the drivers' configuration, that of the stages from t
 TEST_CASE("A rig file that is not JSON is refused with line and column") {
   CHECK_THAT(problems_of("{\"name\": }"), Catch::Contains("line 1, column 10"));
 }
+
+}  // namespace rig_limits_test

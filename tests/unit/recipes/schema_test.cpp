@@ -17,6 +17,8 @@
 
 #include "tests/unit/recipes/bench.hpp"
 
+namespace schema_test {
+
 using namespace weft::recipes;
 using nlohmann::json;
 using test::small_recipe;
@@ -293,3 +295,5 @@ TEST_CASE("The schema is of draft 2020-12, and every quantity in it says its uni
   look(schema);
   CHECK(quantities > 30);
 }
+
+}  // namespace schema_test

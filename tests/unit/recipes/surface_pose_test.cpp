@@ -8,6 +8,8 @@
 
 #include "tests/unit/recipes/bench_geometry.hpp"
 
+namespace surface_pose_test {
+
 using namespace weft;
 using namespace weft::recipes;
 using test::bench_geometry;
@@ -131,3 +133,5 @@ TEST_CASE("A pose beyond the travel is refused with the stage that cannot go the
   CHECK(joints.error().code == Errc::range);
   CHECK_THAT(to_string(joints.error()), Catch::Contains("rx = 0.78"));
 }
+
+}  // namespace surface_pose_test

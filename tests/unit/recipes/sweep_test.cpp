@@ -10,6 +10,8 @@
 
 #include "tests/unit/recipes/bench.hpp"
 
+namespace sweep_test {
+
 using namespace weft::recipes;
 using nlohmann::json;
 using test::small_with;
@@ -302,3 +304,5 @@ TEST_CASE("The normal form has the sweep, not what it replaces") {
   CHECK_THAT(sweep_text(*test::plan_of(recipe).sweep),
              Catch::Contains("force 2, 5 N x speed 0.5, 2, 4 mm/s: all 6 cells, 3 replicates"));
 }
+
+}  // namespace sweep_test

@@ -5,6 +5,8 @@
 #include "sim/plant/random.hpp"
 #include "tests/unit/sim/apt_unit.hpp"
 
+namespace apt_stage_emulator_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::protocols::apt;
@@ -226,3 +228,5 @@ TEST_CASE("a cube tells that it is on no hub; outputs are given back, inputs rea
   CHECK(stage.take().empty());
   CHECK(stage.emulator.ignored() == 3);
 }
+
+}  // namespace apt_stage_emulator_test

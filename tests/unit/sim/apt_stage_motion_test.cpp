@@ -4,6 +4,8 @@
 
 #include "tests/unit/sim/apt_unit.hpp"
 
+namespace apt_stage_motion_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::protocols::apt;
@@ -170,3 +172,5 @@ TEST_CASE("a velocity move ends at the switch of its direction") {
   unit.run(120);
   CHECK(limits() == status::forward_limit);
 }
+
+}  // namespace apt_stage_motion_test

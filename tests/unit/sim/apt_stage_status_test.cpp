@@ -4,6 +4,8 @@
 #include <numbers>
 #include "tests/unit/sim/apt_unit.hpp"
 
+namespace apt_stage_status_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::protocols::apt;
@@ -159,3 +161,5 @@ TEST_CASE("a host that introduces itself is told of updates and ends, whoever we
     CHECK(unit.take().size() == 20);
   }
 }
+
+}  // namespace apt_stage_status_test

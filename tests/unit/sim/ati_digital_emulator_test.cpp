@@ -7,6 +7,8 @@
 #include "sim/devices/rdt_emulator.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace ati_digital_emulator_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::protocols::modbus;
@@ -312,3 +314,5 @@ TEST_CASE("a Modbus TCP request may come in pieces, however slowly within half a
   CHECK(sensor.ask("00 01 00 00 00 06 0A 03 00 1D 00 01").size() == 11);
   CHECK(sensor.ask("00 01 00 00 00 05 0A 2B 0E 01 00") == hex("00 01 00 00 00 03 0A AB 01"));
 }
+
+}  // namespace ati_digital_emulator_test

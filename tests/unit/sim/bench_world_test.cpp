@@ -6,6 +6,8 @@
 #include "sim/plant/random.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace bench_world_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -100,3 +102,5 @@ TEST_CASE("the sensor sends 37 whole frames a second, however they are cut") {
     CHECK(largest <= (chunk == 0 ? protocols::taxel::frame_size(16) : chunk));
   }
 }
+
+}  // namespace bench_world_test

@@ -11,6 +11,8 @@
 #include "tests/unit/hostile_json.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace hostile_input_test {
+
 using namespace weft;
 using namespace weft::sim;
 
@@ -183,3 +185,5 @@ TEST_CASE("sensors with parameters that are no numbers give counts of their rang
     }
   }
 }
+
+}  // namespace hostile_input_test

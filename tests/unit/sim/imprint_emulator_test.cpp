@@ -9,6 +9,8 @@
 #include "sim/rig/rig_config.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace imprint_emulator_test {
+
 using namespace weft;
 using namespace weft::sim;
 namespace imprint = protocols::imprint;
@@ -162,3 +164,5 @@ TEST_CASE("an imprint array's emulator is read strictly") {
   CHECK(refusal(imprint_bench(R"({"bits": 8})")).find("/bits") != std::string::npos);
   CHECK(refusal(imprint_bench(R"({"taxels": 8})")).find("/taxels") != std::string::npos);
 }
+
+}  // namespace imprint_emulator_test

@@ -11,6 +11,8 @@
 #include "sim/rig/simulation_choice.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace level_test {
+
 using namespace weft;
 using namespace weft::sim;
 using nlohmann::json;
@@ -324,3 +326,5 @@ TEST_CASE("a run's error falls with its step, and L1's against L2 does not") {
   CHECK(algebraic[0].reference == "L1 3.072 ms");
   CHECK(algebraic[0].force_max_n > 0.5);  // the set point at once
 }
+
+}  // namespace level_test

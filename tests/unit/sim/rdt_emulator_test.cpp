@@ -7,6 +7,8 @@
 #include "sim/devices/netft_page_emulator.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace rdt_emulator_test {
+
 using namespace weft;
 using namespace weft::sim;
 using namespace weft::protocols;
@@ -382,3 +384,5 @@ TEST_CASE("the command port does not answer what it does not know") {
   off.receive(Bytes(rdt::command_size, 0), box.now, out);
   CHECK(reply.empty());
 }
+
+}  // namespace rdt_emulator_test

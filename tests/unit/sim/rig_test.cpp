@@ -11,6 +11,8 @@
 #include "protocols/taxel/taxel.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace rig_test {
+
 using namespace weft;
 using namespace weft::sim;
 using test::hex;
@@ -249,3 +251,5 @@ TEST_CASE("a rig file with a fault is refused, with the place of the fault") {
   REQUIRE_FALSE(bad_table.has_value());
   CHECK(bad_table.error().code == Errc::parse);
 }
+
+}  // namespace rig_test

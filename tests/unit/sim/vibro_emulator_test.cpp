@@ -9,6 +9,8 @@
 #include "sim/rig/rig_config.hpp"
 #include "tests/unit/sim/support.hpp"
 
+namespace vibro_emulator_test {
+
 using namespace weft;
 using namespace weft::sim;
 namespace vibro = protocols::vibro;
@@ -179,3 +181,5 @@ TEST_CASE("pieces or datagrams, the frames are the same") {
   CHECK(whole.link.pieces == datagrams.link.pieces);
   CHECK(pieces.link.pieces.size() > 4 * whole.link.pieces.size());
 }
+
+}  // namespace vibro_emulator_test
