@@ -12,7 +12,7 @@
 namespace weft::classifier {
 namespace {
 
-constexpr std::array names = {
+constexpr std::array learner_names = {
     std::pair{Learner::pvalue, "pvalue"}, std::pair{Learner::pca, "pca"},
     std::pair{Learner::all, "all"},       std::pair{Learner::lda, "lda"},
     std::pair{Learner::svc, "svc"},       std::pair{Learner::cores_best, "cores-best"},
@@ -165,7 +165,7 @@ Result<Choice> choose(const FeatureMatrix& matrix, const std::vector<Recipe>& re
 }  // namespace
 
 std::string_view to_string(Learner learner) {
-  for (const auto& [value, name] : names)
+  for (const auto& [value, name] : learner_names)
     if (value == learner) return name;
   return "?";
 }
@@ -175,7 +175,7 @@ Result<Learner> learner_from(std::string_view text) {
       text.substr(0, cores_prefix.size()) == cores_prefix && text != "cores-best"
           ? text.substr(cores_prefix.size())
           : text;
-  for (const auto& [value, name] : names)
+  for (const auto& [value, name] : learner_names)
     if (plain == name && (plain == text || is_cores(value))) return value;
   return fail(Errc::invalid_argument, "unknown learner", {},
               "pvalue, pca, all, lda, svc, cores-best or best", std::string(text));
@@ -183,7 +183,7 @@ Result<Learner> learner_from(std::string_view text) {
 
 std::vector<Learner> all_learners() {
   std::vector<Learner> out;
-  for (const auto& entry : names) out.push_back(entry.first);
+  for (const auto& entry : learner_names) out.push_back(entry.first);
   return out;
 }
 

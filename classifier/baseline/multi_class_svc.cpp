@@ -115,12 +115,13 @@ Status fold_errors(const FoldDistances& fold, std::size_t classes, double gamma,
   return {};
 }
 
-struct Choice {
+struct GridChoice {
   std::size_t c = 0, gamma = 0, errors = 0;
 };
 
-Result<Choice> search(const Matrix& rows, std::span<const std::size_t> of_row, std::size_t classes,
-                      std::span<const Fold> folds, const TrainOptions& options) {
+Result<GridChoice> search(const Matrix& rows, std::span<const std::size_t> of_row,
+                          std::size_t classes, std::span<const Fold> folds,
+                          const TrainOptions& options) {
   const std::size_t gammas = options.grid.gamma.size();
   const std::size_t cs = options.grid.c.size();
   std::vector<std::vector<std::size_t>> errors(gammas, std::vector<std::size_t>(cs));
@@ -133,7 +134,7 @@ Result<Choice> search(const Matrix& rows, std::span<const std::size_t> of_row, s
     for (const Status& ok : done)
       if (!ok) return pass(ok.error());
   }
-  Choice best{0, 0, errors[0][0]};
+  GridChoice best{0, 0, errors[0][0]};
   for (std::size_t c = 0; c < cs; ++c)
     for (std::size_t g = 0; g < gammas; ++g)
       if (errors[g][c] < best.errors) best = {c, g, errors[g][c]};

@@ -7,7 +7,7 @@ namespace weft::classifier::vibro {
 namespace {
 
 constexpr std::size_t first_bin = 2;  // below is the level, spread by the window
-constexpr double least_power = 1e-10;
+constexpr double least_band_power = 1e-10;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void BandSums::add(const double* magnitudes, std::size_t frames) {
       for (std::size_t f = 0; f < lanes; ++f)
         power[f] += magnitudes[k * lanes + f] * magnitudes[k * lanes + f];
     for (std::size_t f = 0; f < std::min(frames, lanes); ++f)
-      level_db_[b].push_back(10.0 * std::log10(std::max(power[f], least_power)));
+      level_db_[b].push_back(10.0 * std::log10(std::max(power[f], least_band_power)));
   }
 }
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double least_power = 1e-10;   // librosa's amin
 constexpr double deepest_share = 1e-8;  // 80 dB below the loudest bin: librosa's top_db
 
-constexpr std::array<std::string_view, figure_count> names = {
+constexpr std::array<std::string_view, figure_count> figure_names = {
     "MEAN",     "STD",       "MAD",     "RMSE",       "CHROMA",
     "CENTROID", "BANDWIDTH", "ROLLOFF", "PERCEPTUAL", "ZCR"};
 
@@ -84,7 +84,7 @@ double mean_crossing_rate(FrameSize size, std::span<const double> samples,
 }  // namespace
 
 std::string_view to_string(Figure figure) {
-  return names[static_cast<std::size_t>(figure)];
+  return figure_names[static_cast<std::size_t>(figure)];
 }
 
 ChannelExtractor::Tools& ChannelExtractor::tools_for(FrameSize size) {
@@ -163,7 +163,7 @@ Result<ChannelFigures> ChannelExtractor::figures(std::span<const double> samples
   moments(samples, out);
   spectral(samples, chroma, out, bands);
   for (std::size_t k = 0; k < out.size(); ++k)
-    if (!std::isfinite(out[k])) return overflowed(names[k], samples);
+    if (!std::isfinite(out[k])) return overflowed(figure_names[k], samples);
   if (bands != nullptr && first_not_finite(*bands) < bands->size())
     return overflowed("BAND", samples);
   return out;

@@ -13,7 +13,7 @@
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr std::array<std::pair<Protocol, std::string_view>, 3> names = {
+constexpr std::array<std::pair<Protocol, std::string_view>, 3> protocol_names = {
     {{Protocol::random, "random"}, {Protocol::blocks, "blocks"}, {Protocol::groups, "groups"}}};
 
 constexpr double rounding = 1e-6;  // of a window's length: windows that only touch share nothing
@@ -79,13 +79,13 @@ Status check_split(const WindowSet& windows, const Split& split) {
 }  // namespace
 
 std::string_view to_string(Protocol protocol) {
-  for (const auto& [own, name] : names)
+  for (const auto& [own, name] : protocol_names)
     if (own == protocol) return name;
   return "?";
 }
 
 Result<Protocol> protocol_from(std::string_view text) {
-  for (const auto& [own, name] : names)
+  for (const auto& [own, name] : protocol_names)
     if (name == text) return own;
   return fail(Errc::invalid_argument, "unknown protocol", {}, "random, blocks or groups",
               std::string(text));

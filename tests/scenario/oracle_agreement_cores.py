@@ -7,7 +7,7 @@ Exit 77 (skipped) where the reference is absent. PATTERN chooses from SET/REDUCT
 
 Simulated M1 and M2, fabricslide (repetition 0 trains, 1 tests) and icub20 (folds 0-2 train, 3 tests); features chosen once
 (the paper's wording) or in each fold, p-value, PCA and all features. The reference extracts the features itself. Without
---full three fabrics of each set and half their recordings (about a minute); with it everything (an hour).
+--full three fabrics of each set and half their recordings (about a minute); with it everything (50 minutes).
 
 libsvm stops when no pair of multipliers violates the optimum by more than 1e-3, and the last digit of a kernel can decide
 after which step that is. So decisions that differ by more than rounding must be as near the reference's own solution at
@@ -16,7 +16,7 @@ tolerance does not tell apart (oracle_explains()); there the reference is traine
 prediction may differ, but for one thing: our exp is 0 below 2^-1021, numpy's goes down to 5e-324. A core to which a trial is that
 far from every support vector then says 0 here and, say, 8e-320 there, which is a vote of the other sign. Reference decisions
 below FLUSHED are taken as 0, and how many they are is printed. Of all cores compared at most OTHER_POINTS may have another grid point
-(none of the 1 355 had in what was run, see classifier/README.md): a search that goes astray does not pass as many small differences.
+(1 of 2 415 has with --full, see classifier/README.md): a search that goes astray does not pass as many small differences.
 """
 import csv
 import fnmatch

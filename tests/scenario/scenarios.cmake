@@ -117,7 +117,7 @@ target_link_libraries(learnt_bytes PRIVATE weft_classifier)
 # The emulated bench: two programs, real ports, real time; nearly all of it is waiting, so it starts first.
 add_test(NAME scenario_emulated_trial
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_trial.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_emulated_trial PROPERTIES TIMEOUT 900 COST 1000 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(scenario_emulated_trial PROPERTIES TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Drivers as shared objects: the same data, refusals, plugins at fault (one of them hangs for five seconds).
 add_test(NAME scenario_plugins
@@ -139,7 +139,7 @@ add_test(NAME scenario_sample_driver
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/sample_driver.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
                  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
 set_tests_properties(scenario_doctor scenario_real_port scenario_vibro_ports scenario_sample_driver
-                     PROPERTIES TIMEOUT 300 COST 100 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+                     PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Clients that were written from the protocols' documents alone, at the ports that weft-rig serves; Debian's python3-serial
 # belongs to /usr/bin/python3.
@@ -147,7 +147,7 @@ if(SYSTEM_PYTHON3)
   foreach(client apt netft)
     add_test(NAME scenario_${client}_client
              COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/${client}_client.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-    set_tests_properties(scenario_${client}_client PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 COST 500
+    set_tests_properties(scenario_${client}_client PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300
                          ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
   endforeach()
 endif()
@@ -155,12 +155,12 @@ endif()
 # The same bench loses its host: killed, and hung until the monitor ends it.
 add_test(NAME scenario_emulated_kill
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_emulated_kill PROPERTIES TIMEOUT 900 COST 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(scenario_emulated_kill PROPERTIES TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # A rig file that says "real", with weft-rig behind its ports.
 add_test(NAME scenario_real_bench
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/real_bench.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_real_bench PROPERTIES TIMEOUT 600 COST 500 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(scenario_real_bench PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Every device on TCP too, and hosts that leave in the middle of a message.
 add_test(NAME scenario_rig_tcp
@@ -180,7 +180,7 @@ if(SYSTEM_PYTHON3 AND MODBUS_FOUND)
   add_test(NAME scenario_modbus_clients
            COMMAND ${SYSTEM_PYTHON3} ${cli_tests}/modbus_clients.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
                    $<TARGET_FILE:libmodbus_client> ${PROJECT_SOURCE_DIR})
-  set_tests_properties(scenario_modbus_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 COST 900
+  set_tests_properties(scenario_modbus_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600
                        ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 endif()
 
@@ -264,7 +264,7 @@ endif()
 # The plate's tilt found by touching and levelled: simulated, on ports in real time, and where it has to give up.
 add_test(NAME scenario_align
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/align.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_align PROPERTIES TIMEOUT 600 COST 800 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(scenario_align PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The same daemon among broken and hostile clients.
 add_test(NAME scenario_weftd_hostile
@@ -275,11 +275,20 @@ set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT P
 add_test(NAME scenario_installed COMMAND ${Python3_EXECUTABLE} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
 set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# script/test has two slots for each processor: a test that computes takes two of them, one that waits for ports in real time one.
+# script/test has three slots for each processor and one more: a test that computes takes three, one that mostly waits takes
+# one. The longest of those begin first and leave room for one that computes; where one ends another takes its slot.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
-set_tests_properties(${all_tests} PROPERTIES PROCESSORS 2)
-foreach(waiting emulated_trial emulated_kill real_bench rig_tcp rig_hosts align modbus_clients apt_client netft_client doctor vibro_ports)
-  if(TEST scenario_${waiting})
-    set_tests_properties(scenario_${waiting} PROPERTIES PROCESSORS 1)
-  endif()
-endforeach()
+set_tests_properties(${all_tests} PROPERTIES PROCESSORS 3 COST 500)
+set_tests_properties(unit_daemon scenario_cli_real_fabrics PROPERTIES COST 600)
+function(weft_waits cost)
+  foreach(waiting ${ARGN})
+    if(TEST ${waiting})
+      set_tests_properties(${waiting} PROPERTIES PROCESSORS 1 COST ${cost})
+    endif()
+  endforeach()
+endfunction()
+weft_waits(1000 scenario_emulated_kill scenario_emulated_trial scenario_align scenario_modbus_clients)
+weft_waits(200 scenario_apt_client scenario_real_bench scenario_docs_commands)
+weft_waits(100 scenario_rig_tcp scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port
+           scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_train_mpi scenario_plugins
+           unit_python_client)

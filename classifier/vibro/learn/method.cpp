@@ -17,7 +17,7 @@
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr std::array<std::pair<Method, std::string_view>, 12> names = {{
+constexpr std::array<std::pair<Method, std::string_view>, 12> method_names = {{
     {Method::nb, "NB"},
     {Method::knn, "kNN"},
     {Method::tree, "Tree"},
@@ -60,14 +60,14 @@ Status check_training(const Training& training) {
 }  // namespace
 
 std::string_view to_string(Method method) {
-  for (const auto& [own, name] : names)
+  for (const auto& [own, name] : method_names)
     if (own == method) return name;
   return "?";
 }
 
 Result<Method> method_from(std::string_view text) {
   std::string known;
-  for (const auto& [own, name] : names) {
+  for (const auto& [own, name] : method_names) {
     if (name == text) return own;
     known += (known.empty() ? "" : ", ") + std::string(name);
   }
@@ -76,7 +76,7 @@ Result<Method> method_from(std::string_view text) {
 
 std::vector<Method> all_methods() {
   std::vector<Method> out;
-  for (const auto& entry : names) out.push_back(entry.first);
+  for (const auto& entry : method_names) out.push_back(entry.first);
   return out;
 }
 

@@ -32,7 +32,7 @@ RankedRows::RankedRows(const Training& training)
 
 namespace {
 
-struct Split {
+struct NodeSplit {
   bool found = false;
   std::size_t feature = 0;
   std::uint32_t last_left = 0, first_right = 0;  // ranks
@@ -71,7 +71,7 @@ class TreeGrower {
       const Part part = waiting.back();
       waiting.pop_back();
       count(part);
-      const Split split = pure(part) ? Split{} : best_split(part);
+      const NodeSplit split = pure(part) ? NodeSplit{} : best_split(part);
       if (!split.found) {
         make_leaf(part);
         continue;
@@ -112,8 +112,8 @@ class TreeGrower {
   }
 
   // Features in random order, until enough have been looked at and one of them differed.
-  Split best_split(const Part& part) {
-    Split best;
+  NodeSplit best_split(const Part& part) {
+    NodeSplit best;
     for (std::size_t k = 0; k < order_.size() && (k < tried_ || !best.found); ++k) {
       std::swap(order_[k], order_[k + random_below(engine_, order_.size() - k)]);
       look_at(order_[k], part, best);
@@ -122,7 +122,7 @@ class TreeGrower {
   }
 
   // The largest sum over both sides of squared counts over rows is the smallest impurity.
-  void look_at(std::size_t feature, const Part& part, Split& best) {
+  void look_at(std::size_t feature, const Part& part, NodeSplit& best) {
     keys_.clear();
     for (std::size_t i = part.from; i < part.to; ++i)
       keys_.push_back(std::uint64_t{rows_.rank(feature, chosen_[i])} << 32U |
@@ -144,7 +144,7 @@ class TreeGrower {
     }
   }
 
-  std::size_t divide(const Part& part, const Split& split) {
+  std::size_t divide(const Part& part, const NodeSplit& split) {
     const auto begin = chosen_.begin();
     const auto middle = std::partition(
         begin + static_cast<std::ptrdiff_t>(part.from),
