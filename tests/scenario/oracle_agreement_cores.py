@@ -7,7 +7,7 @@ Exit 77 (skipped) where the reference is absent. PATTERN chooses from SET/REDUCT
 
 Simulated M1 and M2, fabricslide (repetition 0 trains, 1 tests) and icub20 (folds 0-2 train, 3 tests); features chosen once
 (the paper's wording) or in each fold, p-value, PCA and all features. The reference extracts the features itself. Without
---full three fabrics of each set and half their recordings (about a minute); with it everything (50 minutes).
+--full three fabrics of each set and half their recordings (about a minute); with it everything (41 minutes).
 
 libsvm stops when no pair of multipliers violates the optimum by more than 1e-3, and the last digit of a kernel can decide
 after which step that is. So decisions that differ by more than rounding must be as near the reference's own solution at
