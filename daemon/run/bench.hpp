@@ -10,6 +10,7 @@
 
 #include "daemon/run/device.hpp"
 #include "daemon/run/rig_file.hpp"
+#include "daemon/run/wrench_total.hpp"
 #include "recipes/control/guards.hpp"
 
 namespace weft::daemon {
@@ -23,6 +24,7 @@ struct Snapshot {
   std::array<std::optional<TimePoint>, recipes::axis_count> stage_at{};
   WrenchSample wrench;
   std::optional<TimePoint> wrench_at;
+  WrenchTotal wrench_total;  ///< of every reading so far, each less the zero of its time
   std::optional<TimePoint> taxels_at;
   std::uint32_t taxel_digest = 0;  ///< CRC-32 of the counts
   [[nodiscard]] recipes::Joints joints() const;

@@ -11,11 +11,12 @@ using namespace std::chrono_literals;
 // The guard is for a machine's timer that did not come. A late loop runs this cycle first and the
 // timer, which may be the regular end of a phase, right after.
 constexpr Duration deadline_grace = 100ms;
-// Readings this close to zero, this many in a row, show that the bias was taken; ten counts of
-// a Mini40 SI-40-2 (protocols.md B.6). Their mean is the zero: the sensor's own is one reading with
-// its noise, 20 mN off now and then.
+// Readings this close to zero, for so long and so many in a row, show that the bias was taken; ten
+// counts of a Mini40 SI-40-2 (protocols.md B.6). Their mean is the zero: the sensor's own is one
+// reading with its noise, 20 mN off now and then.
 constexpr double bias_tolerance_n = 0.2;
-constexpr unsigned bias_readings = 50;
+constexpr Duration bias_time = 1s;
+constexpr std::uint64_t bias_readings = 50;
 // A reading so far from the last one is no force: the mount, at its stiffest and fastest, makes a
 // tenth of that between two readings. Level L0 of the plant steps to its set point at once.
 constexpr double jump_share = 0.4;
@@ -103,7 +104,7 @@ void BenchActions::begin(const recipes::BiasSensors& order) {
   const Result<std::uint32_t> sent = bench_->wrench().driver().command(BiasCommand{});
   if (!sent) return tell_(recipes::Fault{Error(sent.error()).in("wrench")});
   bench_->take_zero({});
-  biasing_ = Biasing{order.ticket, loop_->now(), 0, {}, {}};
+  biasing_ = Biasing{order.ticket, loop_->now(), {}};
 }
 
 void BenchActions::begin(const recipes::Descend& order) {
@@ -159,23 +160,21 @@ void BenchActions::look_at_descent() {
 void BenchActions::look_at_bias() {
   if (!biasing_) return;
   const Snapshot& seen = bench_->snapshot();
-  if (!seen.wrench_at || *seen.wrench_at <= biasing_->since ||
-      seen.wrench_at == biasing_->last_reading)
-    return;
-  biasing_->last_reading = seen.wrench_at;
+  if (!seen.wrench_at || *seen.wrench_at <= biasing_->since) return;
   const bool quiet = std::all_of(seen.wrench.force_n.begin(), seen.wrench.force_n.end(),
                                  [](double f) { return std::abs(f) <= bias_tolerance_n; });
   if (!quiet) {
-    biasing_->quiet_readings = 0;
-    biasing_->sum = {};
+    biasing_->before.reset();
     return;
   }
-  for (std::size_t i = 0; i < 3; ++i) {
-    biasing_->sum.force_n[i] += seen.wrench.force_n[i] / bias_readings;
-    biasing_->sum.torque_nm[i] += seen.wrench.torque_nm[i] / bias_readings;
+  if (!biasing_->before) {
+    biasing_->before = seen.wrench_total;
+    biasing_->since = *seen.wrench_at;
   }
-  if (++biasing_->quiet_readings < bias_readings) return;
-  bench_->take_zero(biasing_->sum);
+  const bool enough = seen.wrench_total.readings - biasing_->before->readings >= bias_readings &&
+                      *seen.wrench_at - biasing_->since >= bias_time;
+  if (!enough) return;
+  bench_->take_zero(seen.wrench_total.mean_since(*biasing_->before));
   const recipes::Ticket ticket = biasing_->ticket;
   biasing_.reset();
   tell_(recipes::Biased{ticket});

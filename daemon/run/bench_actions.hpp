@@ -63,10 +63,8 @@ class BenchActions {
   };
   struct Biasing {
     recipes::Ticket ticket;
-    TimePoint since;
-    unsigned quiet_readings;
-    WrenchSample sum;  ///< of the quiet readings
-    std::optional<TimePoint> last_reading;
+    TimePoint since;                    ///< of the order; later: of the first quiet reading
+    std::optional<WrenchTotal> before;  ///< the first quiet reading; empty: none yet
   };
 
   std::uint32_t command(StageAxis axis, const Command& command);

@@ -64,13 +64,16 @@ void Supervisor::trip(recipes::Event event) {
 void Supervisor::regulate(Duration since_last) {
   if (!regulation_) return;
   const Snapshot& seen = bench_->snapshot();
-  const double force_n = seen.wrench.force_n[2];
+  const WrenchTotal before = std::exchange(regulation_->heard, seen.wrench_total);
+  const bool fresh = seen.wrench_total.readings > before.readings;
+  const double force_n = (fresh ? seen.wrench_total.mean_since(before) : seen.wrench).force_n[2];
   const double dt_s = to_seconds(since_last);
   recipes::ForceLoopInput input;
   input.setpoint_n = regulation_->order.force_n;
   input.force_n = force_n;
   input.z_m = seen.stage[recipes::index(StageAxis::z)].position;
   input.dt_s = dt_s;
+  input.fresh = fresh;
   input.learn_stiffness = state_.step != recipes::Step::sliding;
   const recipes::ForceCommand wanted = recipes::step(force_config_, regulation_->loop, input);
   actions_.drive(StageAxis::z, wanted.velocity_mps);

@@ -76,6 +76,7 @@ class Supervisor {
     recipes::HoldForce order;
     recipes::ForceLoopState loop;
     recipes::SettleDetector settle;
+    WrenchTotal heard;  ///< by the last cycle
     bool settled = false;
   };
 

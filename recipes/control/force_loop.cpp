@@ -64,22 +64,25 @@ double outside_dead_band(double error, double dead) {
   return std::copysign(std::max(0.0, std::abs(error) - dead), error);
 }
 
-/// Takes the reading into the average, or starts it anew. True when it is one of many alike, near
-/// the set point.
-bool average(const ForceLoopConfig& config, ForceLoopState& state, const ForceLoopInput& input) {
-  const double away = input.force_n - state.average_n;
-  const bool near = std::abs(away) <= config.quiet_n &&
-                    std::abs(input.setpoint_n - input.force_n) <= config.quiet_band_n;
-  state.average_n += near ? away * std::min(1.0, input.dt_s / config.average_s) : away;
-  return near;
-}
-
 /// Fastest speed from which a stage that hears of it late still stops within `way_m`:
 /// v latency + v^2 / (2 a) = way.
 double braking_speed(const ForceLoopConfig& config, double way_m) {
   const double a = braking_share * config.max_acceleration_mps2;
   const double lost = a * config.latency_s;
   return std::sqrt(lost * lost + 2 * a * way_m) - lost;
+}
+
+/// Holds, where it can. What follows the relaxation of the cloth is the integral in the one and the
+/// drift in the other; each begins with what the other knew.
+std::optional<double> hold(const ForceLoopConfig& config, ForceLoopState& state,
+                           const ForceLoopInput& input, double gain_per_s) {
+  const bool held = state.hold.active;
+  if (!held) state.hold.drift_nps = -gain_per_s * state.integral_n;
+  const auto mps = hold_force(config.hold, state.hold,
+                              {input.setpoint_n, input.force_n, input.fresh, input.z_m, input.dt_s,
+                               state.stiffness_npm, config.position_quantum_m});
+  if (held && !mps) state.integral_n = -state.hold.drift_nps / gain_per_s;
+  return mps;
 }
 
 }  // namespace
@@ -91,12 +94,12 @@ ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
   if (input.learn_stiffness) learn(config, state, input);
   state.stiffness_npm = stiffness(config, state, input.force_n);
 
-  const bool quiet = average(config, state, input);
-  const double measured_n = quiet ? state.average_n : input.force_n;
-  const double error_n = outside_dead_band(
-      input.setpoint_n - measured_n, dead_quanta * config.position_quantum_m * state.stiffness_npm);
-  const double cycle_s = std::max(config.cycle_s, input.dt_s);
-  const double gain_per_s = quiet ? config.quiet_gain_per_s : config.loop_gain / cycle_s;
+  const double gain_per_s = config.loop_gain / std::max(config.cycle_s, input.dt_s);
+  if (const auto held_mps = hold(config, state, input, gain_per_s))
+    return {std::clamp(*held_mps, -config.max_speed_mps, config.max_speed_mps)};
+  const double error_n =
+      outside_dead_band(input.setpoint_n - input.force_n,
+                        dead_quanta * config.position_quantum_m * state.stiffness_npm);
   const double mps_per_n = gain_per_s / state.stiffness_npm;
   const double braking_mps = braking_speed(config, std::abs(error_n) / state.stiffness_npm);
   const double proportional_mps = std::clamp(mps_per_n * error_n, -braking_mps, braking_mps);

@@ -12,6 +12,11 @@
 // compression is exponential, F ~ exp(z / lambda), so K = F / lambda, and no known cloth has lambda
 // over 0.5 mm.
 
+// Near the set point another rule takes over, force_hold.hpp: there the stage's quantum and the
+// sensor's noise decide how well a force can be held, not the loop's speed.
+
+#include "recipes/control/force_hold.hpp"
+
 namespace weft::recipes {
 
 struct ForceLoopConfig {
@@ -20,18 +25,13 @@ struct ForceLoopConfig {
   double integral_time_s = 1.0;  ///< of the part that follows the relaxation of the cloth
   double max_speed_mps = 1e-3;   ///< clamp of the command
   double latency_s = 0.03;       ///< from a reading's instant to the stage's answer, at most
-  /// Near the set point the reading is averaged over this time: noise of a count or two would else
-  /// move the stage, which makes a quantum of force each time.
-  double average_s = 0.05;
-  double quiet_n = 0.06;        ///< a reading further from the average than this is no noise
-  double quiet_band_n = 0.1;    ///< nor is one this far from the set point
-  double quiet_gain_per_s = 8;  ///< of the averaged loop, under 1 / (average_s + latency_s)
   double max_acceleration_mps2 = 20e-3;  ///< of the stage: no faster than it can stop in time
-  double position_quantum_m = 1e-6;      ///< of the stage; errors under one quantum are left alone
+  double position_quantum_m = 1e-6;      ///< of the stage; errors under half of one are left alone
   double stiffness_initial_npm = 2e4;  ///< the mount's: cloth and mount in series are never stiffer
   double stiffness_min_npm = 10;
   double stiffness_max_npm = 1e8;
   double lambda_max_m = 0.7e-3;  ///< longest compression length that may be on the plate
+  ForceHoldConfig hold;
 };
 
 /// Memory of the loop. A default-made one starts afresh: make a new one whenever the loop is
@@ -45,7 +45,7 @@ struct ForceLoopState {
   double anchor_force_n = 0;  ///< where the move that is being measured began
   double anchor_z_m = 0;
   double anchor_age_s = 0;
-  double average_n = 0;  ///< of the readings near each other
+  ForceHoldState hold;
 };
 
 struct ForceLoopInput {
@@ -55,6 +55,7 @@ struct ForceLoopInput {
   double dt_s = 0;     ///< since the last step, > 0
   /// False while sliding: the texture then moves the force without any help from z.
   bool learn_stiffness = true;
+  bool fresh = true;  ///< false: no reading came since the last step, force_n is that one's
 };
 
 struct ForceCommand {

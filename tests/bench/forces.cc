@@ -1,10 +1,12 @@
 // How well the force is held on every fabric, beside what the stage's quantum allows:
 //   bench_forces RIG OUT.json [FABRIC ...]
 // The rig is a simulated bench, or an emulated one that weft-rig serves already. The forces are the
-// true ones of the plant. script/bench forces runs both (tests/bench/forces.py).
+// true ones of the plant. script/bench forces runs both (tests/bench/forces.py). WEFT_BENCH_SEED is
+// that of the patches and of a simulated bench's sensors, 2016 where it is not set.
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -194,11 +196,16 @@ double stiffness_npm(const sim::Fabric& fabric, double mount_npm) {
   return 1 / (1 / cloth + 1 / mount_npm);
 }
 
+std::uint64_t seed() {
+  const char* text = std::getenv("WEFT_BENCH_SEED");
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : 2016;
+}
+
 std::string recipe(const std::vector<std::string>& fabrics) {
   return json{{"schema_version", 1},
               {"name", "forces"},
               {"source", "bench"},
-              {"seed", 2016},
+              {"seed", seed()},
               {"fabrics", fabrics},
               {"repetitions", 1},
               {"on_trial_failure", "continue"},
@@ -241,7 +248,7 @@ int run(const std::filesystem::path& rig_path, const std::string& out_path,
   request.rig = rig_path;
   auto checked = daemon::check_request(request);
   if (!checked) return fail_with(checked.error());
-  auto session = daemon::open_session({*rig, rig_path, checked->plan.limits, 2016});
+  auto session = daemon::open_session({*rig, rig_path, checked->plan.limits, seed()});
   if (!session) return fail_with(session.error());
   ForceRun bench(*checked, **session, *rig);
   const bool complete = bench.run(folder / "campaign.sqlite", *rig);

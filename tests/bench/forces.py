@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """How well the force is held, on the simulated bench in virtual time and on the emulated one in real time (two
 programs, real ports; its cloth is simulated all the same). All 17 fabrics take about 14 minutes of real time;
-WEFT_BENCH_FABRICS names fewer ("denim,silk"), WEFT_BENCH_EMULATED=0 leaves the emulated bench out.
+WEFT_BENCH_FABRICS names fewer ("denim,silk"), WEFT_BENCH_EMULATED=0 leaves the emulated bench out,
+WEFT_BENCH_SEED takes other patches and other noise than 2016.
 
 Exit status 1 when a fabric on any of the benches has not run to its end, passes 5 N or its weight at touch by more than the
 aim allows, or settles too late. The aim for the RMS is printed with whoever falls short of it, and fails nothing.

@@ -70,7 +70,7 @@ std::vector<double> errors(double loop_gain, int delay, int cycles) {
   config.max_speed_mps = 1e12;
   config.stiffness_initial_npm = 1e4;
   config.latency_s = 0;
-  config.quiet_band_n = -1;  // no averaging
+  config.hold.band_n = -1;  // never
   ForceLoopState state;
   Spring spring(1e4, 4.9, delay);
   std::vector<double> found;

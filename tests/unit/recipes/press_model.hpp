@@ -46,6 +46,8 @@ class PressModel {
     double slack_left_m = 0.2e-3;  ///< z goes this far before the mount's spring pushes
     double force_quantum_n = 0.02;
     double force_noise_n = 0.01;  ///< standard deviation
+    int readings = 1;             ///< per cycle, of which measured_n() is the mean
+    double quantum_m = 0;         ///< the carriage stands on multiples of this; 0: anywhere
   };
 
   explicit PressModel(const Setup& setup) : setup_(setup) { settle(); }
@@ -100,7 +102,9 @@ class PressModel {
   }
 
   [[nodiscard]] double mount_n(double depth_m) const {
-    return weight_n + setup_.mount_npm * std::max(0.0, z_m_ + height_m_ - depth_m - rest_m_);
+    const double q = setup_.quantum_m;
+    const double carriage_m = q > 0 ? q * std::round(z_m_ / q) : z_m_;
+    return weight_n + setup_.mount_npm * std::max(0.0, carriage_m + height_m_ - depth_m - rest_m_);
   }
 
   /// Depth at which cloth and mount agree, by bisection; then the relaxation moves on.
@@ -131,7 +135,10 @@ class PressModel {
   Reading read() {
     std::normal_distribution<double> noise(0, setup_.force_noise_n);
     const double q = setup_.force_quantum_n;
-    return {q * std::round((force_n_ + noise(random_)) / q), 1e-6 * std::round(z_m_ / 1e-6)};
+    double sum_n = 0;
+    for (int i = 0; i < setup_.readings; ++i)
+      sum_n += q * std::round((force_n_ + noise(random_)) / q);
+    return {sum_n / setup_.readings, 1e-6 * std::round(z_m_ / 1e-6)};
   }
 
   [[nodiscard]] const Reading& delayed() const {
