@@ -29,15 +29,15 @@ Rounds side_by_side(const std::vector<Rounds>& lists) {
 }
 
 // Says of a feature vector of what class it is: its name.
-using Answer = std::function<Result<std::string>(std::span<const double>)>;
+using Decide = std::function<Result<std::string>(std::span<const double>)>;
 
 struct Trained {
-  Answer answer;
+  Decide answer;
   std::size_t rounds = 0;
   bool converged = true;
 };
 
-Answer answer_of(LinearRule rule, std::vector<std::string> names) {
+Decide answer_of(LinearRule rule, std::vector<std::string> names) {
   return [rule = std::move(rule),
           names = std::move(names)](std::span<const double> features) -> Result<std::string> {
     const auto said = rule.classify(features);
