@@ -29,15 +29,15 @@ Rounds side_by_side(const std::vector<Rounds>& lists) {
 }
 
 // Says of a feature vector of what class it is: its name.
-using Decide = std::function<Result<std::string>(std::span<const double>)>;
+using DecisionRule = std::function<Result<std::string>(std::span<const double>)>;
 
 struct Trained {
-  Decide answer;
+  DecisionRule answer;
   std::size_t rounds = 0;
   bool converged = true;
 };
 
-Decide answer_of(LinearRule rule, std::vector<std::string> names) {
+DecisionRule answer_of(LinearRule rule, std::vector<std::string> names) {
   return [rule = std::move(rule),
           names = std::move(names)](std::span<const double> features) -> Result<std::string> {
     const auto said = rule.classify(features);

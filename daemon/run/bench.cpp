@@ -115,7 +115,7 @@ void Bench::take_wrench(Sample sample) {
   }
   snapshot_.wrench = *wrench;
   snapshot_.wrench_at = sample.host;
-  snapshot_.wrench_total.add(*wrench);
+  snapshot_.wrench_recent.add(*wrench);
   if (sensor_sink_) sensor_sink_(sample);
 }
 

@@ -24,7 +24,7 @@ struct Snapshot {
   std::array<std::optional<TimePoint>, recipes::axis_count> stage_at{};
   WrenchSample wrench;
   std::optional<TimePoint> wrench_at;
-  WrenchTotal wrench_total;  ///< of every reading so far, each less the zero of its time
+  WrenchTotal wrench_recent;  ///< readings since Bench::begin_recent()
   std::optional<TimePoint> taxels_at;
   std::uint32_t taxel_digest = 0;  ///< CRC-32 of the counts
   [[nodiscard]] recipes::Joints joints() const;
@@ -44,6 +44,8 @@ class Bench {
   /// `done` is called once, with the first fault or the device that did not get ready in time.
   void bring_up(std::function<void(Status)> done);
   [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
+  /// The readings so far have been looked at: another cycle begins.
+  void begin_recent() { snapshot_.wrench_recent = {}; }
   /// What the sensor reads at its zero; taken off every sample from now on, recorded ones included.
   void take_zero(const WrenchSample& zero) { zero_ = zero; }
   /// The first fault of any device.

@@ -104,7 +104,7 @@ void BenchActions::begin(const recipes::BiasSensors& order) {
   const Result<std::uint32_t> sent = bench_->wrench().driver().command(BiasCommand{});
   if (!sent) return tell_(recipes::Fault{Error(sent.error()).in("wrench")});
   bench_->take_zero({});
-  biasing_ = Biasing{order.ticket, loop_->now(), {}};
+  biasing_ = Biasing{order.ticket, loop_->now(), {}, {}};
 }
 
 void BenchActions::begin(const recipes::Descend& order) {
@@ -157,24 +157,25 @@ void BenchActions::look_at_descent() {
     tell_(recipes::MotionDone{ticket});
 }
 
+// A cycle's mean is looked at, in which a bad reading shows however many good ones follow it.
 void BenchActions::look_at_bias() {
   if (!biasing_) return;
   const Snapshot& seen = bench_->snapshot();
-  if (!seen.wrench_at || *seen.wrench_at <= biasing_->since) return;
-  const bool quiet = std::all_of(seen.wrench.force_n.begin(), seen.wrench.force_n.end(),
+  if (seen.wrench_recent.readings == 0 || *seen.wrench_at <= biasing_->ordered_at) return;
+  const std::array<double, 3> mean_n = seen.wrench_recent.mean().force_n;
+  const bool quiet = std::all_of(mean_n.begin(), mean_n.end(),
                                  [](double f) { return std::abs(f) <= bias_tolerance_n; });
   if (!quiet) {
-    biasing_->before.reset();
+    biasing_->quiet_since.reset();
+    biasing_->quiet = {};
     return;
   }
-  if (!biasing_->before) {
-    biasing_->before = seen.wrench_total;
-    biasing_->since = *seen.wrench_at;
-  }
-  const bool enough = seen.wrench_total.readings - biasing_->before->readings >= bias_readings &&
-                      *seen.wrench_at - biasing_->since >= bias_time;
-  if (!enough) return;
-  bench_->take_zero(seen.wrench_total.mean_since(*biasing_->before));
+  if (!biasing_->quiet_since) biasing_->quiet_since = seen.wrench_at;
+  biasing_->quiet.add(seen.wrench_recent);
+  if (biasing_->quiet.readings < bias_readings ||
+      *seen.wrench_at - *biasing_->quiet_since < bias_time)
+    return;
+  bench_->take_zero(biasing_->quiet.mean());
   const recipes::Ticket ticket = biasing_->ticket;
   biasing_.reset();
   tell_(recipes::Biased{ticket});
@@ -213,6 +214,7 @@ recipes::WatchInput BenchActions::watched(bool zero_moves) const {
 }
 
 void BenchActions::poll(std::uint64_t cycle) {
+  bench_->begin_recent();
   constexpr std::uint64_t slow_divisor = recipes::RigLimits::cycles_per_stage_row;
   command(StageAxis::z, PollCommand{});
   if (cycle % slow_divisor != slow_divisor - 1) return;

@@ -43,7 +43,8 @@ class BenchActions {
   /// A velocity that ends by itself after `servo_horizon`, whatever the rate of the cycle.
   void drive(StageAxis axis, double velocity);
   void stand_still(StageAxis axis);
-  /// Asks z for a reading in every cycle and the other stages once in a row of stage positions.
+  /// Ends a cycle: asks z for a reading in every one and the other stages once in a row of stage
+  /// positions. What the sensors say from now on is the next cycle's.
   void poll(std::uint64_t cycle);
 
  private:
@@ -63,8 +64,9 @@ class BenchActions {
   };
   struct Biasing {
     recipes::Ticket ticket;
-    TimePoint since;                    ///< of the order; later: of the first quiet reading
-    std::optional<WrenchTotal> before;  ///< the first quiet reading; empty: none yet
+    TimePoint ordered_at;
+    std::optional<TimePoint> quiet_since;
+    WrenchTotal quiet;  ///< readings since then
   };
 
   std::uint32_t command(StageAxis axis, const Command& command);

@@ -1,6 +1,7 @@
 // The scan cycle of the supervisor: read, guard, look for what is awaited, regulate, poll.
 
 #include <algorithm>
+#include <cmath>
 
 #include "daemon/run/supervisor.hpp"
 
@@ -9,6 +10,17 @@ namespace {
 
 // All stages are recorded, and those but z are read, once in this many cycles.
 constexpr std::uint64_t slow_divisor = recipes::RigLimits::cycles_per_stage_row;
+
+// Further from the newest reading the mean of a cycle is of a force that moves, or of a reading
+// that no guard has seen.
+constexpr double mean_tolerance_n = 0.1;
+
+/// Normal force of a cycle: the mean of its readings, or the newest, which the guards have passed.
+double force_of(const Snapshot& seen) {
+  const double newest_n = seen.wrench.force_n[2];
+  const double mean_n = seen.wrench_recent.mean().force_n[2];
+  return std::abs(mean_n - newest_n) <= mean_tolerance_n ? mean_n : newest_n;
+}
 
 }  // namespace
 
@@ -64,9 +76,9 @@ void Supervisor::trip(recipes::Event event) {
 void Supervisor::regulate(Duration since_last) {
   if (!regulation_) return;
   const Snapshot& seen = bench_->snapshot();
-  const WrenchTotal before = std::exchange(regulation_->heard, seen.wrench_total);
-  const bool fresh = seen.wrench_total.readings > before.readings;
-  const double force_n = (fresh ? seen.wrench_total.mean_since(before) : seen.wrench).force_n[2];
+  const bool fresh = seen.wrench_recent.readings > 0;
+  if (fresh) regulation_->force_n = force_of(seen);
+  const double force_n = regulation_->force_n;
   const double dt_s = to_seconds(since_last);
   recipes::ForceLoopInput input;
   input.setpoint_n = regulation_->order.force_n;

@@ -86,7 +86,7 @@ void Supervisor::carry_out(const recipes::Descend& effect) {
 void Supervisor::carry_out(const recipes::HoldForce& effect) {
   actions_.end_descent();
   const recipes::SettleDetector settle{effect.band_n, effect.dwell_s};
-  regulation_ = Regulation{effect, {}, settle, bench_->snapshot().wrench_total};
+  regulation_ = Regulation{effect, {}, settle, bench_->snapshot().wrench.force_n[2]};
 }
 
 void Supervisor::carry_out(const recipes::ReleaseForce&) {

@@ -76,7 +76,7 @@ class Supervisor {
     recipes::HoldForce order;
     recipes::ForceLoopState loop;
     recipes::SettleDetector settle;
-    WrenchTotal heard;  ///< by the last cycle
+    double force_n = 0;  ///< of the last cycle in which a reading came
     bool settled = false;
   };
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/dataset/sha256.hpp"
+#include "daemon/server/conversation_errors.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::server {
@@ -25,54 +26,6 @@ std::string_view without_spaces(std::string_view line) {
 
 bool speaks(std::string_view wanted) {
   return wanted.empty() || wanted == "1.x" || wanted == protocol_version;
-}
-
-rpc::RpcError too_low(access::Role has, access::Role needs, std::string_view method) {
-  return rpc_error(code::access + 3, "access.role",
-                   {Errc::wrong_state, "your role may not do that", std::string(method),
-                    std::string(access::to_string(needs)), std::string(access::to_string(has)),
-                    "Ask an admin for a token of that role"});
-}
-
-rpc::RpcError key_in_use(access::IdempotencyCache::Found found, const std::string& key) {
-  using Found = access::IdempotencyCache::Found;
-  if (found == Found::cut_short)
-    return rpc_error(code::request + 10, "idem.cut_short",
-                     {Errc::wrong_state,
-                      "the daemon ended while the first request with this key was under way: "
-                      "whether it was done is not known",
-                      "/params/idem",
-                      {},
-                      key,
-                      "See run.list or log.tail; use a new key to ask again"});
-  const bool waits = found == Found::under_way;
-  return rpc_error(code::request + 9, "idem.reused",
-                   {Errc::wrong_state,
-                    waits ? "the first request with this key is under way"
-                          : "this key belongs to another request",
-                    "/params/idem",
-                    {},
-                    key,
-                    "Use a new key for a new change"},
-                   waits);
-}
-
-rpc::RpcError too_long(std::size_t bytes) {
-  return rpc_error(code::request + 33, "answer.too_long",
-                   {Errc::range, "the answer is longer than one line may be", "result",
-                    "at most " + std::to_string(Conversation::most_answer_bytes) + " bytes",
-                    std::to_string(bytes), "Ask for less of it: most, from, or one run"});
-}
-
-rpc::RpcError too_fast(std::string_view user) {
-  return rpc_error(code::request + 34, "request.too_fast",
-                   {Errc::wrong_state,
-                    "too many requests a second",
-                    std::string(user),
-                    "at most " + std::to_string(access::RateLimits::per_second) + " a second",
-                    {},
-                    "Ask again later; rig.halt is always heard"},
-                   true);
 }
 
 /// Those that the daemon has, of what the client wants; all where it names none.
@@ -256,10 +209,10 @@ void Conversation::handle(const rpc::Request& request) {
 }
 
 std::optional<rpc::RpcError> Conversation::refusal(const rpc::MethodSpec& spec) const {
-  if (caller_.role < spec.role) return too_low(caller_.role, spec.role, spec.name);
+  if (caller_.role < spec.role) return role_too_low(caller_.role, spec.role, spec.name);
   if (spec.urgency != rpc::Urgency::usual) return std::nullopt;
   if (!peer_.local && !shared_->rates.take(caller_.user, shared_->now()))
-    return too_fast(caller_.user);
+    return requests_too_fast(caller_.user);
   if (only_urgent_)
     return rpc_error(code::request + 32, "server.full",
                      {Errc::wrong_state,
@@ -372,7 +325,7 @@ Status Conversation::cancel(const std::string& id_json) {
 void Conversation::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {
   if (!id_json) return;  // a notification wants none
   if (outcome && outcome->size() > most_answer_bytes)
-    return send_(rpc::error_line(*id_json, too_long(outcome->size())));
+    return send_(rpc::error_line(*id_json, answer_too_long(outcome->size())));
   send_(outcome ? rpc::result_line(*id_json, *outcome)
                 : rpc::error_line(*id_json, outcome.error()));
 }

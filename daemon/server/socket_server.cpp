@@ -4,22 +4,12 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <array>
-#include <asio/generic/stream_protocol.hpp>
-#include <asio/io_context.hpp>
-#include <asio/ip/tcp.hpp>
-#include <asio/local/stream_protocol.hpp>
 #include <asio/post.hpp>
-#include <asio/steady_timer.hpp>
-#include <deque>
-#include <map>
 #include <utility>
-#include <vector>
 
-#include "daemon/server/line_buffer.hpp"
 #include "daemon/server/loopback.hpp"
+#include "daemon/server/socket_server_parts.hpp"
 #include "daemon/server/unix_socket.hpp"
-#include "daemon/server/wire.hpp"
 
 namespace weft::daemon::server {
 namespace {
@@ -30,8 +20,6 @@ using asio::ip::tcp;
 using namespace std::chrono_literals;
 
 constexpr auto tick_period = 20ms;
-constexpr auto first_rest = 100ms;  ///< after the first wrong token; twice as long each time
-constexpr std::size_t room_bytes = std::size_t{64} << 10;
 
 std::optional<ino_t> inode_of(const std::filesystem::path& path) {
   struct stat found {};
@@ -40,224 +28,6 @@ std::optional<ino_t> inode_of(const std::filesystem::path& path) {
 }
 
 }  // namespace
-
-struct SocketServer::Parts {
-  class Connection;
-
-  Parts(Shared& all, const Limits& at_most, std::filesystem::path at)
-      : shared(&all), limits(at_most), path(std::move(at)) {}
-
-  void listen_unix();
-  void listen_tcp();
-  void welcome(stream_protocol::socket socket, Peer peer, TlsServer* through);
-  enum class Place {
-    none,
-    own,
-    for_stops  ///< until one is free
-  };
-  /// Those of the socket or of the port, the oldest first in each list.
-  struct Counted {
-    std::vector<std::shared_ptr<Connection>> known, strangers, for_stops;
-  };
-  [[nodiscard]] Counted count(bool is_local) const;
-  [[nodiscard]] Place place_for(bool is_local);
-  void give_free_places();
-  void next(const asio::error_code& error, void (Parts::*listen)());
-  void next_tick(const std::function<void()>& tick);
-
-  asio::io_context context{1};
-  Shared* shared;
-  Limits limits;
-  std::filesystem::path path;
-  std::optional<ino_t> inode;  ///< of `path`: where it is another's by now, that is his
-  Unix::acceptor local{context};
-  tcp::acceptor port{context};
-  TlsServer* tls = nullptr;  ///< of the port
-  asio::steady_timer ticker{context};
-  /// Could accept nobody, for want of a descriptor as a rule; tried again at the next tick.
-  std::vector<void (Parts::*)()> resting;
-  std::map<std::uint64_t, std::shared_ptr<Connection>> connections;  // the oldest first
-  std::uint64_t next_number = 1;
-};
-
-/// One client. Lives as long as its operations; closed when it breaks a limit.
-class SocketServer::Parts::Connection : public std::enable_shared_from_this<Connection> {
- public:
-  Connection(Parts& server, std::unique_ptr<Wire> wire, Peer peer)
-      : server_(&server),
-        number_(server.next_number++),
-        is_local_(peer.local),
-        wire_(std::move(wire)),
-        patience_(server.context),
-        rest_(server.context),
-        lines_(server.limits.line_bytes),
-        conversation_(*server.shared, std::move(peer), "s-" + std::to_string(number_),
-                      [this](std::string line) { send(std::move(line)); }) {}
-
-  [[nodiscard]] std::uint64_t number() const { return number_; }
-  [[nodiscard]] bool is_local() const { return is_local_; }
-  [[nodiscard]] bool is_stranger() const { return !conversation_.introduced(); }
-  [[nodiscard]] bool has_unsent() const { return unsent_bytes_ > 0; }
-  [[nodiscard]] bool is_for_stops() const { return is_for_stops_; }
-  void take_place(bool for_stops) {
-    is_for_stops_ = for_stops;
-    conversation_.keep_to_what_is_urgent(for_stops);
-  }
-
-  void begin() {
-    within(server_->limits.handshake, [this] { return greeted_; });
-    wire_->begin([self = shared_from_this()](const asio::error_code& error) {
-      if (self->closed_) return;
-      if (error) return self->close();
-      self->greet();
-    });
-  }
-
-  void pump() {
-    if (closed_ || last_words_ || ends_with_its_token()) return;
-    conversation_.pump([this] { return !closed_ && unsent_bytes_ < room_bytes; });
-  }
-
-  void close() {
-    if (std::exchange(closed_, true)) return;
-    const auto self = shared_from_this();  // until this is done
-    patience_.cancel();
-    rest_.cancel();
-    wire_->close();
-    server_->connections.erase(number_);
-  }
-
- private:
-  void greet() {
-    greeted_ = true;
-    conversation_.greet();
-    within(server_->limits.introduction, [this] { return conversation_.introduced(); });
-    read();
-  }
-
-  /// Closed where it has not come so far by then; in place of what was waited
-  /// for before.
-  void within(std::chrono::seconds patience, std::function<bool()> so_far) {
-    patience_.expires_after(patience);
-    patience_.async_wait(
-        [self = shared_from_this(), so_far = std::move(so_far)](const asio::error_code& cancelled) {
-          if (!cancelled && !so_far()) self->close();
-        });
-  }
-
-  void read() {
-    wire_->read_some(asio::buffer(incoming_),
-                     [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
-                       if (error == asio::error::eof) return self->has_said_all();
-                       if (error || self->closed_) return self->close();
-                       self->have(count);
-                     });
-  }
-
-  // A halt is heeded also where its line has no end, and whoever still reads is told.
-  void has_said_all() {
-    if (closed_ || !conversation_.hear_unfinished(lines_.rest())) return close();
-    last_words_ = true;
-    within(server_->limits.introduction, [] { return false; });
-    write();
-  }
-
-  void have(std::size_t count) {
-    lines_.add({incoming_.data(), count});
-    work_off();
-  }
-
-  // One line a turn: others, and what they have to halt, come in between.
-  void work_off() {
-    if (closed_ || last_words_ || ends_with_its_token()) return;
-    if (const auto line = lines_.next()) {
-      const std::size_t wrong_before = conversation_.wrong_tokens();
-      conversation_.hear(*line);
-      if (!is_local_ && conversation_.wrong_tokens() > wrong_before) return rest_a_while();
-      return asio::post(server_->context, [self = shared_from_this()] { self->work_off(); });
-    }
-    if (lines_.overflows()) {
-      return end_with(rpc::rpc_error(rpc::code::request + 30, "request.too_long",
-                                     {Errc::range,
-                                      "line too long",
-                                      "line",
-                                      std::to_string(server_->limits.line_bytes) + " bytes",
-                                      {},
-                                      {}}));
-    }
-    pump();
-    read();
-  }
-
-  // Who tries tokens waits longer each time.
-  void rest_a_while() {
-    rest_.expires_after(first_rest * (1U << (conversation_.wrong_tokens() - 1)));
-    rest_.async_wait([self = shared_from_this()](const asio::error_code& cancelled) {
-      if (!cancelled) self->work_off();
-    });
-  }
-
-  /// True where that is so: the client has been told, and is closed.
-  bool ends_with_its_token() {
-    const auto why = conversation_.over();
-    if (why) end_with(*why);
-    return why.has_value();
-  }
-
-  /// Closed when the client has read why, or does not want to.
-  void end_with(const rpc::RpcError& why) {
-    send(rpc::error_line("null", why));
-    last_words_ = true;
-    within(server_->limits.introduction, [] { return false; });
-    write();
-  }
-
-  void send(std::string line) {
-    if (closed_ || last_words_) return;
-    line.push_back('\n');
-    unsent_bytes_ += line.size();
-    waiting_.push_back(std::move(line));
-    // one that asks and never reads
-    if (unsent_bytes_ > server_->limits.unsent_bytes) return close();
-    write();
-  }
-
-  void write() {
-    if (writing_ || closed_) return;
-    if (waiting_.empty()) {
-      if (last_words_) close();
-      return;
-    }
-    writing_ = true;
-    out_.clear();
-    while (!waiting_.empty() && out_.size() < room_bytes) {
-      out_ += waiting_.front();
-      waiting_.pop_front();
-    }
-    wire_->write(asio::buffer(out_),
-                 [self = shared_from_this()](const asio::error_code& error, std::size_t) {
-                   self->writing_ = false;
-                   if (error) return self->close();
-                   self->unsent_bytes_ -= self->out_.size();
-                   self->pump();
-                   self->write();
-                 });
-  }
-
-  Parts* server_;
-  std::uint64_t number_;
-  bool is_local_;
-  std::unique_ptr<Wire> wire_;
-  asio::steady_timer patience_, rest_;
-  std::array<char, 16384> incoming_{};
-  LineBuffer lines_;
-  std::deque<std::string> waiting_;
-  std::string out_;
-  std::size_t unsent_bytes_ = 0;
-  bool greeted_ = false, writing_ = false, closed_ = false, is_for_stops_ = false;
-  bool last_words_ = false;  ///< closed when what waits is sent
-  Conversation conversation_;
-};
 
 SocketServer::Parts::Counted SocketServer::Parts::count(bool is_local) const {
   Counted out;

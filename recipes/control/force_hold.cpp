@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace weft::recipes {
 namespace {
@@ -13,7 +14,7 @@ constexpr double middle_share = 0.25;
 void begin(ForceHoldState& state, const ForceHoldInput& input, double z_m) {
   state.active = true;
   state.force_n = input.force_n;
-  state.age_s = 0;
+  state.age_s = state.uncorrected_s = 0;
   state.z_m = state.target_m = z_m;
 }
 
@@ -21,17 +22,29 @@ void begin(ForceHoldState& state, const ForceHoldInput& input, double z_m) {
 void predict(ForceHoldState& state, const ForceHoldInput& input, double z_m) {
   state.force_n += state.drift_nps * input.dt_s + input.stiffness_npm * (z_m - state.z_m);
   state.age_s += input.dt_s;
+  state.uncorrected_s += input.dt_s;
   state.z_m = z_m;
 }
 
+/// By one reading, for the time since the last one; that may be long, but is one correction.
 void correct(const ForceHoldConfig& config, ForceHoldState& state, const ForceHoldInput& input) {
   const double off_n = input.force_n - state.force_n;
+  const double dt_s = std::exchange(state.uncorrected_s, 0);
+  if (dt_s == 0) return;
   const double steady =
       config.pole_radps * std::sqrt(input.stiffness_npm / config.pole_stiffness_npm);
-  const double w = std::clamp(std::max(steady, config.learning / state.age_s), config.slowest_radps,
-                              config.fastest_radps);
-  state.force_n += off_n * -std::expm1(-std::numbers::sqrt2 * w * input.dt_s);
-  state.drift_nps += off_n * w * w * input.dt_s;
+  const double w = std::min(std::clamp(std::max(steady, config.learning / state.age_s),
+                                       config.slowest_radps, config.fastest_radps),
+                            1 / dt_s);
+  state.force_n += off_n * -std::expm1(-std::numbers::sqrt2 * w * dt_s);
+  state.drift_nps += off_n * w * w * dt_s;
+}
+
+/// False where a reading is far from the set point or from what was expected.
+bool is_quiet(const ForceHoldConfig& config, const ForceHoldState& state,
+              const ForceHoldInput& input) {
+  return std::abs(input.setpoint_n - input.force_n) <= config.band_n &&
+         (!state.active || std::abs(input.force_n - state.force_n) <= config.quiet_n);
 }
 
 }  // namespace
@@ -40,15 +53,17 @@ std::optional<double> hold_force(const ForceHoldConfig& config, ForceHoldState& 
                                  const ForceHoldInput& input) {
   const double quantum_m = input.quantum_m;
   const double z_m = quantum_m * std::round(input.z_m / quantum_m);
-  const bool near = std::abs(input.setpoint_n - input.force_n) <= config.band_n;
-  if (near && !state.active)
-    begin(state, input, z_m);
-  else
-    predict(state, input, z_m);
-  state.active = near && std::abs(input.force_n - state.force_n) <= config.quiet_n;
-  if (!state.active) return std::nullopt;
-  if (input.fresh) correct(config, state, input);
-
+  if (state.active) predict(state, input, z_m);
+  if (input.fresh || !state.active) {
+    if (!is_quiet(config, state, input)) {
+      state.active = false;
+      return std::nullopt;
+    }
+    if (state.active)
+      correct(config, state, input);
+    else
+      begin(state, input, z_m);
+  }
   const double ahead_n = state.force_n + state.drift_nps * config.lead_s;
   const double way_m = (input.setpoint_n - ahead_n) / input.stiffness_npm;
   if (std::abs(way_m) > quantum_m / 2)

@@ -33,14 +33,15 @@ struct ForceHoldState {
   double force_n = 0;    ///< believed now
   double drift_nps = 0;  ///< of the force where the stage stands
   double age_s = 0;
-  double z_m = 0;       ///< quantum on which the stage stood at the last step
-  double target_m = 0;  ///< and the one on which it shall stand
+  double uncorrected_s = 0;  ///< since a reading came
+  double z_m = 0;            ///< quantum on which the stage stood at the last step
+  double target_m = 0;       ///< and the one on which it shall stand
 };
 
 struct ForceHoldInput {
   double setpoint_n = 0;
   double force_n = 0;  ///< reading
-  bool fresh = true;   ///< false: that of the last step again
+  bool fresh = true;   ///< false: no reading came, force_n is that of the last step
   double z_m = 0;      ///< of the stage, counted downwards
   double dt_s = 0;
   double stiffness_npm = 0;  ///< of cloth and mount in series, as it is believed

@@ -54,7 +54,8 @@ void learn(const ForceLoopConfig& config, ForceLoopState& state, const ForceLoop
 }
 
 double stiffness(const ForceLoopConfig& config, const ForceLoopState& state, double force_n) {
-  const double softest = std::max(config.stiffness_min_npm, force_n / config.lambda_max_m);
+  const double softest = std::max(config.stiffness_min_npm, std::min(force_n / config.lambda_max_m,
+                                                                     config.stiffness_initial_npm));
   const double slope = state.slope_zf_nm / state.slope_zz_m2;
   return std::min(std::max(slope, softest), config.stiffness_max_npm);
 }
@@ -75,13 +76,14 @@ double braking_speed(const ForceLoopConfig& config, double way_m) {
 /// Holds, where it can. What follows the relaxation of the cloth is the integral in the one and the
 /// drift in the other; each begins with what the other knew.
 std::optional<double> hold(const ForceLoopConfig& config, ForceLoopState& state,
-                           const ForceLoopInput& input, double gain_per_s) {
+                           const ForceLoopInput& input) {
+  const double per_s = config.loop_gain / config.cycle_s;
   const bool held = state.hold.active;
-  if (!held) state.hold.drift_nps = -gain_per_s * state.integral_n;
+  if (!held) state.hold.drift_nps = -per_s * state.integral_n;
   const auto mps = hold_force(config.hold, state.hold,
                               {input.setpoint_n, input.force_n, input.fresh, input.z_m, input.dt_s,
                                state.stiffness_npm, config.position_quantum_m});
-  if (held && !mps) state.integral_n = -state.hold.drift_nps / gain_per_s;
+  if (held && !mps) state.integral_n = -state.hold.drift_nps / per_s;
   return mps;
 }
 
@@ -95,7 +97,7 @@ ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
   state.stiffness_npm = stiffness(config, state, input.force_n);
 
   const double gain_per_s = config.loop_gain / std::max(config.cycle_s, input.dt_s);
-  if (const auto held_mps = hold(config, state, input, gain_per_s))
+  if (const auto held_mps = hold(config, state, input))
     return {std::clamp(*held_mps, -config.max_speed_mps, config.max_speed_mps)};
   const double error_n =
       outside_dead_band(input.setpoint_n - input.force_n,

@@ -8,10 +8,10 @@
 // e / (K_est T).
 //
 // K_est is the least-squares slope of force against z over the last few moves of some micrometres,
-// with forgetting. It starts high (low gain) and is never taken lower than force / lambda:
-// compression is exponential, F ~ exp(z / lambda), so K = F / lambda, and no known cloth has lambda
-// over 0.5 mm.
-
+// with forgetting. It starts high (low gain) and is not taken lower than force / lambda, up to the
+// stiffness of the mount: compression is exponential, F ~ exp(z / lambda), so K = F / lambda, and
+// no known cloth has lambda over 0.5 mm.
+//
 // Near the set point another rule takes over, force_hold.hpp: there the stage's quantum and the
 // sensor's noise decide how well a force can be held, not the loop's speed.
 
@@ -55,7 +55,7 @@ struct ForceLoopInput {
   double dt_s = 0;     ///< since the last step, > 0
   /// False while sliding: the texture then moves the force without any help from z.
   bool learn_stiffness = true;
-  bool fresh = true;  ///< false: no reading came since the last step, force_n is that one's
+  bool fresh = true;  ///< false: no reading came since the last step, whose force_n this is
 };
 
 struct ForceCommand {

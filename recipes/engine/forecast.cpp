@@ -14,7 +14,7 @@ namespace {
 // within a few per cent, not to the second; tests compare it with runs on the simulated bench.
 constexpr double cloth_height_m = 1.2e-3;    ///< mean height at first contact
 constexpr double seat_travel_m = 0.15e-3;    ///< from first contact until the cloth bears the probe
-constexpr double bias_s = 0.5;               ///< settling and averaging of the sensors
+constexpr double bias_s = 1.0;               ///< settling and averaging of the sensors
 constexpr double press_s = 0.8;              ///< force rise, without the dwell
 constexpr double release_travel_m = 0.4e-3;  ///< from the set point's z back to the rest position
 /// Confirmation of each move: the last status message and the look at the position.

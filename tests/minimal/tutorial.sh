@@ -35,7 +35,7 @@ chroot "$root" /usr/bin/env -i HOME=/root TERM=dumb PATH=/usr/local/sbin:/usr/lo
   # the rest, in the clone itself
   python3 tests/scenario/docs_commands.py build/release . --here docs/tutorial.md
   grep -q "SIMULATED" out/first/evaluation.html
-  grep -q "69.56" out/first/evaluation.html && grep -q "42.06" out/first/evaluation.html && echo "the page says what the picture shows"
+  grep -q "70.00" out/first/evaluation.html && grep -q "42.48" out/first/evaluation.html && echo "the page says what the picture shows"
 '
 INSIDE
 echo "tutorial.sh: $root can be removed"

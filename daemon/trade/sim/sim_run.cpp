@@ -25,7 +25,7 @@ std::size_t whole_ratio(double a, double b) {
 }
 
 /// Height of the face above the cloth it will touch.
-Look gap(const ContactState& state, double lambda_m, double t_s, double rate_mps) {
+Look gap_to_cloth(const ContactState& state, double lambda_m, double t_s, double rate_mps) {
   const bool known = state.exponent > -1e8;  // L0 has none off the cloth
   return {t_s, -(known ? state.exponent * lambda_m : state.indentation_m), rate_mps};
 }
@@ -97,7 +97,7 @@ SimTrace SimRunner::follow(const Step& step) const {
     const bool moves = setting_.level >= Level::dynamic;
     const double rate_mps =
         moves ? -state.velocity_mps[2] : (state.indentation_m - last.indentation_m) / -dt_s;
-    touch.see(gap(state, lambda_m, t_s, rate_mps));
+    touch.see(gap_to_cloth(state, lambda_m, t_s, rate_mps));
     if (one.cycles_at(t_s)) {
       const double rate = moves ? -state.velocity_mps[1] * one.dynamics.lateral_stiffness_n_m : 0;
       cycle.see({t_s, guide_force_n(one, state, setting_.level), rate});

@@ -1,0 +1,132 @@
+#pragma once
+// The campaign's machine behind step(): one call's next state and effects grow here. Only
+// engine.cpp and the two machine_*.cpp beside it see this.
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "recipes/engine/engine.hpp"
+#include "recipes/engine/last_steps.hpp"
+#include "recipes/engine/motion.hpp"
+#include "recipes/engine/trial_end.hpp"
+
+namespace weft::recipes {
+
+/// One call of step().
+class Machine {
+ public:
+  Machine(const Plan& plan, const State& state, TimePoint now)
+      : plan_(plan), state_(state), now_(now) {}
+
+  Transition run(const Event& event);
+
+ private:
+  // ---- events; engine.cpp ----
+
+  void on(const Start& start);
+  void on(const OperatorConfirmed& event);
+  void on(const Mounted& event);
+  void on(const Biased& event);
+  void on(const MotionDone& event);
+  void on(const ContactFound& event);
+  void on(const ForceSettled& event);
+  /// A recorded phase ends by its timer; any other step has failed to end by itself.
+  void on(const TimerExpired& event);
+  void on(const TakeRejected& event);
+  // The axes come to rest while z goes back up, as in a trial that is cut short.
+  void on(const EndSlide&);
+  void on(const Fault& event);
+  void on(const GuardTripped& event);
+  void on(const PauseRequested& event);
+  void on(const ResumeRequested&);
+  void on(const StopRequested&);
+  void on(const AbortRequested&);
+  void on(const HaltRequested&);
+
+  // ---- steps of a trial, in order; machine_steps.cpp ----
+
+  /// What a person is asked for comes first; `up_first` where the stages may have been touched.
+  void begin_trial(bool up_first);
+  void ask(std::size_t operator_step);
+  void clear();
+  void mount();
+  void position();
+  void bias();
+  void approach();
+  void seat();
+  void lower_to_rest(double touch_z_m);
+  void press();
+  void slide();
+  void next_leg();
+  void start_leg();
+  void release();
+  void retract();
+  /// A phase that ends by its timer and is recorded.
+  void record(Step step, Phase phase);
+  void descend(Step step, double speed_mps, double stop_force_n);
+
+  // ---- ends; machine_ends.cpp ----
+
+  void fail_trial(Error error);
+  /// Ends the trial under way with a retreat. During a retreat the retreat goes on.
+  void cut_short(Outcome outcome, std::optional<Error> error);
+  void give_up_retreat();
+  void end_trial(Cleanup cleanup);
+  void hold();
+  void next_trial();
+  /// The campaign has ended but for what the recipe does finally, where the probe is up.
+  void finish(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe);
+  /// Somebody may have a hand at the plate: nothing moves any more, and nothing is done finally.
+  void end_at_rest(Outcome outcome);
+  void next_last_step();
+  void last_step_timed_out();
+  /// The rest is left out. What the trials came to stays as it is.
+  void give_up_last(std::optional<Error> error, RigFact rig);
+  void end(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe);
+
+  // ---- helpers; machine_steps.cpp ----
+
+  void emit(Effect effect) { effects_.push_back(std::move(effect)); }
+  void move(std::vector<AxisMove> moves) { emit(MoveTo{state_.ticket, std::move(moves)}); }
+  void enter(Step step, double timeout_s) {
+    state_.step = step;
+    ++state_.ticket;
+    emit(ArmTimer{state_.ticket, now_ + from_seconds(timeout_s)});
+  }
+  void close_phase();
+  [[nodiscard]] bool is_concluding() const { return state_.step == Step::concluding; }
+  [[nodiscard]] const std::vector<LastStep>& last_steps() const {
+    return steps_after(plan_.finally, *state_.campaign_outcome);
+  }
+  /// The probe is up, the stages are at rest, and no trial is open.
+  [[nodiscard]] bool between_trials() const {
+    return state_.step == Step::held || state_.step == Step::awaiting_operator;
+  }
+  [[nodiscard]] bool answers(Ticket ticket, Step step) const {
+    return state_.step == step && ticket == state_.ticket;
+  }
+  void note(const Error& error) {
+    if (!state_.first_error) state_.first_error = error;
+  }
+  [[nodiscard]] const TrialSpec& trial() const { return plan_.trials[state_.trial]; }
+  [[nodiscard]] const Exploration& exploration() const {
+    return plan_.explorations[trial().exploration];
+  }
+  [[nodiscard]] AxisMove lift() const {
+    return {Axis::z, plan_.limits.clear_z_m(), plan_.approach.transfer_speed_mps};
+  }
+  [[nodiscard]] double travel_s(Axis axis) const {
+    return full_travel_s(plan_.limits, axis, plan_.approach.transfer_speed_mps);
+  }
+  /// Which trial and step, for sentences.
+  [[nodiscard]] std::string place() const;
+
+  const Plan& plan_;
+  State state_;
+  TimePoint now_;
+  std::vector<Effect> effects_;
+};
+
+}  // namespace weft::recipes

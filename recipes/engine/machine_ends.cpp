@@ -1,0 +1,100 @@
+// How trials and the campaign end: cut short, judged, gone on with, and what is done finally.
+
+#include <algorithm>
+
+#include "recipes/engine/machine.hpp"
+
+namespace weft::recipes {
+
+void Machine::fail_trial(Error error) {
+  cut_short(Outcome::failed, std::move(error));
+}
+
+void Machine::cut_short(Outcome outcome, std::optional<Error> error) {
+  if (state_.step == Step::ready)
+    return finish(state_.campaign_outcome.value_or(outcome), Cleanup::skipped, RigFact::holding);
+  if (between_trials()) return end_at_rest(state_.campaign_outcome.value_or(outcome));
+  if (state_.step == Step::retracting) return;
+  state_.trial_outcome = outcome;
+  if (error) note(*error);
+  state_.trial_error = std::move(error);
+  close_phase();
+  emit(StopMotion{});
+  retract();
+}
+
+void Machine::give_up_retreat() {
+  emit(StopMotion{});
+  note(step_timed_out(place()));
+  state_.campaign_outcome = Outcome::failed;
+  end_trial(Cleanup::failed);
+}
+
+void Machine::end_trial(Cleanup cleanup) {
+  const Outcome outcome = judged(plan_, state_, place());
+  const bool cut = std::exchange(state_.repeats, false) && outcome == Outcome::stopped;
+  const bool again = cut || outcome == Outcome::rejected;
+  const bool early = std::exchange(state_.ended_early, false) && outcome == Outcome::complete;
+  if (!again) ++(outcome == Outcome::complete ? state_.completed : state_.failed);
+  emit(TrialDone{state_.trial, outcome, cleanup, std::exchange(state_.trial_error, {}), early});
+  state_.trial_outcome.reset();
+  if (cleanup == Cleanup::failed) return finish(Outcome::failed, cleanup, RigFact::unknown);
+  if (const auto end = again ? end_before_repeat(state_) : campaign_end(plan_, state_, outcome))
+    return finish(*end, cleanup);
+  if (!again) next_trial();
+  if (std::exchange(state_.pause_requested, false)) return hold();
+  begin_trial(false);
+}
+
+void Machine::hold() {
+  enter(Step::held, to_seconds(longest_hold));
+}
+
+void Machine::next_trial() {
+  ++state_.trial;
+  state_.rejected = 0;
+  state_.operator_step = 0;
+}
+
+void Machine::finish(Outcome outcome, Cleanup cleanup, RigFact rig) {
+  if (cleanup != Cleanup::done || rig != RigFact::safe) return end(outcome, cleanup, rig);
+  state_.campaign_outcome = outcome;
+  state_.last_until = now_ + from_seconds(plan_.finally.budget_s);
+  next_last_step();
+}
+
+void Machine::end_at_rest(Outcome outcome) {
+  const bool leaves_out = !steps_after(plan_.finally, outcome).empty();
+  end(outcome, leaves_out ? Cleanup::partial : Cleanup::done);
+}
+
+void Machine::next_last_step() {
+  const std::vector<LastStep>& steps = last_steps();
+  if (state_.last_step == steps.size()) return end(*state_.campaign_outcome, Cleanup::done);
+  const double left_s = to_seconds(state_.last_until - now_);
+  if (left_s <= 0) return last_step_timed_out();
+  const LastStep& next = steps[state_.last_step++];
+  enter(Step::concluding, std::min(left_s, duration_s(plan_, next)));
+  if (auto moves = moves_of(plan_, next); !moves.empty()) move(std::move(moves));
+}
+
+void Machine::last_step_timed_out() {
+  if (now_ >= state_.last_until)
+    return give_up_last(budget_used_up("finally", plan_.finally.budget_s), RigFact::safe);
+  const LastStep& under_way = last_steps()[state_.last_step - 1];
+  if (std::holds_alternative<WaitStep>(under_way)) return next_last_step();
+  give_up_last(step_timed_out("finally"), RigFact::unknown);
+}
+
+void Machine::give_up_last(std::optional<Error> error, RigFact rig) {
+  if (error) note(*error);
+  emit(StopMotion{});
+  end(*state_.campaign_outcome, Cleanup::partial, rig);
+}
+
+void Machine::end(Outcome outcome, Cleanup cleanup, RigFact rig) {
+  state_.step = Step::done;
+  ++state_.ticket;
+  emit(CampaignDone{outcome, cleanup, rig, state_.first_error});
+}
+}  // namespace weft::recipes

@@ -1,0 +1,143 @@
+// The steps of a trial, in order: what each asks of the bench, and how long it may take.
+
+#include <algorithm>
+#include <cmath>
+
+#include "recipes/engine/machine.hpp"
+
+namespace weft::recipes {
+namespace {
+
+/// The cloth bears the probe from this share of its weight on: the rest is for sensor noise.
+constexpr double seated_share = 0.9;
+constexpr double bias_timeout_s = 10;
+
+bool is_recording(Step step) {
+  return step == Step::resting || step == Step::holding || step == Step::sliding ||
+         step == Step::ending;
+}
+
+}  // namespace
+
+void Machine::begin_trial(bool up_first) {
+  const bool begins = state_.trial == state_.first_trial;
+  if (const auto due = due_step(plan_, state_.trial, state_.operator_step, begins))
+    return ask(*due);
+  emit(TrialBegin{state_.trial});
+  up_first ? clear() : mount();
+}
+
+void Machine::ask(std::size_t operator_step) {
+  state_.operator_step = operator_step;
+  enter(Step::awaiting_operator, to_seconds(longest_hold));
+  emit(AskOperator{state_.ticket, ask_of(plan_, state_.trial, operator_step)});
+}
+
+void Machine::clear() {
+  enter(Step::clearing, move_timeout_s(travel_s(Axis::z)));
+  move({lift()});
+}
+
+void Machine::mount() {
+  enter(Step::mounting, plan_.mount_timeout_s);
+  const TrialSpec& spec = trial();
+  emit(MountFabric{state_.ticket, plan_.fabrics[spec.fabric], spec.patch_seed, spec.index});
+}
+
+void Machine::position() {
+  const Result<Joints> joints = above_start(plan_, exploration());
+  if (!joints) return fail_trial(joints.error());
+  const std::vector<AxisMove> moves = transfer(plan_, *joints);
+  double longest_s = 0;
+  for (const AxisMove& m : moves) longest_s = std::max(longest_s, travel_s(m.axis));
+  enter(Step::positioning, move_timeout_s(longest_s));
+  move(moves);
+}
+
+void Machine::bias() {
+  enter(Step::biasing, bias_timeout_s);
+  emit(BiasSensors{state_.ticket});
+}
+
+void Machine::approach() {
+  descend(Step::approaching, plan_.approach.speed_mps, plan_.approach.contact_force_n);
+}
+
+void Machine::seat() {
+  descend(Step::seating, plan_.approach.seat_speed_mps, seated_share * plan_.limits.probe_weight_n);
+}
+
+void Machine::lower_to_rest(double touch_z_m) {
+  state_.rest_z_m = touch_z_m + plan_.limits.rest_travel_m;
+  const Range& travel = plan_.limits.geometry.travel[index(Axis::z)];
+  if (!travel.contains(state_.rest_z_m))
+    return fail_trial(rest_out_of_travel(place(), state_.rest_z_m));
+  const double speed = plan_.approach.seat_speed_mps;
+  enter(Step::lowering, move_timeout_s(plan_.limits.rest_travel_m / speed));
+  move({{Axis::z, state_.rest_z_m, speed}});
+}
+
+void Machine::press() {
+  emit(SetPhase{Phase::none});
+  const PhaseStep& phase = exploration().step(Phase::press);
+  enter(Step::pressing, plan_.settle.timeout_s);
+  emit(HoldForce{state_.ticket, phase.force_n, phase.force_band_n, plan_.settle.dwell_s});
+}
+
+void Machine::slide() {
+  emit(SetPhase{Phase::motion});
+  state_.leg = 0;
+  start_leg();
+}
+
+void Machine::next_leg() {
+  ++state_.leg;
+  if (state_.leg < exploration().path_m().size()) return start_leg();
+  release();
+}
+
+void Machine::start_leg() {
+  const PathLeg leg = path_leg(exploration(), state_.leg);
+  const double speed = exploration().step(Phase::motion).speed_mps;
+  const Result<std::vector<AxisMove>> moves = leg_moves(plan_, leg, speed);
+  if (!moves) return fail_trial(moves.error());
+  const double expected_s =
+      move_duration_s(leg.length_m, speed, plan_.limits.max_acceleration_mps2);
+  enter(Step::sliding, move_timeout_s(expected_s));
+  move(*moves);
+}
+
+void Machine::release() {
+  emit(SetPhase{Phase::none});
+  emit(ReleaseForce{});
+  enter(Step::releasing, move_timeout_s(travel_s(Axis::z)));
+  move({{Axis::z, state_.rest_z_m, plan_.approach.speed_mps}});
+}
+
+void Machine::retract() {
+  close_phase();
+  enter(Step::retracting, move_timeout_s(travel_s(Axis::z)));
+  move({lift()});
+}
+
+void Machine::record(Step step, Phase phase) {
+  enter(step, exploration().step(phase).duration_s);
+  emit(SetPhase{phase});
+}
+
+void Machine::descend(Step step, double speed_mps, double stop_force_n) {
+  const double target = lowest_z_m(plan_.limits);
+  enter(step, move_timeout_s((target - plan_.limits.clear_z_m()) / speed_mps));
+  emit(Descend{state_.ticket, target, speed_mps, stop_force_n});
+}
+void Machine::close_phase() {
+  if (is_recording(state_.step)) emit(SetPhase{Phase::none});
+}
+
+std::string Machine::place() const {
+  return "trial " + std::to_string(trial().index) + " (" + plan_.fabrics[trial().fabric] + ", " +
+         exploration().name + ", repetition " + std::to_string(trial().repetition) +
+         "): " + std::string(to_string(state_.step));
+}
+
+}  // namespace weft::recipes
