@@ -34,6 +34,8 @@ void write_view(LineWriter& out, const FeatureView& view) {
   if (const auto* scaler = std::get_if<Scaler>(&view.table())) write_scaler(out, *scaler);
   if (const auto* ranks = std::get_if<RankTable>(&view.table()))
     write_matrix(out, "knots", ranks->knots());
+  if (const auto* normal = std::get_if<NormalScores>(&view.table()))
+    write_matrix(out, "knots", normal->ranks().knots());
 }
 
 RankTable read_ranks(LineReader& in, std::size_t features) {
@@ -50,6 +52,8 @@ RankTable read_ranks(LineReader& in, std::size_t features) {
 FeatureView read_view(LineReader& in, View view, std::size_t features) {
   if (view == View::compressed) return FeatureView(FeatureView::Table(read_scaler(in, features)));
   if (view == View::ranked) return FeatureView(FeatureView::Table(read_ranks(in, features)));
+  if (view == View::normal_scores)
+    return FeatureView(FeatureView::Table(NormalScores(read_ranks(in, features))));
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 namespace weft::classifier {
@@ -10,7 +11,8 @@ namespace {
 
 constexpr std::array views = {std::pair{View::plain, std::string_view("plain")},
                               std::pair{View::compressed, std::string_view("compressed")},
-                              std::pair{View::ranked, std::string_view("ranked")}};
+                              std::pair{View::ranked, std::string_view("ranked")},
+                              std::pair{View::normal_scores, std::string_view("normal-scores")}};
 
 // As the scaler has it: a spread of rounding only says nothing.
 constexpr double constant_tolerance = 1e-12;
@@ -52,6 +54,18 @@ std::size_t first_not(const Matrix& knots, std::size_t column, Before before) {
   return low;
 }
 
+// Where a normal distribution has `share` <= 1/2 below. Newton's steps from 0: on this side the
+// distribution is convex, so they come down to it and never past, until rounding stops them.
+double normal_quantile(double share) {
+  const double density_at_0 = std::numbers::inv_sqrtpi / std::numbers::sqrt2;
+  for (double z = 0.0;;) {
+    const double below = 0.5 * std::erfc(-z / std::numbers::sqrt2);
+    const double next = z - (below - share) / (density_at_0 * std::exp(-0.5 * z * z));
+    if (!(next < z)) return z;
+    z = next;
+  }
+}
+
 }  // namespace
 
 std::string_view to_string(View view) {
@@ -62,7 +76,7 @@ Result<View> view_from(std::string_view text) {
   for (const auto& [view, name] : views)
     if (name == text) return view;
   return fail(Errc::invalid_argument, "unknown view of the features", {},
-              "plain, compressed or ranked", std::string(text));
+              "plain, compressed, ranked or normal-scores", std::string(text));
 }
 
 std::vector<View> all_views() {
@@ -86,27 +100,42 @@ RankTable RankTable::fit(const Matrix& rows) {
   return RankTable(std::move(knots));
 }
 
-double RankTable::place(std::size_t feature, double value) const {
+double RankTable::position(std::size_t feature, double value) const {
   const std::size_t count = knots_.rows();
   const double least = knots_(0, feature), most = knots_(count - 1, feature);
   const double top = std::max(std::abs(least), std::abs(most));
-  if (most / 2 - least / 2 <= constant_tolerance * (top / 2)) return 0.5;
+  const double last = static_cast<double>(count) - 1.0;
+  if (most / 2 - least / 2 <= constant_tolerance * (top / 2)) return last / 2.0;
   const std::size_t below = first_not(knots_, feature, [&](double knot) { return knot < value; });
   const std::size_t after = first_not(knots_, feature, [&](double knot) { return knot <= value; });
-  double at = 0.0;
-  if (after > below)
-    at = (static_cast<double>(below) + static_cast<double>(after) - 1.0) / 2.0;
-  else if (below == count)
-    at = static_cast<double>(count) - 1.0;
-  else if (below > 0)
-    at = static_cast<double>(below) - 1.0 +
+  if (after > below) return (static_cast<double>(below) + static_cast<double>(after) - 1.0) / 2.0;
+  if (below == 0) return 0.0;
+  if (below == count) return last;
+  return static_cast<double>(below) - 1.0 +
          share(knots_(below - 1, feature), value, knots_(below, feature));
-  return (at + 0.5) / static_cast<double>(count);
+}
+
+double RankTable::place(std::size_t feature, double value) const {
+  return (position(feature, value) + 0.5) / static_cast<double>(knots_.rows());
+}
+
+NormalScores::NormalScores(RankTable ranks)
+    : ranks_(std::move(ranks)), of_knot_(ranks_.knots().rows()) {
+  const std::size_t count = of_knot_.size();
+  for (std::size_t k = 0; 2 * k + 1 < count; ++k) {
+    of_knot_[k] = normal_quantile((static_cast<double>(k) + 0.5) / static_cast<double>(count));
+    of_knot_[count - 1 - k] = -of_knot_[k];
+  }
+}
+
+double NormalScores::score(std::size_t feature, double value) const {
+  return value_at(of_knot_, ranks_.position(feature, value));
 }
 
 FeatureView FeatureView::fit(View view, const Matrix& rows) {
   if (view == View::compressed) return FeatureView(Table(fit_scaler(rows)));
   if (view == View::ranked) return FeatureView(Table(RankTable::fit(rows)));
+  if (view == View::normal_scores) return FeatureView(Table(NormalScores(RankTable::fit(rows))));
   return {};
 }
 
@@ -116,6 +145,8 @@ void FeatureView::apply(std::span<double> features) const {
       features[k] = compress(scaler->apply(k, features[k]));
   if (const auto* ranks = std::get_if<RankTable>(&table_))
     for (std::size_t k = 0; k < features.size(); ++k) features[k] = ranks->place(k, features[k]);
+  if (const auto* normal = std::get_if<NormalScores>(&table_))
+    for (std::size_t k = 0; k < features.size(); ++k) features[k] = normal->score(k, features[k]);
 }
 
 void FeatureView::apply(Matrix& rows) const {

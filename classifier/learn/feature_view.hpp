@@ -1,5 +1,6 @@
 #pragma once
-// How a learner sees the features: as they are, compressed, or by their rank among training values.
+// How a learner sees the features: as they are, compressed, or by their rank among training values,
+// as a share or as a normal score.
 
 #include <span>
 #include <string_view>
@@ -19,7 +20,10 @@ enum class View {
   compressed,
   /// The share of training values below, 0 to 1: no tail is left, and how far apart two values are
   /// counts by how many trials lie between them.
-  ranked
+  ranked,
+  /// The ranks as van der Waerden has them: where a normal distribution has that share below. No
+  /// tail is left, and what is rare counts as far out: what LDA takes for granted.
+  normal_scores
 };
 
 std::string_view to_string(View view);
@@ -38,8 +42,11 @@ class RankTable {
   /// A stored one: [knots x features], at least one knot, columns not falling.
   explicit RankTable(Matrix knots) : knots_(std::move(knots)) {}
 
-  /// Between 0 and 1, never falling; linear between knots, in the middle of equal ones, 1/2 for a
-  /// feature that was constant (up to rounding) in the training. `value` finite.
+  /// Between which knots `value` lies: from 0 to their number - 1, never falling; linear between
+  /// knots, in the middle of equal ones, and of all for a feature that was constant (up to
+  /// rounding) in the training. `value` finite.
+  [[nodiscard]] double position(std::size_t feature, double value) const;
+  /// The position as a share between 0 and 1.
   [[nodiscard]] double place(std::size_t feature, double value) const;
   [[nodiscard]] const Matrix& knots() const { return knots_; }
 
@@ -47,10 +54,26 @@ class RankTable {
   Matrix knots_;
 };
 
+/// Normal scores of places (van der Waerden 1952), linear between those of the knots.
+class NormalScores {
+ public:
+  explicit NormalScores(RankTable ranks);
+
+  /// Never falling in `value`, which is finite; between the scores of the first knot and of the
+  /// last, which lie opposite; 0 for a feature that was constant in the training.
+  [[nodiscard]] double score(std::size_t feature, double value) const;
+  [[nodiscard]] const RankTable& ranks() const { return ranks_; }
+
+ private:
+  RankTable ranks_;
+  std::vector<double> of_knot_;
+};
+
 /// A view and what it learnt. Immutable; may be used by several threads.
 class FeatureView {
  public:
-  using Table = std::variant<std::monostate, Scaler, RankTable>;  ///< in the order of View
+  /// In the order of View.
+  using Table = std::variant<std::monostate, Scaler, RankTable, NormalScores>;
 
   FeatureView() = default;  ///< plain
   explicit FeatureView(Table table) : table_(std::move(table)) {}

@@ -28,7 +28,7 @@ bool write_models(const std::filesystem::path& folder) {
   using classifier::Learner;
   using classifier::View;
   for (const auto& [learner, view] :
-       {std::pair{Learner::pvalue, View::plain}, std::pair{Learner::pca, View::plain},
+       {std::pair{Learner::pvalue, View::plain}, std::pair{Learner::pca, View::normal_scores},
         std::pair{Learner::all, View::compressed}, std::pair{Learner::lda, View::compressed},
         std::pair{Learner::svc, View::ranked}}) {
     const auto model = sample_model(learner, view);

@@ -21,7 +21,7 @@ TEST_CASE("Names of views come back, others are refused with those that exist") 
   for (const View view : all_views()) CHECK(*view_from(to_string(view)) == view);
   const auto wrong = view_from("oblique");
   REQUIRE_FALSE(wrong);
-  CHECK(wrong.error().expected == "plain, compressed or ranked");
+  CHECK(wrong.error().expected == "plain, compressed, ranked or normal-scores");
 }
 
 TEST_CASE("A place is the share of training values below, in the middle of equal ones") {
@@ -87,6 +87,30 @@ TEST_CASE("Places stay between 0 and 1 and never fall at the ends of double") {
   }
 }
 
+TEST_CASE("Normal scores are the quantiles of a normal distribution at the places") {
+  const NormalScores four(RankTable::fit(column({30, 10, 20, 40})));
+  const double low = -1.1503493803760079, high = -0.31863936396437514;  // scipy, norm.ppf, 1/8, 3/8
+  CHECK(four.score(0, 10) == Approx(low).epsilon(1e-14));
+  CHECK(four.score(0, 20) == Approx(high).epsilon(1e-14));
+  CHECK(four.score(0, 30) == -four.score(0, 20));
+  CHECK(four.score(0, 40) == -four.score(0, 10));
+  CHECK(four.score(0, 15) == Approx((low + high) / 2));
+  CHECK(four.score(0, 25) == 0.0);
+  CHECK(four.score(0, -1e300) == four.score(0, 10));
+  CHECK(four.score(0, 1e300) == four.score(0, 40));
+  const NormalScores tied(RankTable::fit(column({1, 2, 2, 2, 3})));
+  CHECK(tied.score(0, 2) == 0.0);
+  std::vector<double> many(RankTable::most_knots);
+  for (std::size_t k = 0; k < many.size(); ++k) many[k] = static_cast<double>(k);
+  const NormalScores most(RankTable::fit(column(many)));
+  CHECK(most.score(0, 0) == Approx(-2.8856349124267573).epsilon(1e-14));  // norm.ppf, 0.5 / 256
+}
+
+TEST_CASE("A feature that did not vary in the training has the score 0") {
+  for (const std::vector<double>& level : {std::vector<double>{3.0}, {3.0, 3.0}, {5e-324, 5e-324}})
+    CHECK(NormalScores(RankTable::fit(column(level))).score(0, 4.0) == 0.0);
+}
+
 TEST_CASE("A view of rows is the view of each, and the plain one changes nothing") {
   const FeatureMatrix data = testing::gaussian_classes(2, 9, 4, 1.0, 3);
   for (const View kind : all_views()) {
@@ -116,7 +140,7 @@ TEST_CASE("Ranks find what tails hide") {
   const auto split = stratified_splits(data.labels, 0.5, 1, 2);
   REQUIRE(split);
   std::vector<std::size_t> right;
-  for (const View view : {View::plain, View::ranked}) {
+  for (const View view : {View::plain, View::ranked, View::normal_scores}) {
     const auto learner =
         train_recipe(take_rows(data, split->front().train), {Learner::lda, 20, view}, {});
     REQUIRE(learner);
@@ -124,8 +148,10 @@ TEST_CASE("Ranks find what tails hide") {
     for (const std::size_t r : split->front().test)
       right.back() += learner->labels()[*learner->classify(data.values.row(r))] == data.labels[r];
   }
-  CHECK(right[1] > right[0] + 5);
-  CHECK(right[1] >= 50);  // of 60; the best possible rule has 55 +- 2
+  for (const std::size_t by_rank : {right[1], right[2]}) {
+    CHECK(by_rank > right[0] + 5);
+    CHECK(by_rank >= 50);  // of 60; the best possible rule has 55 +- 2
+  }
 }
 
 }  // namespace

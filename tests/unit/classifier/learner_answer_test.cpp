@@ -51,7 +51,7 @@ TEST_CASE("A learner whose cores are trained in shares is the one trained in one
 }
 
 TEST_CASE("Cores trained in shares decide bit for bit as in one piece, whatever they see") {
-  const View view = GENERATE(View::compressed, View::ranked);
+  const View view = GENERATE(View::compressed, View::ranked, View::normal_scores);
   const FeatureMatrix data = gaussian_classes(3, 8, 5, 1.0, 7);
   const TrainOptions options;
   const auto whole = train_recipe(data, {Learner::all, 20, view}, options);

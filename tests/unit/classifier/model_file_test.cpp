@@ -284,17 +284,19 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
 
 TEST_CASE("a wrong line of the knots of ranks is refused with its number") {
   const auto [from, to] = GENERATE(table<std::string, std::string>({
-      {"view ranked", "view compressed"},
       {"knots 18", "knots 0"},
       {"knots 18", "knots 17"},
       {"knots 18\nrow ", "knots 18\nrow 1e300 "},
       {"knots 18\nrow ", "knots 18\nrow nan "},
   }));
-  CAPTURE(from, to);
-  const auto stored = loaded(replaced(saved(trained(Learner::lda, View::ranked)), from, to));
+  const View view = GENERATE(View::ranked, View::normal_scores);
+  CAPTURE(from, to, to_string(view));
+  const std::string text = saved(trained(Learner::lda, view));
+  const auto stored = loaded(replaced(text, from, to));
   REQUIRE_FALSE(stored);
   CHECK(stored.error().code == Errc::corrupt);
   CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK_FALSE(loaded(replaced(text, "view " + std::string(to_string(view)), "view compressed")));
 }
 
 TEST_CASE("knots that fall are refused") {
