@@ -124,6 +124,31 @@ struct Guarded {
 
 }  // namespace
 
+TEST_CASE("readings that are off in the second of the zero begin it anew, and are not in it") {
+  constexpr double seconds_off = 0.02;  // of 1 N, which would move the mean of a second by 20 mN
+  Guarded g(test::short_recipe("denim"));
+  VirtualLoop& loop = g.bench.sim.loop;
+  g.start();
+  g.run_to(recipes::Step::biasing);
+  loop.run_to(loop.now() + std::chrono::milliseconds(600));
+  REQUIRE(g.supervisor->state().step == recipes::Step::biasing);
+  const TimePoint good_again = loop.now() + from_seconds(seconds_off);
+  const nlohmann::json off{
+      {"device", "ft"}, {"fault", "bias_jump"}, {"amount", 1}, {"duration_s", seconds_off}};
+  REQUIRE(g.bench.sim.rig->inject(off.dump(), loop.now()));
+  g.run_to(recipes::Step::approaching);
+  CHECK(loop.now() - good_again >= std::chrono::seconds(1));
+  const Snapshot& seen = g.bench.sim.bench->snapshot();
+  WrenchTotal in_air;
+  for (const TimePoint end = loop.now() + std::chrono::milliseconds(300); loop.now() < end;) {
+    const auto before = seen.wrench_at;
+    REQUIRE(loop.run_one());
+    if (seen.wrench_at != before) in_air.add(seen.wrench);
+  }
+  REQUIRE(in_air.readings > 20);
+  CHECK(std::abs(in_air.mean().force_n[2]) < 0.006);  // the sensor's noise is 12 mN a reading
+}
+
 TEST_CASE("in the cycle in which a guard trips nothing but the stop and the retreat goes out") {
   Guarded g(test::short_recipe("denim"));
   g.bench.checked.plan.limits.force_cap_n = 4;  // on the way to 5 N
