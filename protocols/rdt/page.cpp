@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <utility>
 
 namespace weft::protocols::rdt {
@@ -30,11 +31,41 @@ std::string tag(std::string_view name, std::string_view text) {
   return "<" + n + ">" + std::string(text) + "</" + n + ">\n";
 }
 
-std::string hexadecimal(std::uint32_t value) {
+std::string hexadecimal(std::uint32_t value, int digits) {
   std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "0x%08X", value);
+  std::snprintf(text.data(), text.size(), "0x%0*X", digits, value);
   return text.data();
 }
+
+/// What a person typed, so that it closes no element.
+std::string escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') out += "&amp;";
+    if (c == '<') out += "&lt;";
+    if (c == '>') out += "&gt;";
+    if (c != '&' && c != '<' && c != '>') out += c;
+  }
+  return out;
+}
+
+const char* switched(bool on) {
+  return on ? "Enabled" : "Disabled";
+}
+
+const char* digit(bool on) {
+  return on ? "1" : "0";
+}
+
+std::string_view name_of(std::span<const std::string_view> names, unsigned code) {
+  return code >= 1 && code <= names.size() ? names[code - 1] : std::string_view();
+}
+
+constexpr std::array<std::string_view, 6> force_units{"lbf", "N", "klbf", "kN", "kgf", "gf"};
+constexpr std::array<std::string_view, 6> torque_units{"lbf-in", "lbf-ft", "Nm",
+                                                       "Nmm",    "kgf-cm", "kNm"};
+constexpr std::array<std::string_view, 5> distance_units{"in", "ft", "mm", "cm", "m"};
+constexpr std::array<std::string_view, 2> angle_units{"degrees", "radians"};
 
 /// The text of the only element of this name.
 Result<std::string> only(std::string_view xml, const std::string& name) {
@@ -89,27 +120,84 @@ std::string lower(std::string_view text) {
 
 }  // namespace
 
-std::string encode(const SettingsPage& page) {
-  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<netft>\n" + tag("prodname", page.product) +
-         tag("runstat", hexadecimal(page.status)) + tag("runft", list(page.counts)) +
-         tag("setbias", list(page.bias_counts)) +
-         tag("setuserfilter", std::to_string(page.user_filter)) + tag("setcfgsel", "0") +
-         tag("cfgcalsel", "0") + tag("cfgcalsn", page.calibration_serial) + tag("cfgnam", "Weft") +
-         tag("cfgfu", "2") + tag("scfgfu", page.force_unit) + tag("cfgtu", "3") +
+namespace {
+
+constexpr std::string_view prologue = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+
+std::string present_state(const SettingsPage& page) {
+  return tag("runstat", hexadecimal(page.status, 8)) + tag("runft", list(page.counts)) +
+         tag("runpkmx", list(page.highest_counts)) + tag("runpkmn", list(page.lowest_counts)) +
+         tag("runmcb", hexadecimal(page.breached, 8)) +
+         tag("runmco", hexadecimal(page.output_code, 2)) + tag("runmcl", digit(page.latched)) +
+         tag("runrate", "7000");
+}
+
+std::string settings(const SettingsPage& page) {
+  return tag("setbias", list(page.bias_counts)) +
+         tag("setuserfilter", std::to_string(page.user_filter)) +
+         tag("setcfgsel", std::to_string(page.active_configuration)) +
+         tag("setpke", digit(page.peak_logging)) + tag("setmce", digit(page.thresholds_enabled));
+}
+
+std::string configuration(const SettingsPage& page) {
+  const Configuration& own = page.configuration;
+  return tag("cfgnam", escaped(own.name)) + tag("cfgcalsel", std::to_string(own.calibration)) +
+         tag("cfgcalsn", page.calibration_serial) + tag("cfgfu", std::to_string(own.force_unit)) +
+         tag("scfgfu", page.force_unit) + tag("cfgtu", std::to_string(own.torque_unit)) +
          tag("scfgtu", page.torque_unit) + tag("cfgcpf", number(page.counts_per_force)) +
          tag("cfgcpt", number(page.counts_per_torque)) + tag("cfgmr", list(page.max_ratings)) +
-         tag("cfgtfx", list(page.tool_transform)) + tag("scfgtdu", "mm") +
-         tag("scfgtau", "degrees") + tag("comrdte", page.rdt_enabled ? "Enabled" : "Disabled") +
+         tag("cfgtdu", std::to_string(own.distance_unit)) +
+         tag("scfgtdu", name_of(distance_units, own.distance_unit)) +
+         tag("cfgtau", std::to_string(own.angle_unit)) +
+         tag("scfgtau", name_of(angle_units, own.angle_unit)) +
+         tag("cfgtfx", list(own.tool_transform)) + tag("cfgusra", escaped(own.user_a)) +
+         tag("cfgusrb", escaped(own.user_b));
+}
+
+std::string threshold_statements(const SettingsPage& page) {
+  std::array<std::string, 5> lists;  // enabled, axis, comparison, value, output
+  for (const Threshold& each : page.threshold) {
+    const std::array<std::string, 5> texts{
+        digit(each.enabled), std::to_string(each.axis), std::to_string(each.comparison),
+        std::to_string(each.counts), hexadecimal(each.output_code, 2)};
+    for (std::size_t i = 0; i < lists.size(); ++i)
+      lists[i] += (lists[i].empty() ? "" : ";") + texts[i];
+  }
+  return tag("mce", lists[0]) + tag("mcx", lists[1]) + tag("mcc", lists[2]) + tag("mcv", lists[3]) +
+         tag("mco", lists[4]);
+}
+
+std::string communication(const SettingsPage& page) {
+  return tag("comrdte", switched(page.rdt_enabled)) +
          tag("comrdtrate", std::to_string(std::lround(page.rdt_rate_hz))) +
-         tag("comrdtbsiz", std::to_string(page.buffer_size)) + tag("runrate", "7000") +
-         tag("netip", "192.168.1.1") + tag("nethwaddr", "00-16-BD-00-00-00") +
+         tag("comrdtbsiz", std::to_string(page.buffer_size)) +
+         tag("comrdtmsyn", switched(page.multi_unit)) + tag("comeipe", switched(page.ethernet_ip)) +
+         tag("comnetip", "192.168.1.1") + tag("comnetdhcp", "Disabled") +
+         tag("netip", "192.168.1.1") + tag("nethwaddr", "00:16:BD:00:00:00");
+}
+
+}  // namespace
+
+std::string encode(const SettingsPage& page) {
+  return std::string(prologue) + "<netft>\n" + tag("prodname", page.product) + present_state(page) +
+         settings(page) + configuration(page) + threshold_statements(page) + communication(page) +
          tag("mfgdigsn", page.calibration_serial) + tag("mfgdigver", "2.2.59") + "</netft>\n";
 }
 
 std::string encode(const CalibrationPage& page) {
-  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<netftCalibration>\n" +
-         tag("calsn", page.serial) + tag("calcpf", number(page.counts_per_force)) +
+  return std::string(prologue) + "<netftCalibration>\n" + tag("calsn", page.serial) +
+         tag("calpn", "SI-40-2") + tag("caldt", "2026/01/01") + tag("calfu", "2") +
+         tag("scalfu", page.force_unit) + tag("caltu", "3") + tag("scaltu", page.torque_unit) +
+         tag("calmr", list(page.max_ratings)) + tag("calcpf", number(page.counts_per_force)) +
          tag("calcpt", number(page.counts_per_torque)) + "</netftCalibration>\n";
+}
+
+std::string_view force_unit_name(unsigned code) {
+  return name_of(force_units, code);
+}
+
+std::string_view torque_unit_name(unsigned code) {
+  return name_of(torque_units, code);
 }
 
 Result<SettingsPage> decode_settings(std::string_view xml) {

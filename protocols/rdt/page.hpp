@@ -17,6 +17,27 @@ inline constexpr std::string_view settings_path = "/netftapi2.xml";
 inline constexpr std::string_view calibration_path = "/netftcalapi.xml";
 inline constexpr std::size_t largest_page = 65536;
 
+inline constexpr std::size_t configurations = 16, thresholds = 16;
+
+/// One of a box's configurations, as /config.cgi sets it. Codes of units: WriteTransform's, and
+/// those of force_unit_name() and torque_unit_name().
+struct Configuration {
+  std::string name = "Weft";
+  unsigned calibration = 0;
+  unsigned force_unit = 2, torque_unit = 3, distance_unit = 3, angle_unit = 1;
+  std::array<double, 6> tool_transform{};  ///< dx dy dz rx ry rz, in those units
+  std::string user_a, user_b;
+};
+
+/// One of a box's threshold statements, as /moncon.cgi sets it.
+struct Threshold {
+  bool enabled = false;
+  int axis = -1;             ///< 0 Fx to 5 Tz; -1: none
+  int comparison = 1;        ///< 1: above the value, -1: below
+  std::int32_t counts = 0;   ///< the value
+  unsigned output_code = 0;  ///< 0 to 255
+};
+
 /// The tags that clients use. Lists of six are Fx Fy Fz Tx Ty Tz.
 struct SettingsPage {
   std::string product = "Net F/T";
@@ -32,15 +53,28 @@ struct SettingsPage {
   std::array<double, 6> max_ratings{};        ///< cfgmr
   std::array<std::int32_t, 6> bias_counts{};  ///< setbias
   std::array<std::int32_t, 6> counts{};       ///< runft
-  std::array<double, 6> tool_transform{};     ///< cfgtfx, mm and degrees
   std::uint32_t status = 0;                   ///< runstat, hexadecimal
   std::uint32_t buffer_size = 10;             ///< comrdtbsiz
+  Configuration configuration;                ///< cfg...: the one that was asked for
+  unsigned active_configuration = 0;          ///< setcfgsel
+  bool ethernet_ip = false;                   ///< comeipe
+  bool multi_unit = false;                    ///< comrdtmsyn
+  bool peak_logging = false;                  ///< setpke
+  std::array<std::int32_t, 6> highest_counts{}, lowest_counts{};  ///< runpkmx, runpkmn
+  bool thresholds_enabled = false;                                ///< setmce
+  std::array<Threshold, thresholds> threshold;                    ///< mce, mcx, mcc, mcv, mco
+  std::uint32_t breached = 0;  ///< runmcb, a bit for each threshold
+  unsigned output_code = 0;    ///< runmco, of those together
+  bool latched = false;        ///< runmcl
 };
 
 struct CalibrationPage {
   std::string serial;
   double counts_per_force = 1e6;
   double counts_per_torque = 1e6;
+  // Written only.
+  std::string force_unit = "N", torque_unit = "N-m";  ///< scalfu, scaltu
+  std::array<double, 6> max_ratings{};                ///< calmr
 };
 
 std::string encode(const SettingsPage& page);
@@ -51,6 +85,10 @@ std::string encode(const CalibrationPage& page);
 Result<SettingsPage> decode_settings(std::string_view xml);
 /// Errors: as above, for calsn, calcpf and calcpt.
 Result<CalibrationPage> decode_calibration(std::string_view xml);
+
+/// The names of a configuration's codes, 1 to 6; empty for another.
+std::string_view force_unit_name(unsigned code);
+std::string_view torque_unit_name(unsigned code);
 
 /// How many newtons (newton metres) the page's unit has. Errors: unsupported.
 Result<double> newtons_per(std::string_view force_unit);

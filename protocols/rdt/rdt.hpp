@@ -18,6 +18,7 @@ inline constexpr std::size_t max_records_per_datagram = 40;
 
 enum class RequestCommand : std::uint16_t {
   stop = 0x0000,
+  start_single = 0x0001,  ///< a record a datagram, not at high speed: what ATI's own Java sends
   start_realtime = 0x0002,
   start_buffered = 0x0003,  ///< several records per datagram
   start_multi_unit = 0x0004,
@@ -26,8 +27,7 @@ enum class RequestCommand : std::uint16_t {
 };
 
 constexpr bool starts_stream(RequestCommand command) {
-  return command == RequestCommand::start_realtime || command == RequestCommand::start_buffered ||
-         command == RequestCommand::start_multi_unit;
+  return command >= RequestCommand::start_single && command <= RequestCommand::start_multi_unit;
 }
 
 /// Host to sensor, 8 bytes: 0x1234, command, sample count (0 = until stopped).

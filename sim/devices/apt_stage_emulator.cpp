@@ -95,7 +95,8 @@ void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
   }
 }
 
-/// Counts a message that nobody asked for. An LTS lists no acknowledgement and never falls silent.
+/// Counts a message that nobody asked for. An LTS lists no acknowledgement and never falls silent;
+/// a BSC lists none and does, until a host begins anew (reference protocols.md A.2).
 bool AptStageEmulator::may_speak_unasked() {
   if (!lists_end_message_switch() || params_.silent_after == 0) return true;
   if (unacknowledged_ >= params_.silent_after) return false;
@@ -168,10 +169,12 @@ bool AptStageEmulator::handle_system(const Message& message, TimePoint now, Byte
       ++identified_;
       return true;
     case MessageId::set_eepromparams:
+      return true;
     case MessageId::set_trigger:
+      trigger_mode_ = message.param2;
       return true;
     case MessageId::req_trigger:
-      reply_short(MessageId::get_trigger, 1, 0, out);
+      reply_short(MessageId::get_trigger, 1, trigger_mode_, out);
       return true;
     default:
       return false;
@@ -187,8 +190,10 @@ bool AptStageEmulator::handle_status(const Message& message, TimePoint now, Byte
     reply(MessageId::get_poscounter, ChannelCounts{1, counter(now)}, out);
     return true;
   }
-  if (message.id == MessageId::ack_dcstatusupdate) unacknowledged_ = 0;
-  if (message.id == MessageId::ack_dcstatusupdate) return lists_end_message_switch();
+  if (message.id == MessageId::ack_dcstatusupdate) {
+    if (servo()) unacknowledged_ = 0;
+    return servo();
+  }
   if (!asks) return false;
   if (message.id == MessageId::req_statusbits)
     reply(MessageId::get_statusbits, StatusBits{1, status_bits(now)}, out);

@@ -132,6 +132,7 @@ class AptStageEmulator final : public Emulator {
   bool on_low_end_ = false;       ///< such a motion has ended at the switch
   std::optional<TimePoint> next_update_;
   std::uint32_t unacknowledged_ = 0;
+  std::uint8_t trigger_mode_ = 0;
   std::uint8_t outputs_ = 0;       ///< digital, of the channel
   std::uint8_t rack_outputs_ = 0;  ///< digital, of its rack
   std::uint64_t ignored_ = 0;

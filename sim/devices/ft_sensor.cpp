@@ -82,6 +82,11 @@ std::array<std::int32_t, 6> FtSensor::bias_counts() const {
   return counts;
 }
 
+void FtSensor::set_bias(const std::array<std::int32_t, 6>& counts) {
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    bias_[i] = counts[i] / (i < 3 ? params_.counts_per_n : params_.counts_per_nm);
+}
+
 void FtSensor::bias(const ContactState& contact, std::uint32_t sample) {
   bool saturated = false;
   bias_ = converted(contact, sample, saturated);

@@ -47,10 +47,10 @@ class FtSensor {
   [[nodiscard]] FtReading read(const ContactState& contact, std::uint32_t sample) const;
   /// The present reading becomes zero.
   void bias(const ContactState& contact, std::uint32_t sample);
-  void clear_bias() { bias_ = {}; }
   [[nodiscard]] const FtSensorParams& params() const { return params_; }
   /// What bias() subtracts, as counts.
   [[nodiscard]] std::array<std::int32_t, 6> bias_counts() const;
+  void set_bias(const std::array<std::int32_t, 6>& counts);
 
  private:
   [[nodiscard]] Wrench converted(const ContactState& contact, std::uint32_t sample,

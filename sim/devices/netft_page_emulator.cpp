@@ -1,6 +1,7 @@
 #include "sim/devices/netft_page_emulator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <optional>
 
@@ -13,32 +14,22 @@ namespace rdt = protocols::rdt;
 constexpr std::size_t largest_head = 8192;
 constexpr std::string_view xml = "text/xml", html = "text/html";
 
-/// A number of a query; nothing when it is absent or outside what the box takes.
-std::optional<double> number_in(std::string_view query, std::string_view key, double least,
-                                double most) {
-  const auto text = rdt::query_value(query, key);
-  double value = 0;
-  if (!text || std::from_chars(text->data(), text->data() + text->size(), value).ec != std::errc{})
+using Taker = void (*)(NetftSettings&, std::string_view query);
+
+/// The pages that set something.
+constexpr std::array takers = {
+    std::pair{std::string_view("/comm.cgi"), Taker{take_communication}},
+    std::pair{std::string_view("/setting.cgi"), Taker{take_settings}},
+    std::pair{std::string_view("/config.cgi"), Taker{take_configuration}},
+    std::pair{std::string_view("/moncon.cgi"), Taker{take_thresholds}}};
+
+/// Of "index=3".
+std::optional<std::size_t> configuration_in(std::string_view query) {
+  const auto text = rdt::query_value(query, "index");
+  std::size_t index = 0;
+  if (!text || std::from_chars(text->data(), text->data() + text->size(), index).ec != std::errc{})
     return std::nullopt;
-  return value >= least && value <= most ? std::optional(value) : std::nullopt;
-}
-
-/// Of the page "Communications".
-void take_communication(RdtEmulator& box, std::string_view query) {
-  if (const auto rate_hz = number_in(query, "comrdtrate", 1, 7000)) box.set_rate_hz(*rate_hz);
-  if (const auto size = number_in(query, "comrdtbsiz", 1, 40))
-    box.set_records_per_datagram(static_cast<std::size_t>(*size));
-  if (const auto on = number_in(query, "comrdte", 0, 1)) box.enable_rdt(*on == 1);
-}
-
-/// Of the page "Settings". Six zeros take the bias away; other values of it are not taken.
-void take_settings(RdtEmulator& box, std::string_view query) {
-  if (const auto filter = number_in(query, "setuserfilter", 0, 12))
-    box.set_user_filter(static_cast<unsigned>(*filter));
-  int zeros = 0;
-  for (const char* key : {"setbias0", "setbias1", "setbias2", "setbias3", "setbias4", "setbias5"})
-    if (number_in(query, key, 0, 0)) ++zeros;
-  if (zeros == 6) box.clear_bias();
+  return index < rdt::configurations ? std::optional(index) : std::nullopt;
 }
 
 }  // namespace
@@ -75,15 +66,15 @@ std::string NetftPageEmulator::page(const rdt::HttpRequest& request, TimePoint n
   const bool keep = request.keep_alive;
   if (box == nullptr) return rdt::http_reply(404, html, "The box is off\n", keep);
   if (request.path == rdt::settings_path)
-    return rdt::http_reply(200, xml, rdt::encode(box->settings(now)), keep);
+    return rdt::http_reply(200, xml, rdt::encode(box->page(now, configuration_in(request.query))),
+                           keep);
   if (request.path == rdt::calibration_path)
     return rdt::http_reply(200, xml, rdt::encode(box->calibration(now)), keep);
-  if (request.path == "/comm.cgi") {
-    take_communication(*box, request.query);
-    return rdt::http_reply(200, html, "Communication settings taken\n", keep);
-  }
-  if (request.path == "/setting.cgi") {
-    take_settings(*box, request.query);
+  for (const auto& [path, take] : takers) {
+    if (request.path != path) continue;
+    NetftSettings changed = box->settings();
+    take(changed, request.query);
+    box->take(changed);
     return rdt::http_reply(200, html, "Settings taken\n", keep);
   }
   if (request.path == "/") return rdt::http_reply(200, html, "Net F/T (emulated by Weft)\n", keep);

@@ -9,9 +9,8 @@
 
 namespace weft::sim {
 
-/// One connection. Pages: /netftapi2.xml, /netftcalapi.xml, /comm.cgi (comrdtrate, comrdtbsiz,
-/// comrdte), /setting.cgi (setuserfilter; setbias0 to setbias5, all of them zero), / (a word of
-/// welcome).
+/// One connection. Pages: /netftapi2.xml (with "index=n", of that configuration), /netftcalapi.xml,
+/// those that netft_settings.hpp names, / (a word of welcome).
 class NetftPageEmulator final : public ClientEmulator {
  public:
   /// `box` is asked at each request; nullptr: the box is off.

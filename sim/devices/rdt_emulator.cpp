@@ -17,6 +17,11 @@ std::uint16_t scale_of(const FtSensorParams& sensor, std::size_t component) {
   return static_cast<std::uint16_t>(std::clamp(factor, 1.0, 65535.0));
 }
 
+std::uint32_t whole(double counts) {
+  constexpr double most = std::numeric_limits<std::uint32_t>::max();
+  return static_cast<std::uint32_t>(std::clamp(std::round(counts), 0.0, most));
+}
+
 std::int16_t narrowed(std::int32_t counts, std::uint16_t scale) {
   const double narrow = std::round(static_cast<double>(counts) / scale);
   return static_cast<std::int16_t>(std::clamp(narrow, -32768.0, 32767.0));
@@ -25,7 +30,10 @@ std::int16_t narrowed(std::int32_t counts, std::uint16_t scale) {
 }  // namespace
 
 RdtEmulator::RdtEmulator(const RdtEmulatorParams& params, BenchWorld& world, std::uint64_t seed)
-    : params_(params), world_(&world), sensor_(params.sensor, seed) {}
+    : params_(params), world_(&world), sensor_(params.sensor, seed) {
+  settings_.rate_hz = params.rate_hz;
+  settings_.records_per_datagram = params.records_per_datagram;
+}
 
 void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
   wake(now, out);
@@ -37,6 +45,7 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
   switch (request->command) {
     case rdt::RequestCommand::stop:
       return stop(out);
+    case rdt::RequestCommand::start_single:  // at the stream's rate, too [E]
     case rdt::RequestCommand::start_realtime:
     case rdt::RequestCommand::start_buffered:
     case rdt::RequestCommand::start_multi_unit:  // of one unit: as in real time
@@ -44,17 +53,16 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
     case rdt::RequestCommand::set_bias:
       return sensor_.bias(world_->contact(now), conversion_at(now));
     case rdt::RequestCommand::reset_latch:
-      latched_ = false;
-      return;
+      return reset_latch();
     default:
       ++ignored_;
   }
 }
 
 void RdtEmulator::start(const rdt::Request& request, TimePoint now) {
-  if (!rdt_enabled_) return;
+  if (!settings_.rdt_enabled) return;
   streaming_ = true;
-  stream_rate_hz_ = params_.rate_hz;
+  stream_rate_hz_ = settings_.rate_hz;
   buffered_ = request.command == rdt::RequestCommand::start_buffered;
   wanted_ = request.sample_count;
   taken_ = 0;
@@ -92,7 +100,7 @@ void RdtEmulator::sample(TimePoint at, ByteSink& out) {
   const rdt::Record record = record_at(at);
   if (withheld(at)) return;
   rdt::append(buffer_, record);
-  if (!buffered_ || buffer_.size() >= params_.records_per_datagram * rdt::record_size) flush(out);
+  if (!buffered_ || buffer_.size() >= settings_.records_per_datagram * rdt::record_size) flush(out);
 }
 
 rdt::Record RdtEmulator::record_at(TimePoint at) {
@@ -105,8 +113,11 @@ rdt::Record RdtEmulator::record_at(TimePoint at) {
   if (reading.saturated) record.status = rdt::status::summary | rdt::status::saturation;
   const double fz_n = reading.counts[2] / params_.sensor.counts_per_n;
   const std::array<std::int32_t, 6> counts = transformed(reading.counts);
+  keep_peaks(counts);
+  const std::uint16_t breached = breached_by(counts);
+  breached_ |= breached;
   latched_ = latched_ || (params_.threshold_n > 0 && std::abs(fz_n) > params_.threshold_n) ||
-             condition_met(counts);
+             breached != 0;
   if (latched_) record.status |= rdt::status::summary | rdt::status::monitor_condition;
   if (const Fault* bit = suffers(FaultKind::status_bits, at))
     record.status |= rdt::status::summary | 1U << std::clamp(static_cast<int>(bit->amount), 0, 31);
@@ -115,16 +126,32 @@ rdt::Record RdtEmulator::record_at(TimePoint at) {
   return record;
 }
 
-bool RdtEmulator::condition_met(const std::array<std::int32_t, 6>& counts) const {
-  for (std::size_t i = 0; i < 16; ++i) {
-    const std::optional<rdt::WriteCondition>& condition = conditions_[i];
-    if (!condition || (conditions_enabled_ >> i & 1) == 0) continue;
-    const std::int64_t limit =
-        std::int64_t{condition->compared_with} * scale_of(params_.sensor, condition->axis);
-    const std::int64_t told = counts[condition->axis];
-    if (condition->comparison > 0 ? told > limit : told < limit) return true;
+/// A bit for each threshold that holds now. READFT enables its own, the pages theirs.
+std::uint16_t RdtEmulator::breached_by(const std::array<std::int32_t, 6>& counts) const {
+  unsigned out = 0;
+  for (std::size_t i = 0; i < settings_.threshold.size(); ++i) {
+    const rdt::Threshold& threshold = settings_.threshold[i];
+    const bool asked = (conditions_enabled_ >> i & 1) != 0;
+    const bool enabled = asked || (settings_.thresholds_enabled && threshold.enabled);
+    if (!enabled || threshold.axis < 0) continue;
+    const std::int32_t told = counts[static_cast<std::size_t>(threshold.axis)];
+    if (threshold.comparison > 0 ? told > threshold.counts : told < threshold.counts)
+      out |= 1U << i;
   }
-  return false;
+  return static_cast<std::uint16_t>(out);
+}
+
+void RdtEmulator::keep_peaks(const std::array<std::int32_t, 6>& counts) {
+  if (!settings_.peak_logging) return;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    highest_[i] = std::max(highest_[i], counts[i]);
+    lowest_[i] = std::min(lowest_[i], counts[i]);
+  }
+}
+
+void RdtEmulator::reset_latch() {
+  latched_ = false;
+  breached_ = 0;
 }
 
 std::array<std::int32_t, 6> RdtEmulator::transformed(
@@ -168,47 +195,95 @@ void RdtEmulator::suffer_reading(FtReading& reading, TimePoint at) {
   hold_if_stuck(reading, at);
 }
 
-rdt::SettingsPage RdtEmulator::settings(TimePoint now) {
+rdt::SettingsPage RdtEmulator::page(TimePoint now, std::optional<std::size_t> configuration) {
   const FtSensorParams& sensor = params_.sensor;
   const rdt::Record record = record_at(now);
   rdt::SettingsPage page;
-  page.counts_per_force = sensor.counts_per_n * calibration_factor(now);
-  page.counts_per_torque = sensor.counts_per_nm * calibration_factor(now);
-  page.rdt_rate_hz = params_.rate_hz;
-  page.rdt_enabled = rdt_enabled_;
+  page.configuration = settings_.configuration[configuration.value_or(settings_.active)];
+  page.active_configuration = settings_.active;
+  page.force_unit = rdt::force_unit_name(page.configuration.force_unit);
+  page.torque_unit = spelled_torque_unit(page.configuration.torque_unit);
+  page.counts_per_force = counts_per_force(page.configuration, now);
+  page.counts_per_torque = counts_per_torque(page.configuration, now);
+  page.rdt_rate_hz = settings_.rate_hz;
+  page.rdt_enabled = settings_.rdt_enabled;
+  page.buffer_size = static_cast<std::uint32_t>(settings_.records_per_datagram);
+  page.multi_unit = settings_.multi_unit;
+  page.ethernet_ip = settings_.ethernet_ip;
   page.calibration_serial = calibration(now).serial;
-  page.user_filter = user_filter_;
-  page.torque_unit = params_.torque_unit;
+  page.user_filter = settings_.user_filter;
   page.max_ratings = sensor.range;
   page.bias_counts = sensor_.bias_counts();
   std::copy_n(record.force_counts.begin(), 3, page.counts.begin());
   std::copy_n(record.torque_counts.begin(), 3, page.counts.begin() + 3);
-  page.tool_transform = transform_.told();
+  page.peak_logging = settings_.peak_logging;
+  page.highest_counts = highest_;
+  page.lowest_counts = lowest_;
   page.status = record.status;
-  page.buffer_size = static_cast<std::uint32_t>(params_.records_per_datagram);
+  page.thresholds_enabled = settings_.thresholds_enabled;
+  page.threshold = settings_.threshold;
+  page.breached = breached_;
+  for (std::size_t i = 0; i < settings_.threshold.size(); ++i)
+    if ((breached_ >> i & 1) != 0) page.output_code |= settings_.threshold[i].output_code;
+  page.latched = latched_;
   return page;
+}
+
+double RdtEmulator::counts_per_force(const rdt::Configuration& of, TimePoint now) const {
+  const auto newtons = rdt::newtons_per(rdt::force_unit_name(of.force_unit));
+  return params_.sensor.counts_per_n * calibration_factor(now) * newtons.value();
+}
+
+double RdtEmulator::counts_per_torque(const rdt::Configuration& of, TimePoint now) const {
+  const auto newton_metres = rdt::newton_metres_per(rdt::torque_unit_name(of.torque_unit));
+  return params_.sensor.counts_per_nm * calibration_factor(now) * newton_metres.value();
+}
+
+/// "N-m" or "Nm", and so the others, as the box's firmware has it.
+std::string RdtEmulator::spelled_torque_unit(unsigned code) const {
+  std::string unit(rdt::torque_unit_name(code));
+  const std::size_t newton = unit.find("Nm");
+  if (newton != std::string::npos && params_.torque_unit == "N-m") unit.insert(newton + 1, "-");
+  return unit;
 }
 
 rdt::CalibrationPage RdtEmulator::calibration(TimePoint now) const {
   const double factor = calibration_factor(now);
-  return {params_.calibration_serial + (factor == 1 ? "" : "x"),
-          params_.sensor.counts_per_n * factor, params_.sensor.counts_per_nm * factor};
+  rdt::CalibrationPage page{params_.calibration_serial + (factor == 1 ? "" : "x"),
+                            params_.sensor.counts_per_n * factor,
+                            params_.sensor.counts_per_nm * factor};
+  page.torque_unit = params_.torque_unit;
+  page.max_ratings = params_.sensor.range;
+  return page;
+}
+
+NetftSettings RdtEmulator::settings() const {
+  NetftSettings out = settings_;
+  out.bias_counts = sensor_.bias_counts();
+  return out;
+}
+
+void RdtEmulator::take(const NetftSettings& settings) {
+  settings_ = settings;
+  if (settings.bias_counts != sensor_.bias_counts()) sensor_.set_bias(settings.bias_counts);
+  transform_ = ToolTransform::create(settings_.configuration[settings_.active]).value();
 }
 
 rdt::CalibrationReply RdtEmulator::calibration_reply(TimePoint now) const {
-  const double factor = calibration_factor(now);
-  const FtSensorParams& sensor = params_.sensor;
+  const rdt::Configuration& active = settings_.configuration[settings_.active];
   rdt::CalibrationReply reply;
-  reply.counts_per_force = static_cast<std::uint32_t>(std::llround(sensor.counts_per_n * factor));
-  reply.counts_per_torque = static_cast<std::uint32_t>(std::llround(sensor.counts_per_nm * factor));
-  for (std::size_t i = 0; i < reply.scale.size(); ++i) reply.scale[i] = scale_of(sensor, i);
+  reply.force_unit = static_cast<std::uint8_t>(active.force_unit);
+  reply.torque_unit = static_cast<std::uint8_t>(active.torque_unit);
+  reply.counts_per_force = whole(counts_per_force(active, now));
+  reply.counts_per_torque = whole(counts_per_torque(active, now));
+  for (std::size_t i = 0; i < reply.scale.size(); ++i) reply.scale[i] = scale_of(params_.sensor, i);
   return reply;
 }
 
 rdt::FtReply RdtEmulator::read_ft(const rdt::ReadFt& read, TimePoint now) {
   conditions_enabled_ = read.condition_mask;
   if (read.bias) sensor_.bias(world_->contact(now), conversion_at(now));
-  if (read.clear_latch) latched_ = false;
+  if (read.clear_latch) reset_latch();
   const rdt::Record record = record_at(now);
   rdt::FtReply reply;
   reply.status = static_cast<std::uint16_t>(record.status >> 16);
@@ -220,23 +295,30 @@ rdt::FtReply RdtEmulator::read_ft(const rdt::ReadFt& read, TimePoint now) {
 }
 
 Status RdtEmulator::set_transform(const rdt::WriteTransform& write) {
-  const auto made = ToolTransform::create(write);
+  rdt::Configuration changed = settings_.configuration[settings_.active];
+  changed.distance_unit = write.distance_unit;
+  changed.angle_unit = write.angle_unit;
+  for (std::size_t i = 0; i < changed.tool_transform.size(); ++i)
+    changed.tool_transform[i] = write.hundredths[i] / 100.0;
+  const auto made = ToolTransform::create(changed);
   if (!made) return pass(made.error());
+  settings_.configuration[settings_.active] = std::move(changed);
   transform_ = *made;
   return {};
 }
 
 Status RdtEmulator::set_condition(const rdt::WriteCondition& write) {
-  if (write.index >= conditions_.size() || write.axis > 5 || std::abs(write.comparison) != 1)
+  constexpr std::size_t told_of = 32;
+  if (write.index >= told_of || write.axis > 5 || std::abs(write.comparison) != 1)
     return fail(Errc::range, "no such threshold condition", {},
                 "index 0 to 31, axis 0 to 5, comparison 1 or -1");
-  conditions_[write.index] = write;
+  if (write.index >= settings_.threshold.size()) return {};
+  rdt::Threshold& threshold = settings_.threshold[write.index];
+  threshold.axis = write.axis;
+  threshold.comparison = write.comparison;
+  threshold.counts = write.compared_with * scale_of(params_.sensor, write.axis);
+  threshold.output_code = write.output_code;
   return {};
-}
-
-void RdtEmulator::set_rate_hz(double rate_hz) {
-  constexpr double conversions_hz = 7000;
-  params_.rate_hz = conversions_hz / std::max(1.0, std::floor(conversions_hz / rate_hz));
 }
 
 void RdtEmulator::flush(ByteSink& out) {

@@ -1,20 +1,20 @@
 #include "sim/devices/tool_transform.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <numbers>
+
+#include "protocols/rdt/tcp_command.hpp"
 
 namespace weft::sim {
 
-Result<ToolTransform> ToolTransform::create(const protocols::rdt::WriteTransform& write) {
-  const auto metres = protocols::rdt::metres_per(write.distance_unit);
+Result<ToolTransform> ToolTransform::create(const protocols::rdt::Configuration& of) {
+  const auto metres = protocols::rdt::metres_per(static_cast<std::uint8_t>(of.distance_unit));
   if (!metres) return pass(metres.error());
-  const auto radians = protocols::rdt::radians_per(write.angle_unit);
+  const auto radians = protocols::rdt::radians_per(static_cast<std::uint8_t>(of.angle_unit));
   if (!radians) return pass(radians.error());
   ToolTransform made;
   for (std::size_t i = 0; i < 3; ++i) {
-    made.offset_m_[i] = write.hundredths[i] / 100.0 * *metres;
-    made.turn_rad_[i] = write.hundredths[i + 3] / 100.0 * *radians;
+    made.offset_m_[i] = of.tool_transform[i] * *metres;
+    made.turn_rad_[i] = of.tool_transform[i + 3] * *radians;
   }
   return made;
 }
@@ -32,14 +32,6 @@ Wrench ToolTransform::apply(const Wrench& sensed) const {
   const Vector3d f = frame.transpose() * force;
   const Vector3d t = frame.transpose() * (torque - offset.cross(force));
   return {f.x(), f.y(), f.z(), t.x(), t.y(), t.z()};
-}
-
-std::array<double, 6> ToolTransform::told() const {
-  std::array<double, 6> out{};
-  std::transform(offset_m_.begin(), offset_m_.end(), out.begin(), [](double m) { return m * 1e3; });
-  std::transform(turn_rad_.begin(), turn_rad_.end(), out.begin() + 3,
-                 [](double rad) { return rad * 180 / std::numbers::pi; });
-  return out;
 }
 
 }  // namespace weft::sim

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "protocols/rdt/tcp_command.hpp"
+#include "protocols/rdt/page.hpp"
 #include "sim/devices/ft_sensor.hpp"
 
 namespace weft::sim {
@@ -14,12 +14,10 @@ class ToolTransform {
  public:
   ToolTransform() = default;
   /// Errors: unsupported, for a unit that the box does not have.
-  static Result<ToolTransform> create(const protocols::rdt::WriteTransform& write);
+  static Result<ToolTransform> create(const protocols::rdt::Configuration& of);
 
   [[nodiscard]] bool none() const { return *this == ToolTransform{}; }
   [[nodiscard]] Wrench apply(const Wrench& sensed) const;
-  /// dx dy dz [mm] and rx ry rz [degrees], as the box's page tells them.
-  [[nodiscard]] std::array<double, 6> told() const;
 
   bool operator==(const ToolTransform&) const = default;
 

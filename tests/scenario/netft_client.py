@@ -20,7 +20,7 @@ import xml.etree.ElementTree
 
 from emulated_support import ServedRig, free_port, rig_file
 
-STOP, START, BUFFERED, RESET_LATCH, BIAS = 0, 2, 3, 0x41, 0x42
+STOP, SINGLE, START, BUFFERED, RESET_LATCH, BIAS = 0, 1, 2, 3, 0x41, 0x42
 RECORD = 36
 LATCHED = 0x80010000
 
@@ -64,12 +64,13 @@ class Client:
 
 
 def one_sample(client):
-    client.request(START, 1)
-    (sequence, _, status, counts), = client.records()
-    assert (sequence, status) == (1, 0), (sequence, status)
-    weight = counts[2] / 1e6
-    assert 2.8 < weight < 3.1, f"the plate's weight: {weight} N"
-    assert client.hears(0.3) == 0, "one was asked for"
+    for start in (START, SINGLE):
+        client.request(start, 1)
+        (sequence, _, status, counts), = client.records()
+        assert (sequence, status) == (1, 0), (sequence, status)
+        weight = counts[2] / 1e6
+        assert 2.8 < weight < 3.1, f"the plate's weight: {weight} N"
+        assert client.hears(0.3) == 0, "one was asked for"
 
 
 def stream(client):
@@ -135,11 +136,35 @@ def pages(url):
     with urllib.request.urlopen(url + "/netftcalapi.xml?index=0", timeout=5) as reply:
         root = xml.etree.ElementTree.fromstring(reply.read())
     assert root.tag == "netftCalibration" and root.find("calsn").text == "FT12288"
+    assert (root.find("scalfu").text, root.find("scaltu").text) == ("N", "N-m")
     try:
         urllib.request.urlopen(url + "/nothing", timeout=5)
         raise AssertionError("there is no such page")
     except urllib.error.HTTPError as refused:
         assert refused.code == 404
+
+
+def box_settings(url):
+    """What the box's forms set, as its page tells it; everything is put back."""
+    def told(name, page="/netftapi2.xml"):
+        with urllib.request.urlopen(url + page, timeout=5) as reply:
+            return xml.etree.ElementTree.fromstring(reply.read()).find(name).text
+
+    for form, name, expected in (
+            ("config.cgi?cfgid=4&cfgnam=a%20b&cfgfu=1&cfgtfx2=132.71", "cfgnam", "Weft"),
+            ("setting.cgi?setcfgsel=4", "cfgnam", "a b"),
+            ("setting.cgi?setcfgsel=4", "scfgfu", "lbf"),
+            ("setting.cgi?setcfgsel=4", "cfgtfx", "0;0;132.71;0;0;0"),
+            ("setting.cgi?setcfgsel=0", "scfgfu", "N"),
+            ("setting.cgi?setpke=1", "setpke", "1"),
+            ("setting.cgi?setbias5=77", "setbias", told("setbias").rpartition(";")[0] + ";77"),
+            ("moncon.cgi?mcx15=2&mcc15=-1&mcv15=-5", "mcv", "0;" * 15 + "-5"),
+            ("comm.cgi?comeipe=1", "comeipe", "Enabled")):
+        with urllib.request.urlopen(f"{url}/{form}", timeout=5) as reply:
+            assert reply.status == 200, form
+        assert told(name) == expected, (form, name, told(name))
+    assert told("cfgusra", "/netftapi2.xml?index=4") is None and told("cfgnam", "/netftapi2.xml?index=4") == "a b"
+    urllib.request.urlopen(url + "/setting.cgi?setbias5=0", timeout=5).close()
 
 
 def read_exactly(connection, size):
@@ -258,6 +283,7 @@ def main():
             command_port((box["commands"]["host"], box["commands"]["port"]), client)
             print("the command port: calibration, readings, bias, transform")
             pages(url)
+            box_settings(url)
             other_programs(url, place)
             faults(served, client)
             print("faults come and go by order")

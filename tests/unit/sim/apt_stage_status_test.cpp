@@ -60,6 +60,32 @@ TEST_CASE("a servo without acknowledgements keeps the ends of moves to itself, a
 }
 
 TEST_CASE(
+    "of the steppers a BSC falls silent, which no acknowledgement ends; LTS and K10CR1 do not") {
+  for (const auto& [model, stage] :
+       {std::pair{"BSC201", "NRT150"}, {"LTS150", "LTS150"}, {"K10CR1", "K10CR1"}}) {
+    CAPTURE(model);
+    Unit unit = Unit::at(model, stage);
+    const bool bsc = std::string(model) == "BSC201";
+    unit.send("11 00 00 00 50 01");
+    unit.run(6);
+    CHECK(unit.take().size() == (bsc ? 50U : 60U) * 20);
+    unit.send("92 04 00 00 50 01");
+    unit.run(1);
+    CHECK(unit.take().size() == (bsc ? 0U : 10U) * 20);
+    unit.send("80 04 01 00 50 01");
+    CHECK(decode(unit.take())->id == MessageId::get_statusupdate);
+  }
+}
+
+TEST_CASE("the mode of the trigger is given back") {
+  Unit unit;
+  unit.send("01 05 01 00 50 01");
+  CHECK(unit.take() == hex("02 05 01 00 01 50"));
+  unit.send("00 05 01 53 50 01 01 05 01 00 50 01");
+  CHECK(unit.take() == hex("02 05 01 53 01 50"));
+}
+
+TEST_CASE(
     "what a host asked for ends with it: updates, silence about ends, the count of messages") {
   const auto ends_told = [](Unit& unit) {
     unit.take();

@@ -30,7 +30,15 @@ inline WorldParams stages_world() {
 struct Unit {
   explicit Unit(const std::string& stage = "LTS150",
                 RetargetPolicy retarget = RetargetPolicy::replan)
-      : world(stages_world(), 1), emulator(params(stage, retarget), world, {}) {}
+      : Unit(params(stage, retarget)) {}
+  explicit Unit(const AptStageParams& params)
+      : world(stages_world(), 1), emulator(params, world, {}) {}
+  /// A stage at a controller of this model.
+  static Unit at(const std::string& model, const std::string& stage) {
+    AptStageParams p = params(stage, RetargetPolicy::replan);
+    p.model = model;
+    return Unit(p);
+  }
 
   static AptStageParams params(const std::string& stage, RetargetPolicy retarget) {
     AptStageParams p;

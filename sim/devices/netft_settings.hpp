@@ -1,0 +1,41 @@
+#pragma once
+// What the web pages of a Net F/T box set (manual 9620-05-NET, sections 7.1 to 7.4).
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "protocols/rdt/page.hpp"
+#include "protocols/rdt/rdt.hpp"
+
+namespace weft::sim {
+
+/// A box sends every n-th of so many conversions a second.
+inline constexpr double conversions_hz = 7000;
+
+struct NetftSettings {
+  double rate_hz = 100;                          ///< of the next stream, 1 to 7000
+  std::size_t records_per_datagram = 10;         ///< of buffered streams, 1 to 40
+  bool rdt_enabled = true;                       ///< without, no start request is heard
+  bool ethernet_ip = false, multi_unit = false;  ///< shown only [E]
+  unsigned user_filter = 0;  ///< the low-pass filter's number; readings are not filtered [E]
+  bool peak_logging = false;
+  std::array<std::int32_t, 6> bias_counts{};  ///< of force and torque; a box has its gauges' [E]
+  std::array<protocols::rdt::Configuration, protocols::rdt::configurations> configuration;
+  unsigned active = 0;  ///< which configuration
+  bool thresholds_enabled = false;
+  std::array<protocols::rdt::Threshold, protocols::rdt::thresholds> threshold;
+};
+
+/// Of /comm.cgi: comrdtrate, rounded up to the next rate that the box has; comrdtbsiz, comrdte,
+/// comrdtmsyn, comeipe. Here and below, a value outside what the box takes leaves the old one.
+void take_communication(NetftSettings& settings, std::string_view query);
+/// Of /setting.cgi: setuserfilter, setpke, setcfgsel, setbias0 to setbias5.
+void take_settings(NetftSettings& settings, std::string_view query);
+/// Of /config.cgi: cfgnam, cfgcalsel, cfgfu, cfgtu, cfgtdu, cfgtau, cfgtfx0 to cfgtfx5, cfgusra,
+/// cfgusrb, of the configuration cfgid, without which nothing is taken.
+void take_configuration(NetftSettings& settings, std::string_view query);
+/// Of /moncon.cgi: setmce, and mce, mcx, mcc, mcv, mco of each threshold.
+void take_thresholds(NetftSettings& settings, std::string_view query);
+
+}  // namespace weft::sim
