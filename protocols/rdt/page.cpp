@@ -118,10 +118,6 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-}  // namespace
-
-namespace {
-
 constexpr std::string_view prologue = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
 
 std::string present_state(const SettingsPage& page) {
@@ -186,7 +182,7 @@ std::string encode(const SettingsPage& page) {
 
 std::string encode(const CalibrationPage& page) {
   return std::string(prologue) + "<netftCalibration>\n" + tag("calsn", page.serial) +
-         tag("calpn", "SI-40-2") + tag("caldt", "2026/01/01") + tag("calfu", "2") +
+         tag("calpn", page.part_number) + tag("caldt", page.date) + tag("calfu", "2") +
          tag("scalfu", page.force_unit) + tag("caltu", "3") + tag("scaltu", page.torque_unit) +
          tag("calmr", list(page.max_ratings)) + tag("calcpf", number(page.counts_per_force)) +
          tag("calcpt", number(page.counts_per_torque)) + "</netftCalibration>\n";

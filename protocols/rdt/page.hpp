@@ -73,6 +73,7 @@ struct CalibrationPage {
   double counts_per_force = 1e6;
   double counts_per_torque = 1e6;
   // Written only.
+  std::string part_number = {}, date = {};            ///< calpn, caldt
   std::string force_unit = "N", torque_unit = "N-m";  ///< scalfu, scaltu
   std::array<double, 6> max_ratings{};                ///< calmr
 };

@@ -18,7 +18,7 @@ inline constexpr std::size_t max_records_per_datagram = 40;
 
 enum class RequestCommand : std::uint16_t {
   stop = 0x0000,
-  start_single = 0x0001,  ///< a record a datagram, not at high speed: what ATI's own Java sends
+  start_single = 0x0001,  ///< not at high speed (ATI's Java library com.atiia.automation.sensors)
   start_realtime = 0x0002,
   start_buffered = 0x0003,  ///< several records per datagram
   start_multi_unit = 0x0004,

@@ -95,10 +95,12 @@ void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
   }
 }
 
-/// Counts a message that nobody asked for. An LTS lists no acknowledgement and never falls silent;
-/// a BSC lists none and does, until a host begins anew (reference protocols.md A.2).
+/// Counts a message that nobody asked for. Silent without acknowledgements fall those that list it,
+/// and the BSC, which lists none: there only a host that begins anew helps (reference protocols.md
+/// A.3).
 bool AptStageEmulator::may_speak_unasked() {
-  if (!lists_end_message_switch() || params_.silent_after == 0) return true;
+  const bool falls_silent = servo() || params_.model.starts_with("BSC");
+  if (!falls_silent || params_.silent_after == 0) return true;
   if (unacknowledged_ >= params_.silent_after) return false;
   ++unacknowledged_;
   return true;

@@ -32,8 +32,8 @@ struct AptStageParams {
   bool enabled = true;   ///< the channel, when the power comes on
   bool encoder = false;  ///< steppers: the status tells where the carriage is beside the step count
   RetargetPolicy retarget = RetargetPolicy::replan;
-  /// Controllers fall silent after this many status messages that nobody asked for, without an
-  /// acknowledgement (APT16 p. 98); 0 switches it off.
+  /// Servos and BSC fall silent after this many status messages that nobody asked for, servos until
+  /// they are acknowledged (APT16 p. 98); 0 switches it off.
   std::uint32_t silent_after = 50;
 };
 

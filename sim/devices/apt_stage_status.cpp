@@ -80,10 +80,9 @@ std::int32_t AptStageEmulator::encoder(TimePoint now) const {
   return counts_at(stage().position(now)) - encoder_zero_counts_;
 }
 
-/// Stages with their controller built in list neither the switch of end-of-move messages nor the
-/// acknowledgement: the LTS (A.6), and by the issue of December 2025 the K10CR1.
+/// The LTS lists neither the switch of end-of-move messages nor the acknowledgement (A.6).
 bool AptStageEmulator::lists_end_message_switch() const {
-  return servo() || !(params_.model.starts_with("LTS") || params_.model.starts_with("K10CR"));
+  return servo() || !params_.model.starts_with("LTS");
 }
 
 }  // namespace weft::sim

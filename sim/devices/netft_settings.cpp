@@ -13,25 +13,30 @@ namespace {
 
 namespace rdt = protocols::rdt;
 
-constexpr std::size_t longest_name = 32;
+constexpr std::size_t longest_name = 32, longest_user_field = 16;
 
-/// A number of a query; nothing when it is absent or outside of what the box takes.
-std::optional<double> number_in(std::string_view query, const std::string& key, double least,
-                                double most) {
-  const auto text = rdt::query_value(query, key);
-  double value = 0;
-  if (!text || std::from_chars(text->data(), text->data() + text->size(), value).ec != std::errc{})
-    return std::nullopt;
-  return value >= least && value <= most ? std::optional(value) : std::nullopt;
-}
-
+/// A number of a query; nothing when it is absent, no such number or outside of what the box takes.
 template <class Number>
-void take(Number& value, std::string_view query, const std::string& key, double least,
-          double most) {
-  if (const auto given = number_in(query, key, least, most)) value = static_cast<Number>(*given);
+std::optional<Number> number_in(std::string_view query, const std::string& key, Number least,
+                                Number most) {
+  const auto text = rdt::query_value(query, key);
+  if (!text) return std::nullopt;
+  const char* const end = text->data() + text->size();
+  Number value = 0;
+  const auto read = std::from_chars(text->data(), end, value);
+  if (read.ec != std::errc{} || read.ptr != end || !(value >= least && value <= most))
+    return std::nullopt;
+  return value;
 }
 
-/// "%20" and "+" of a query as what they stand for.
+/// A whole number that is switch, code, count or index.
+template <class Whole>
+void take(Whole& value, std::string_view query, const std::string& key, std::int64_t least,
+          std::int64_t most) {
+  if (const auto given = number_in(query, key, least, most)) value = static_cast<Whole>(*given);
+}
+
+/// "%20" and "+" of a query as what they stand for; what a page cannot hold is a "?".
 std::string plain(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -45,17 +50,19 @@ std::string plain(std::string_view text) {
       out += text[i] == '+' ? ' ' : text[i];
     }
   }
+  const auto unprintable = [](char c) { return c < ' ' || c > '~'; };
+  std::replace_if(out.begin(), out.end(), unprintable, '?');
   return out;
 }
 
-void take(std::string& name, std::string_view query, const std::string& key) {
-  if (const auto given = rdt::query_value(query, key)) name = plain(*given).substr(0, longest_name);
+void take(std::string& text, std::string_view query, const std::string& key, std::size_t longest) {
+  if (const auto given = rdt::query_value(query, key)) text = plain(*given).substr(0, longest);
 }
 
 }  // namespace
 
 void take_communication(NetftSettings& settings, std::string_view query) {
-  if (const auto rate_hz = number_in(query, "comrdtrate", 1, conversions_hz))
+  if (const auto rate_hz = number_in(query, "comrdtrate", 1.0, conversions_hz))
     settings.rate_hz = conversions_hz / std::floor(conversions_hz / *rate_hz);
   take(settings.records_per_datagram, query, "comrdtbsiz", 1, rdt::max_records_per_datagram);
   take(settings.rdt_enabled, query, "comrdte", 0, 1);
@@ -74,11 +81,11 @@ void take_settings(NetftSettings& settings, std::string_view query) {
 }
 
 void take_configuration(NetftSettings& settings, std::string_view query) {
-  const auto id = number_in(query, "cfgid", 0, rdt::configurations - 1);
+  const auto id = number_in<std::size_t>(query, "cfgid", 0, rdt::configurations - 1);
   if (!id) return;
-  rdt::Configuration& own = settings.configuration[static_cast<std::size_t>(*id)];
+  rdt::Configuration& own = settings.configuration[*id];
   constexpr double longest = 1e4, widest = 360;
-  take(own.name, query, "cfgnam");
+  take(own.name, query, "cfgnam", longest_name);
   take(own.calibration, query, "cfgcalsel", 0, rdt::configurations - 1);
   take(own.force_unit, query, "cfgfu", 1, 6);
   take(own.torque_unit, query, "cfgtu", 1, 6);
@@ -86,10 +93,11 @@ void take_configuration(NetftSettings& settings, std::string_view query) {
   take(own.angle_unit, query, "cfgtau", 1, 2);
   for (std::size_t i = 0; i < own.tool_transform.size(); ++i) {
     const double most = i < 3 ? longest : widest;
-    take(own.tool_transform[i], query, "cfgtfx" + std::to_string(i), -most, most);
+    if (const auto given = number_in(query, "cfgtfx" + std::to_string(i), -most, most))
+      own.tool_transform[i] = *given;
   }
-  take(own.user_a, query, "cfgusra");
-  take(own.user_b, query, "cfgusrb");
+  take(own.user_a, query, "cfgusra", longest_user_field);
+  take(own.user_b, query, "cfgusrb", longest_user_field);
 }
 
 void take_thresholds(NetftSettings& settings, std::string_view query) {
@@ -101,7 +109,7 @@ void take_thresholds(NetftSettings& settings, std::string_view query) {
     take(own.enabled, query, "mce" + n, 0, 1);
     take(own.axis, query, "mcx" + n, -1, 5);
     if (const auto sign = number_in(query, "mcc" + n, -1, 1); sign && *sign != 0)
-      own.comparison = static_cast<int>(*sign);
+      own.comparison = *sign;
     take(own.counts, query, "mcv" + n, Limits::min(), Limits::max());
     take(own.output_code, query, "mco" + n, 0, 255);
   }

@@ -1,5 +1,6 @@
 #pragma once
-// What the web pages of a Net F/T box set (manual 9620-05-NET, sections 7.1 to 7.4).
+// What the web pages of a Net F/T box set: the forms, keys and limits that a public client has from
+// the box's manual (9620-05-NET FT-22, 7.1 to 7.4) and has tried on a box of firmware 2.2.59.
 
 #include <array>
 #include <cstdint>

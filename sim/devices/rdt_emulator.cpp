@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace weft::sim {
 
@@ -143,9 +144,10 @@ std::uint16_t RdtEmulator::breached_by(const std::array<std::int32_t, 6>& counts
 
 void RdtEmulator::keep_peaks(const std::array<std::int32_t, 6>& counts) {
   if (!settings_.peak_logging) return;
+  if (!highest_) highest_ = lowest_ = counts;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    highest_[i] = std::max(highest_[i], counts[i]);
-    lowest_[i] = std::min(lowest_[i], counts[i]);
+    (*highest_)[i] = std::max((*highest_)[i], counts[i]);
+    (*lowest_)[i] = std::min((*lowest_)[i], counts[i]);
   }
 }
 
@@ -212,13 +214,16 @@ rdt::SettingsPage RdtEmulator::page(TimePoint now, std::optional<std::size_t> co
   page.ethernet_ip = settings_.ethernet_ip;
   page.calibration_serial = calibration(now).serial;
   page.user_filter = settings_.user_filter;
-  page.max_ratings = sensor.range;
+  for (std::size_t i = 0; i < page.max_ratings.size(); ++i)
+    page.max_ratings[i] = sensor.range[i] / (i < 3 ? rdt::newtons_per(page.force_unit)
+                                                   : rdt::newton_metres_per(page.torque_unit))
+                                                .value();
   page.bias_counts = sensor_.bias_counts();
   std::copy_n(record.force_counts.begin(), 3, page.counts.begin());
   std::copy_n(record.torque_counts.begin(), 3, page.counts.begin() + 3);
   page.peak_logging = settings_.peak_logging;
-  page.highest_counts = highest_;
-  page.lowest_counts = lowest_;
+  page.highest_counts = highest_.value_or(page.highest_counts);
+  page.lowest_counts = lowest_.value_or(page.lowest_counts);
   page.status = record.status;
   page.thresholds_enabled = settings_.thresholds_enabled;
   page.threshold = settings_.threshold;
@@ -231,12 +236,18 @@ rdt::SettingsPage RdtEmulator::page(TimePoint now, std::optional<std::size_t> co
 
 double RdtEmulator::counts_per_force(const rdt::Configuration& of, TimePoint now) const {
   const auto newtons = rdt::newtons_per(rdt::force_unit_name(of.force_unit));
-  return params_.sensor.counts_per_n * calibration_factor(now) * newtons.value();
+  return std::round(params_.sensor.counts_per_n * calibration_factor(now) * newtons.value());
 }
 
 double RdtEmulator::counts_per_torque(const rdt::Configuration& of, TimePoint now) const {
   const auto newton_metres = rdt::newton_metres_per(rdt::torque_unit_name(of.torque_unit));
-  return params_.sensor.counts_per_nm * calibration_factor(now) * newton_metres.value();
+  return std::round(params_.sensor.counts_per_nm * calibration_factor(now) * newton_metres.value());
+}
+
+bool RdtEmulator::fits(const rdt::Configuration& configuration) const {
+  constexpr double most = std::numeric_limits<std::uint32_t>::max();
+  return counts_per_force(configuration, {}) <= most &&
+         counts_per_torque(configuration, {}) <= most;
 }
 
 /// "N-m" or "Nm", and so the others, as the box's firmware has it.
@@ -254,6 +265,8 @@ rdt::CalibrationPage RdtEmulator::calibration(TimePoint now) const {
                             params_.sensor.counts_per_nm * factor};
   page.torque_unit = params_.torque_unit;
   page.max_ratings = params_.sensor.range;
+  page.part_number = "SI-40-2";
+  page.date = "2026/01/01";
   return page;
 }
 
@@ -264,7 +277,13 @@ NetftSettings RdtEmulator::settings() const {
 }
 
 void RdtEmulator::take(const NetftSettings& settings) {
-  settings_ = settings;
+  if (settings.peak_logging && !settings_.peak_logging) highest_ = lowest_ = std::nullopt;
+  const auto before = std::exchange(settings_, settings);
+  for (std::size_t i = 0; i < before.configuration.size(); ++i)
+    if (!fits(settings_.configuration[i])) {
+      settings_.configuration[i].force_unit = before.configuration[i].force_unit;
+      settings_.configuration[i].torque_unit = before.configuration[i].torque_unit;
+    }
   if (settings.bias_counts != sensor_.bias_counts()) sensor_.set_bias(settings.bias_counts);
   transform_ = ToolTransform::create(settings_.configuration[settings_.active]).value();
 }

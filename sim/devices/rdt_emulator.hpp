@@ -49,7 +49,8 @@ class RdtEmulator final : public ForceEmulator {
   /// Of the conditions that a READFT enables; of 16 to 31 nothing comes. Errors: range, for an
   /// axis, an index or a comparison that there is not.
   Status set_condition(const protocols::rdt::WriteCondition& write);
-  /// What its pages set, all within what the box takes.
+  /// What its pages set, all within what the box takes. A unit whose counts do not fit the command
+  /// port's 32 bits leaves the old one [E].
   [[nodiscard]] NetftSettings settings() const;
   void take(const NetftSettings& settings);
 
@@ -66,6 +67,7 @@ class RdtEmulator final : public ForceEmulator {
   [[nodiscard]] std::uint16_t breached_by(const std::array<std::int32_t, 6>& counts) const;
   void keep_peaks(const std::array<std::int32_t, 6>& counts);
   void reset_latch();
+  [[nodiscard]] bool fits(const protocols::rdt::Configuration& configuration) const;
   [[nodiscard]] double counts_per_force(const protocols::rdt::Configuration& of,
                                         TimePoint now) const;
   [[nodiscard]] double counts_per_torque(const protocols::rdt::Configuration& of,
@@ -91,7 +93,7 @@ class RdtEmulator final : public ForceEmulator {
   std::uint32_t sent_ = 0;      ///< the number of the last record
   bool latched_ = false;        ///< the monitor condition
   std::uint16_t breached_ = 0;  ///< by which thresholds, since the latch was reset
-  std::array<std::int32_t, 6> highest_{}, lowest_{};
+  std::optional<std::array<std::int32_t, 6>> highest_, lowest_;  ///< since they are logged
   TimePoint started_{};
   Bytes buffer_;
   std::uint64_t ignored_ = 0;

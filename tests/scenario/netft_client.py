@@ -145,7 +145,7 @@ def pages(url):
 
 
 def box_settings(url):
-    """What the box's forms set, as its page tells it; everything is put back."""
+    """What the box's forms set, as its page tells it, and set back."""
     def told(name, page="/netftapi2.xml"):
         with urllib.request.urlopen(url + page, timeout=5) as reply:
             return xml.etree.ElementTree.fromstring(reply.read()).find(name).text
@@ -159,12 +159,16 @@ def box_settings(url):
             ("setting.cgi?setpke=1", "setpke", "1"),
             ("setting.cgi?setbias5=77", "setbias", told("setbias").rpartition(";")[0] + ";77"),
             ("moncon.cgi?mcx15=2&mcc15=-1&mcv15=-5", "mcv", "0;" * 15 + "-5"),
-            ("comm.cgi?comeipe=1", "comeipe", "Enabled")):
+            ("comm.cgi?comeipe=1", "comeipe", "Enabled"),
+            ("config.cgi?cfgid=4&cfgnam=Weft&cfgfu=2&cfgtfx2=0", "cfgnam", "Weft"),
+            ("setting.cgi?setpke=0", "setpke", "0"),
+            ("setting.cgi?setbias5=" + told("setbias").rpartition(";")[2], "setbias", told("setbias")),
+            ("moncon.cgi?mcx15=-1&mcc15=1&mcv15=0", "mcv", "0;" * 15 + "0"),
+            ("comm.cgi?comeipe=0", "comeipe", "Disabled")):
         with urllib.request.urlopen(f"{url}/{form}", timeout=5) as reply:
             assert reply.status == 200, form
         assert told(name) == expected, (form, name, told(name))
-    assert told("cfgusra", "/netftapi2.xml?index=4") is None and told("cfgnam", "/netftapi2.xml?index=4") == "a b"
-    urllib.request.urlopen(url + "/setting.cgi?setbias5=0", timeout=5).close()
+    assert told("cfgtfx", "/netftapi2.xml?index=4") == "0;0;0;0;0;0"
 
 
 def read_exactly(connection, size):

@@ -146,7 +146,7 @@ TEST_CASE("readings that are off in the second of the zero begin it anew, and ar
     if (seen.wrench_at != before) in_air.add(seen.wrench);
   }
   REQUIRE(in_air.readings > 20);
-  CHECK(std::abs(in_air.mean().force_n[2]) < 0.006);  // the sensor's noise is 12 mN a reading
+  CHECK(std::abs(in_air.mean().force_n[2]) < 0.01);  // four deviations: 12 mN a reading
 }
 
 TEST_CASE("in the cycle in which a guard trips nothing but the stop and the retreat goes out") {

@@ -283,15 +283,20 @@ TEST_CASE("a box has sixteen configurations, of which the active one counts") {
   CHECK(browser.shows("<scfgfu>lbf</scfgfu>", third));
   CHECK(browser.shows("<scfgtu>N-mm</scfgtu>", third));
   CHECK(browser.shows("<cfgcpt>1000</cfgcpt>", third));
-  CHECK(box.box.page(box.now, 3).counts_per_force == Approx(4448221.6152605));
+  CHECK(browser.shows("<cfgcpf>4448222</cfgcpf>", third));
+  CHECK(box.box.page(box.now, 3).max_ratings[2] == Approx(26.977));  // 120 N in lbf
   CHECK(box.box.page(box.now).counts == down);
   browser.get("/setting.cgi?setcfgsel=3");
   CHECK(browser.shows("<setcfgsel>3</setcfgsel>"));
   CHECK(box.box.page(box.now).counts[1] == Approx(down[2]));  // a quarter turn about x
-  for (const char* refused : {"cfgid=16&cfgfu=2", "cfgfu=2", "cfgid=3&cfgfu=7", "cfgid=3&cfgfu=x"})
+  for (const char* refused : {"cfgid=16&cfgfu=2", "cfgfu=2", "cfgid=3&cfgfu=7", "cfgid=3&cfgfu=x",
+                              "cfgid=3&cfgfu=2.5", "cfgid=3&cfgfu=3"})  // klbf: 4.4e9 counts
     browser.get("/config.cgi?" + std::string(refused));
   CHECK(browser.shows("<cfgfu>1</cfgfu>"));
   CHECK(browser.get("/nothing.cgi?x=1").starts_with("HTTP/1.1 404"));
+  browser.get("/config.cgi?cfgid=3&cfgusra=a%00%FF%zz%3&cfgnam=" + std::string(40, 'n'));
+  CHECK(browser.shows("<cfgusra>a??%zz%3</cfgusra>"));
+  CHECK(browser.shows("<cfgnam>" + std::string(32, 'n') + "</cfgnam>"));
 }
 
 TEST_CASE("the box's page sets thresholds, and shows which were breached, and the peaks") {
@@ -306,6 +311,13 @@ TEST_CASE("the box's page sets thresholds, and shows which were breached, and th
   browser.get("/moncon.cgi?mce2=0&mcx2=2&mcc2=1&mcv2=2000000&mco2=16");
   CHECK(browser.shows("<mcv>2000000;2000000;2000000;0;"));
   CHECK(browser.shows("<runmcl>0</runmcl>"));
+  for (const char* refused :
+       {"mcc0=0.5", "mcc0=0", "mcx0=-0.5", "mce0=0.2", "mcv0=12abc", "setmce=1e-300"})
+    browser.get("/moncon.cgi?" + std::string(refused));
+  CHECK(browser.shows("<mcc>1;-1;1;1;"));
+  CHECK(browser.shows("<mcx>2;2;2;-1;"));
+  CHECK(browser.shows("<mcv>2000000;2000000;2000000;0;"));
+  CHECK(browser.shows("<runmcl>0</runmcl>"));
   browser.get("/moncon.cgi?setmce=1");
   CHECK(browser.shows("<runstat>0x80010000</runstat>"));
   CHECK(browser.shows("<runmcb>0x00000001</runmcb>"));
@@ -317,8 +329,14 @@ TEST_CASE("the box's page sets thresholds, and shows which were breached, and th
   CHECK(browser.shows("<runpkmx>0;0;0;0;0;0</runpkmx>"));
   browser.get("/setting.cgi?setpke=1");
   const auto counts = box.box.page(box.now).counts;
-  CHECK(box.box.page(box.now).highest_counts[2] == counts[2]);
   CHECK(counts[2] > 2'900'000);
+  CHECK(box.box.page(box.now).lowest_counts == counts);
+  box.send("12 34 00 42 00 00 00 00");
+  CHECK(box.box.page(box.now).lowest_counts[2] == 0);
+  CHECK(box.box.page(box.now).highest_counts == counts);
+  browser.get("/setting.cgi?setpke=0");
+  browser.get("/setting.cgi?setpke=1");  // begins anew
+  CHECK(box.box.page(box.now).highest_counts[2] == 0);
 }
 
 TEST_CASE("a force above the threshold latches until a request resets it; the values stay valid") {
