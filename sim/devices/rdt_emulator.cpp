@@ -334,7 +334,7 @@ Status RdtEmulator::set_condition(const rdt::WriteCondition& write) {
   if (write.index >= settings_.threshold.size()) return {};
   rdt::Threshold& threshold = settings_.threshold[write.index];
   threshold.axis = write.axis;
-  threshold.comparison = write.comparison;
+  threshold.comparison = write.comparison > 0 ? 1 : -1;
   threshold.counts = write.compared_with * scale_of(params_.sensor, write.axis);
   threshold.output_code = write.output_code;
   return {};

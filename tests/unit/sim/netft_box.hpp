@@ -1,0 +1,54 @@
+#pragma once
+// A Net F/T box on a bench of its own, for tests.
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "sim/devices/rdt_emulator.hpp"
+#include "tests/unit/sim/support.hpp"
+
+namespace weft::sim::test {
+
+namespace rdt = protocols::rdt;
+
+inline const std::string start = "12 34 00 02 00 00 00 00";  ///< in real time
+
+struct Box {
+  explicit Box(RdtEmulatorParams params = {}) : world(world_params(), 1), box(params, world, 1) {}
+
+  static WorldParams world_params() {
+    WorldParams params;
+    for (StageParams& stage : params.stages)
+      stage = {.low = 0, .high = 0.15, .start = 0.075, .quantum = 0, .backlash = 0};
+    for (const std::size_t rotary : {3U, 4U})
+      params.stages[rotary] = {.low = -1, .high = 1, .start = 0, .quantum = 0, .backlash = 0};
+    params.plant.geometry.plate_z_m = 0.1;
+    params.plant.rig_tilt = 0;
+    return params;
+  }
+  void send(const std::string& text) { box.receive(hex(text), now, sink); }
+  void run(double seconds) {
+    const TimePoint end = now + from_seconds(seconds);
+    for (auto at = box.next_wakeup(); at && *at <= end; at = box.next_wakeup())
+      box.wake(now = std::max(*at, now), sink);
+    now = end;
+  }
+  std::vector<rdt::Record> take() {
+    std::vector<rdt::Record> records;
+    for (const Bytes& datagram : datagrams)
+      for (std::size_t at = 0; at + rdt::record_size <= datagram.size(); at += rdt::record_size)
+        records.push_back(
+            rdt::decode_record(ByteView(datagram).subspan(at, rdt::record_size)).value());
+    datagrams.clear();
+    return records;
+  }
+
+  std::vector<Bytes> datagrams;
+  ByteSink sink = [this](ByteView b) { datagrams.emplace_back(b.begin(), b.end()); };
+  TimePoint now{};
+  BenchWorld world;
+  RdtEmulator box;
+};
+
+}  // namespace weft::sim::test
