@@ -12,11 +12,12 @@ Simulated M1 and M2, fabricslide (repetition 0 trains, 1 tests) and icub20 (fold
 libsvm stops when no pair of multipliers violates the optimum by more than 1e-3, and the last digit of a kernel can decide
 after which step that is. So decisions that differ by more than rounding must be as near the reference's own solution at
 1e-9 (trained_at()), and a core may have another grid point only where both have equally few errors and losses that the
-tolerance does not tell apart (oracle_explains()); there the reference is trained at our point and must decide as we do. No
+tolerance does not tell apart (oracle_explains()); there the reference is trained at our point and must decide as we do. A held-out
+row whose decision is 0 but for rounding may count as an error or not: which, the last digit of a kernel decides. No
 prediction may differ, but for one thing: our exp is 0 below 2^-1021, numpy's goes down to 5e-324. A core to which a trial is that
 far from every support vector then says 0 here and, say, 8e-320 there, which is a vote of the other sign. Reference decisions
 below FLUSHED are taken as 0, and how many they are is printed. Of all cores compared at most OTHER_POINTS may have another grid point
-(1 of 2 415 has with --full, see classifier/README.md): a search that goes astray does not pass as many small differences.
+(2 of 2 415 have with --full, see classifier/README.md): a search that goes astray does not pass as many small differences.
 """
 import csv
 import fnmatch
@@ -50,35 +51,41 @@ def folds_from(values):
 
 
 def score(oracle, core, X, y, folds, member, C, gamma, tol):
-    """Errors and hinge loss of one grid point by the reference's own parts."""
+    """Of one grid point, by the reference's own parts: errors, rows whose decision is 0 but for rounding, and hinge loss."""
     import numpy as np
-    errors, loss = 0, 0.0
+    errors, doubtful, loss = 0, 0, 0.0
     for train, held in folds:
         view = core.views(X[train], y[train])[member] if core.cfg["nested"] else core.views(X, y)[member]
         A, B = core.apply(view, X[train]), core.apply(view, X[held])
         svm = oracle.SVC(kernel="precomputed", C=C, tol=tol).fit(np.exp(-gamma * oracle.sqdist(A, A)), y[train])
         f = svm.decision_function(np.exp(-gamma * oracle.sqdist(B, A)))
-        errors += int((np.where(f > 0, 1, -1) != y[held]).sum())
+        errors += int((y[held] * f <= -ROUNDING).sum())
+        doubtful += int((np.abs(f) < ROUNDING).sum())
         loss += float(np.maximum(0, 1 - y[held] * f).sum())
-    return errors, loss
+    return errors, doubtful, loss
 
 
 def members(cfg):
     return {"pvalue": cfg["deltas"], "pca": cfg["pca_var"], "none": [0.0]}[cfg["reduce"]]
 
 
-def oracle_explains(oracle, core, X, y, folds, ours, our_loss):
-    """Whether the reference scores both points alike, up to what the solvers are seen to be off; prints by how much."""
+def oracle_explains(oracle, core, X, y, folds, ours, our_errors, our_loss):
+    """Whether the reference scores both points alike, up to what the solvers are seen to be off, or would have taken ours had it
+    counted doubtful rows otherwise; prints the scores."""
     C, gamma, threshold = ours
     member = members(core.cfg).index(threshold)
     points = ((core.iview, core.C, core.gamma), (member, C, gamma))
-    (e1, l1), (e2, l2) = [score(oracle, core, X, y, folds, *p, core.cfg["tol"]) for p in points]
-    (_, t1), (_, t2) = [score(oracle, core, X, y, folds, *p, 1e-9) for p in points]
-    print(f"    theirs {points[0]}: {e1} errors, loss {l1:.9g} (tolerance 1e-9: {t1:.9g}); "
-          f"ours {points[1]}: {e2} errors, loss {l2:.9g} (1e-9: {t2:.9g})")
+    (e1, d1, l1), (e2, d2, l2) = [score(oracle, core, X, y, folds, *p, core.cfg["tol"]) for p in points]
+    (_, _, t1), (_, _, t2) = [score(oracle, core, X, y, folds, *p, 1e-9) for p in points]
+    print(f"    theirs {points[0]}: {e1} errors, {d1} doubtful, loss {l1:.9g} (tolerance 1e-9: {t1:.9g}); "
+          f"ours {points[1]}: {e2} errors, {d2} doubtful, loss {l2:.9g} (1e-9: {t2:.9g})")
     # either side took the smaller of two losses that are off by so much each; ours at their point is not known: twice as much
     off = max(abs(l1 - t1), abs(l2 - t2), abs(our_loss - t2))
-    return e1 == e2 and abs(t1 - t2) <= 4 * off <= 4 * SOLVER * len(y)
+    if 4 * off > 4 * SOLVER * len(y) or not e2 <= our_errors <= e2 + d2:
+        return False
+    if d1 + d2 == 0:
+        return e1 == e2 and abs(t1 - t2) <= 4 * off
+    return (our_errors, t2 - 4 * off) <= (e1 + d1, t1)
 
 
 def trained_at(oracle, cfg, point, tol, X, y, folds):
@@ -96,11 +103,13 @@ def compare_core(oracle, core, X, y, folds, F, info, mine):
     *point, errors, loss, inputs = map(float, info)
     kind = "equal"
     if tuple(point) != (core.C, core.gamma, members(core.cfg)[core.iview]):
-        if not oracle_explains(oracle, core, X, y, folds, point, loss):
+        if not oracle_explains(oracle, core, X, y, folds, point, errors, loss):
             return "unexplained", 0.0, core.decide(F)
         kind = "another point"
         core = trained_at(oracle, core.cfg, point, core.cfg["tol"], X, y, folds)
-    assert (errors, inputs) == (core.cv_errors, core.nfeat), f"{info} against {core.cv_errors}, {core.nfeat}"
+    else:
+        assert errors == core.cv_errors, f"{info} against {core.cv_errors}"
+    assert inputs == core.nfeat, f"{info} against {core.nfeat}"
     theirs = core.decide(F)
     difference = np.abs(theirs - mine).max()
     if difference < ROUNDING:
