@@ -248,13 +248,6 @@ void AptStageEmulator::reply_short(MessageId id, std::uint8_t param1, std::uint8
   out(buffer_);
 }
 
-template <class Body>
-void AptStageEmulator::reply(MessageId id, const Body& body, ByteSink& out) {
-  buffer_.clear();
-  append_message(buffer_, id, body, {host_, self_});
-  out(buffer_);
-}
-
 /// Position counts per servo cycle: 205 at 100 mm/s with 20 000 counts/mm and 102.4 us, as in the
 /// example of APT16; a moving command has 65536 times that (protocols.md A.7).
 std::int16_t AptStageEmulator::velocity_counts(TimePoint now) const {

@@ -69,7 +69,11 @@ class AptStageEmulator final : public Emulator {
   bool handle_parameters(const Message& message, ByteSink& out);
   void reply_short(MessageId id, std::uint8_t param1, std::uint8_t param2, ByteSink& out);
   template <class Body>
-  void reply(MessageId id, const Body& body, ByteSink& out);
+  void reply(MessageId id, const Body& body, ByteSink& out) {
+    buffer_.clear();
+    append_message(buffer_, id, body, {host_, self_});
+    out(buffer_);
+  }
   void reply_status(MessageId id, TimePoint now, ByteSink& out);
   void reply_info(TimePoint now, ByteSink& out);
   void send_update(TimePoint now, ByteSink& out);
