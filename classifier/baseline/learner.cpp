@@ -12,11 +12,14 @@
 namespace weft::classifier {
 namespace {
 
-constexpr std::array learner_names = {
-    std::pair{Learner::pvalue, "pvalue"}, std::pair{Learner::pca, "pca"},
-    std::pair{Learner::all, "all"},       std::pair{Learner::lda, "lda"},
-    std::pair{Learner::svc, "svc"},       std::pair{Learner::cores_best, "cores-best"},
-    std::pair{Learner::best, "best"}};
+constexpr std::array learner_names = {std::pair{Learner::pvalue, "pvalue"},
+                                      std::pair{Learner::pca, "pca"},
+                                      std::pair{Learner::all, "all"},
+                                      std::pair{Learner::lda, "lda"},
+                                      std::pair{Learner::svc, "svc"},
+                                      std::pair{Learner::trees, "trees"},
+                                      std::pair{Learner::cores_best, "cores-best"},
+                                      std::pair{Learner::best, "best"}};
 
 constexpr std::string_view cores_prefix = "cores-";
 
@@ -85,6 +88,11 @@ Result<TrainedLearner::Machine> train_simple(const FeatureMatrix& rows, const Cl
     if (!lda) return pass(lda.error());
     return std::move(*lda);
   }
+  if (learner == Learner::trees) {
+    auto trees = fit_extra_trees(rows.values, classes.of_row, count, options);
+    if (!trees) return pass(trees.error());
+    return std::move(*trees);
+  }
   auto svc =
       MultiClassSvc::fit(rows.values, classes.of_row, count, folds_of(rows, options), options);
   if (!svc) return pass(svc.error());
@@ -118,6 +126,7 @@ std::vector<Recipe> candidates(Learner learner, std::size_t cap) {
   }
   out.push_back({Learner::pca, cap});
   out.push_back({Learner::pvalue, cap});
+  if (learner == Learner::best) out.push_back({Learner::trees, cap});
   return out;
 }
 
@@ -178,7 +187,7 @@ Result<Learner> learner_from(std::string_view text) {
   for (const auto& [value, name] : learner_names)
     if (plain == name && (plain == text || is_cores(value))) return value;
   return fail(Errc::invalid_argument, "unknown learner", {},
-              "pvalue, pca, all, lda, svc, cores-best or best", std::string(text));
+              "pvalue, pca, all, lda, svc, trees, cores-best or best", std::string(text));
 }
 
 std::vector<Learner> all_learners() {
@@ -197,6 +206,7 @@ std::string to_string(const Recipe& recipe) {
 Learner TrainedLearner::kind() const {
   if (std::holds_alternative<ShrinkageLda>(machine_)) return Learner::lda;
   if (std::holds_alternative<MultiClassSvc>(machine_)) return Learner::svc;
+  if (std::holds_alternative<TreeEnsemble>(machine_)) return Learner::trees;
   const Reduction reduction = cores()->reduction();
   if (reduction == Reduction::pca) return Learner::pca;
   return reduction == Reduction::all ? Learner::all : Learner::pvalue;
@@ -223,6 +233,7 @@ Result<std::size_t> TrainedLearner::classify(std::span<const double> features) c
   if (!own) return pass(own.error());
   if (const auto* lda = std::get_if<ShrinkageLda>(&machine_)) return lda->classify(*own);
   if (const auto* svc = std::get_if<MultiClassSvc>(&machine_)) return svc->classify(*own);
+  if (const auto* trees = std::get_if<TreeEnsemble>(&machine_)) return trees->classify(*own);
   const auto vote = cores()->classify(*own);
   if (!vote) return pass(vote.error());
   return vote->winner;

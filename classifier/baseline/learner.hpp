@@ -12,6 +12,7 @@
 
 #include "classifier/baseline/multi_class_svc.hpp"
 #include "classifier/baseline/shrinkage_lda.hpp"
+#include "classifier/baseline/tree_ensemble.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/learn/feature_view.hpp"
@@ -25,6 +26,7 @@ enum class Learner {
   all,         ///< cores, all features
   lda,         ///< shrinkage LDA
   svc,         ///< one multi-class SVC
+  trees,       ///< extremely randomised trees
   cores_best,  ///< the cores whose vote is best in cross-validation
   best         ///< whichever of all is best in cross-validation
 };
@@ -59,7 +61,7 @@ struct RecipeScore {
 /// threads.
 class TrainedLearner {
  public:
-  using Machine = std::variant<FabricModel, ShrinkageLda, MultiClassSvc>;
+  using Machine = std::variant<FabricModel, ShrinkageLda, MultiClassSvc, TreeEnsemble>;
   TrainedLearner(std::vector<std::string> labels, std::vector<std::string> features,
                  FeatureView view, Machine machine)
       : labels_(std::move(labels)),
@@ -72,7 +74,7 @@ class TrainedLearner {
 
   [[nodiscard]] const std::vector<std::string>& labels() const { return labels_; }  ///< sorted
   [[nodiscard]] const std::vector<std::string>& feature_names() const { return features_; }
-  /// One of pvalue, pca, all, lda, svc.
+  /// One of pvalue, pca, all, lda, svc, trees.
   [[nodiscard]] Learner kind() const;
   [[nodiscard]] const FeatureView& view() const { return view_; }
   [[nodiscard]] const Machine& machine() const { return machine_; }

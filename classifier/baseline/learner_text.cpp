@@ -10,9 +10,10 @@ namespace weft::classifier {
 namespace {
 
 // Learners that can be stored, the first three as version 3 names their reductions.
-constexpr std::array kinds = {Learner::pvalue, Learner::pca, Learner::all, Learner::lda,
-                              Learner::svc};
+constexpr std::array kinds = {Learner::pvalue, Learner::pca, Learner::all,
+                              Learner::lda,    Learner::svc, Learner::trees};
 constexpr std::size_t kinds_of_version_3 = 3;
+constexpr std::size_t kinds_of_version_5 = 5;
 
 constexpr std::size_t most_errors = 1'000'000'000;
 
@@ -125,6 +126,7 @@ std::optional<TrainedLearner::Machine> read_any(LineReader& in, Learner kind,
                                                 const std::vector<std::string>& features) {
   if (kind == Learner::lda) return read_lda(in, labels.size(), features.size());
   if (kind == Learner::svc) return read_svc(in, labels.size(), features.size());
+  if (kind == Learner::trees) return TreeEnsemble::read(in, features.size(), labels.size());
   return read_cores(in, kind, labels, features);
 }
 
@@ -135,16 +137,28 @@ void write_head(LineWriter& out, const LearnerHead& head) {
   out.text("view", to_string(head.view));
 }
 
-LearnerHead read_head(LineReader& in) {
-  const Learner kind = read_kind(in, "learner", kinds.size());
+namespace {
+
+LearnerHead read_head_of(LineReader& in, std::size_t known) {
+  const Learner kind = read_kind(in, "learner", known);
   const std::string word = in.text("view");
   const auto view = view_from(word);
   if (!view) in.refuse(view.error().message, view.error().expected, word);
   return {kind, view.value_or(View::plain)};
 }
 
+}  // namespace
+
+LearnerHead read_head(LineReader& in) {
+  return read_head_of(in, kinds.size());
+}
+
+LearnerHead read_head_of_version_5(LineReader& in) {
+  return read_head_of(in, kinds_of_version_5);
+}
+
 LearnerHead read_head_of_version_4(LineReader& in) {
-  const Learner kind = read_kind(in, "learner", kinds.size());
+  const Learner kind = read_kind(in, "learner", kinds_of_version_5);
   return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
 }
 
@@ -157,6 +171,7 @@ void write_learner(LineWriter& out, const TrainedLearner& learner) {
   if (const auto* lda = std::get_if<ShrinkageLda>(&learner.machine())) return write_lda(out, *lda);
   if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine()))
     return write_svc(out, svc->parts());
+  if (const auto* trees = std::get_if<TreeEnsemble>(&learner.machine())) return trees->write(out);
   for (const FabricCore& core : learner.cores()->cores()) write_core(out, core);
 }
 

@@ -17,7 +17,9 @@ struct LearnerHead {
 };
 void write_head(LineWriter& out, const LearnerHead& head);
 LearnerHead read_head(LineReader& in);
-/// Of a file of version 4, which knows no ranks, and of version 3, which knows plain cores only.
+/// Of a file of version 5, which knows no trees, of version 4, which knows no ranks either, and of
+/// version 3, which knows plain cores only.
+LearnerHead read_head_of_version_5(LineReader& in);
 LearnerHead read_head_of_version_4(LineReader& in);
 LearnerHead read_head_of_version_3(LineReader& in);
 

@@ -107,6 +107,7 @@ struct Body {
 // By the first line; nullptr for a version that is not known.
 HeadReader head_reader_of(std::string_view header) {
   if (header == model_file_header) return read_head;
+  if (header == model_file_header_5) return read_head_of_version_5;
   if (header == model_file_header_4) return read_head_of_version_4;
   return header == model_file_header_3 ? read_head_of_version_3 : nullptr;
 }
@@ -120,7 +121,7 @@ Result<Body> after_header(std::string_view text) {
   const HeadReader head = head_reader_of(first);
   if (head == nullptr)
     return fail(Errc::unsupported, "a model file of another version", {},
-                std::string(model_file_header) + ", 4 or 3", std::string(first.substr(0, 40)),
+                std::string(model_file_header) + ", 5, 4 or 3", std::string(first.substr(0, 40)),
                 "Train the model again with this version");
   return Body{text.substr(std::min(first.size() + 1, text.size())), head};
 }

@@ -36,9 +36,11 @@ struct StoredModel {
 };
 
 /// First line of every file.
-inline constexpr const char* model_file_header = "weft-fabric-model 5";
+inline constexpr const char* model_file_header = "weft-fabric-model 6";
 
-/// Still read: no ranked features; of version 3 plain cores only.
+/// Still read: of version 5 no trees; of version 4 no ranked features either; of version 3 plain
+/// cores only.
+inline constexpr const char* model_file_header_5 = "weft-fabric-model 5";
 inline constexpr const char* model_file_header_4 = "weft-fabric-model 4";
 inline constexpr const char* model_file_header_3 = "weft-fabric-model 3";
 

@@ -22,6 +22,11 @@ inline std::size_t random_below(RandomEngine& engine, std::size_t count) {
   return static_cast<std::size_t>(draw % count);
 }
 
+/// Uniform on [0, 1), in steps of 2^-53.
+inline double random_unit(RandomEngine& engine) {
+  return static_cast<double>(engine() >> 11U) * 0x1p-53;
+}
+
 /// Fisher-Yates.
 template <class T>
 void shuffle(std::vector<T>& items, RandomEngine& engine) {

@@ -96,13 +96,13 @@ struct Opening {
   std::vector<Stage> stages;
 };
 
-constexpr std::string_view header_word = "weft-live-model ";
+constexpr std::string_view live_header_word = "weft-live-model ";
 constexpr std::string_view last_word = "\ncrc32 ";
 
 /// Refuses another kind of file, or another version.
 Status is_live_model(std::string_view text) {
   const std::string_view first = text.substr(0, text.find('\n'));
-  if (!first.starts_with(header_word))
+  if (!first.starts_with(live_header_word))
     return fail(Errc::parse, "not a model for live votes", {}, staged_file_header,
                 std::string(first.substr(0, 40)), "weft train --live makes one");
   if (first == staged_file_header) return {};

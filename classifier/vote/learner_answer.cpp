@@ -28,6 +28,11 @@ Result<Said> ask(const TrainedLearner& learner, std::span<const double> features
     out.ballot.support = std::move(tally->support);
     return out;
   }
+  if (const auto* trees = std::get_if<TreeEnsemble>(&learner.machine())) {
+    out.ballot.winner = trees->most(*own);
+    out.score = trees->log_shares(*own);
+    return out;
+  }
   auto score = std::get<ShrinkageLda>(learner.machine()).discriminants(*own);
   if (!score) return pass(score.error());
   out.ballot.winner =

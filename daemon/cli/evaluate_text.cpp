@@ -45,7 +45,8 @@ std::string simple_wins_text(const std::vector<Outcome>& outcomes) {
   const Outcome* cores = nullptr;
   for (const Outcome& outcome : outcomes) {
     if (is_choice(outcome.learner)) continue;
-    const bool baseline = outcome.learner == Learner::lda || outcome.learner == Learner::svc;
+    const bool baseline = outcome.learner == Learner::lda || outcome.learner == Learner::svc ||
+                          outcome.learner == Learner::trees;
     const Outcome*& top = baseline ? simple : cores;
     if (top == nullptr || outcome.evaluation.accuracy > top->evaluation.accuracy) top = &outcome;
   }

@@ -226,7 +226,7 @@ void add_options(CLI::App& command, TradeClassifierArgs& args) {
       ->allow_extra_args(false)
       ->check(family_problem);
   command.add_option("--learner", args.learner, "of the default that the others differ from")
-      ->check(CLI::IsMember({"pvalue", "pca", "all", "lda", "svc", "cores-best", "best"}))
+      ->check(CLI::IsMember({"pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"}))
       ->capture_default_str();
   command.add_option("--exploration", args.exploration,
                      "of the default, such as M2 or M1+M2; without it the data set's first");

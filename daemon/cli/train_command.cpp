@@ -137,10 +137,11 @@ void add_options(CLI::App& command, TrainArgs& args) {
   command
       .add_option("--learner,--reduction", args.learner,
                   "cores with p-value, PCA or all features; lda: shrinkage LDA; svc: one "
-                  "multi-class SVC; cores-best, best: chosen by cross-validation of the whole "
+                  "multi-class SVC; trees: extremely randomised trees; cores-best, best: chosen by "
+                  "cross-validation of the whole "
                   "learner, as `weft evaluate` does")
       ->check(CLI::IsMember({"pvalue", "pca", "all", "cores-pvalue", "cores-pca", "cores-all",
-                             "lda", "svc", "cores-best", "best"}))
+                             "lda", "svc", "trees", "cores-best", "best"}))
       ->capture_default_str();
   command
       .add_flag(

@@ -25,8 +25,8 @@ constexpr std::array<std::size_t, 7> feature_counts = {1, 2, 5, 10, 20, 40, 80};
 constexpr std::array slides_s = {0.5, 1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr std::array<std::size_t, 4> shortlists = {2, 3, 5, 10};
 constexpr std::array sure_at = {0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999};
-constexpr std::array learners = {Learner::pvalue, Learner::pca, Learner::all,
-                                 Learner::lda,    Learner::svc, Learner::best};
+constexpr std::array learners = {Learner::pvalue, Learner::pca,   Learner::all, Learner::lda,
+                                 Learner::svc,    Learner::trees, Learner::best};
 
 std::string learner_words(Learner learner) {
   switch (learner) {
@@ -40,6 +40,8 @@ std::string learner_words(Learner learner) {
       return "LDA";
     case Learner::svc:
       return "SVC";
+    case Learner::trees:
+      return "trees";
     case Learner::cores_best:
       return "best cores";
     case Learner::best:

@@ -32,7 +32,7 @@ std::string_view to_string(HandOverFrom from) {
 
 const std::vector<std::string_view>& hand_over_learners(HandOverFrom from) {
   static const std::vector<std::string_view> of_taxels{
-      "best", "cores-best", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc"};
+      "best", "cores-best", "cores-pvalue", "cores-pca", "cores-all", "lda", "svc", "trees"};
   static const std::vector<std::string_view> of_vibration{"best", "every"};
   static const std::vector<std::string_view> of_imprints{"every"};
   switch (from) {

@@ -30,7 +30,7 @@ bool write_models(const std::filesystem::path& folder) {
   for (const auto& [learner, view] :
        {std::pair{Learner::pvalue, View::plain}, std::pair{Learner::pca, View::normal_scores},
         std::pair{Learner::all, View::compressed}, std::pair{Learner::lda, View::compressed},
-        std::pair{Learner::svc, View::ranked}}) {
+        std::pair{Learner::svc, View::ranked}, std::pair{Learner::trees, View::plain}}) {
     const auto model = sample_model(learner, view);
     std::ostringstream text;
     if (!model || !classifier::save_model(*model, text)) return false;

@@ -115,10 +115,10 @@ def good_path(t, d, rows):
 
 def every_learner(t, d):
     """What evaluates can be trained, stored and asked; a trial comes as a file, in a data set, or through a pipe."""
-    for learner in ("pvalue", "pca", "all", "lda", "svc", "cores-best", "best"):
+    for learner in ("pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"):
         trained = t.succeeds("train", "d.h5", "-o", "l.weft", "--learner", learner, cwd=d)
         t.expect(learner.endswith("best") or trained["learner"] == learner, f"{learner}: {trained}")
-        t.expect(("cores" in trained) == (trained["learner"] not in ("lda", "svc")), f"{learner}: {trained}")
+        t.expect(("cores" in trained) == (trained["learner"] not in ("lda", "svc", "trees")), f"{learner}: {trained}")
         t.expect(("candidates" in trained) == learner.endswith("best"), f"{learner}: {trained}")
         said = t.succeeds("classify", "l.weft", "d.h5", cwd=d)
         t.expect(said["learner"] == trained["learner"], f"{learner}: {said['learner']}")
@@ -126,7 +126,7 @@ def every_learner(t, d):
         for a in said["trials"]:
             t.expect(a["label"] == a["true_label"], f"{learner}: {a}")
             t.expect(abs(sum(a["probability"].values()) - 1) < 1e-9 and "none_of_these" in a, f"{learner}: {a}")
-            t.expect(("cores_asked" in a) == ("cores" in trained) and ("votes" in a) == (trained["learner"] != "lda"),
+            t.expect(("cores_asked" in a) == ("cores" in trained) and ("votes" in a) == (trained["learner"] not in ("lda", "trees")),
                      f"{learner}: {a}")
         again = t.succeeds("train", "d.h5", "-o", "again.weft", "--reduction", learner, "--threads", "1", cwd=d)
         t.expect(again["learner"] == trained["learner"] and (d / "again.weft").read_bytes() == (d / "l.weft").read_bytes(),
@@ -189,13 +189,13 @@ def through_a_pipe(t, d):
 
 
 def evaluations(t, d):
-    for reduction in ("pvalue", "pca", "all", "lda", "svc", "cores-best", "best"):
+    for reduction in ("pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"):
         e = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--reduction", reduction, cwd=d)
         result = e["results"][reduction]
         t.expect(result["accuracy"] == 1.0 and sum(map(sum, result["confusion"]["count"])) == 12, f"{reduction}: {result}")
     every = ["evaluate", "d.h5", "--train-fraction", "0.4", "--repeats", "5", "--seed", "7", "--reduction", "every"]
     a, b = t.succeeds(*every, cwd=d), t.succeeds(*every, "--threads", "1", cwd=d)
-    t.expect(list(a["results"]) == ["all", "best", "lda", "pca", "pvalue", "svc"], f"every: {list(a['results'])}")
+    t.expect(list(a["results"]) == ["all", "best", "lda", "pca", "pvalue", "svc", "trees"], f"every: {list(a['results'])}")
     for r in a["results"]:
         t.expect(a["results"][r]["confusion"] == b["results"][r]["confusion"], f"{r}: threads change the result")
         t.expect(len(a["results"][r]["accuracy_of_splits"]) == 5, f"{r}: five splits")

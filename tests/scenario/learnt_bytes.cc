@@ -72,7 +72,7 @@ int main() {
   for (const double v : matrix.values.data()) features.add(v);
   features.print("features");
   for (const Learner learner :
-       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc})
+       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc, Learner::trees})
     for (const View view : all_views())
       learnt(std::string(to_string(learner)) + ", " + std::string(to_string(view)), matrix,
              expected(train_recipe(matrix, {learner, 20, view}, {})));

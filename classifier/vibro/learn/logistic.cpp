@@ -10,7 +10,7 @@
 namespace weft::classifier::vibro {
 namespace {
 
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Weights = Eigen::Map<const Eigen::MatrixXd>;
 
 Eigen::Index index(std::size_t n) {
@@ -18,8 +18,8 @@ Eigen::Index index(std::size_t n) {
 }
 
 // A column of ones behind the features carries the intercepts.
-Rows with_intercept(const Matrix& rows) {
-  Rows out(index(rows.rows()), index(rows.cols() + 1));
+RowMatrix with_intercept(const Matrix& rows) {
+  RowMatrix out(index(rows.rows()), index(rows.cols() + 1));
   for (std::size_t r = 0; r < rows.rows(); ++r) {
     for (std::size_t f = 0; f < rows.cols(); ++f) out(index(r), index(f)) = rows(r, f);
     out(index(r), index(rows.cols())) = 1.0;
@@ -29,10 +29,10 @@ Rows with_intercept(const Matrix& rows) {
 
 // Cross entropy and penalty of weights [features + 1 x classes]; scores become probabilities less
 // the truth.
-double loss(const Rows& rows, const Training& training, const std::vector<double>& x,
+double loss(const RowMatrix& rows, const Training& training, const std::vector<double>& x,
             std::vector<double>& slope) {
   const Weights weight(x.data(), rows.cols(), index(training.classes));
-  Rows score = rows * weight;
+  RowMatrix score = rows * weight;
   double sum = 0.0;
   for (Eigen::Index r = 0; r < score.rows(); ++r) {
     const auto truth = index(training.of_row[static_cast<std::size_t>(r)]);
@@ -53,7 +53,7 @@ double loss(const Rows& rows, const Training& training, const std::vector<double
 class Logistic final : public Classifier {
  public:
   explicit Logistic(const Training& training) {
-    const Rows rows = with_intercept(*training.rows);
+    const RowMatrix rows = with_intercept(*training.rows);
     const auto x =
         minimum([&](const std::vector<double>& at,
                     std::vector<double>& slope) { return loss(rows, training, at, slope); },

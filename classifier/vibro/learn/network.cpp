@@ -38,16 +38,11 @@ void rectify(AlignedFloats& values) {
   for (float& v : values) v = v > 0.0F ? v : 0.0F;
 }
 
-// Uniform on [0, 1).
-double uniform(RandomEngine& engine) {
-  return static_cast<double>(engine() >> 11U) * 0x1p-53;
-}
-
 // Glorot and Bengio 2010, as scikit-learn has it for ReLU.
 Layer random_layer(std::size_t in, std::size_t out, RandomEngine& engine) {
   Layer layer(in, out);
   const double bound = std::sqrt(6.0 / static_cast<double>(in + out));
-  const auto draw = [&] { return static_cast<float>(bound * (2.0 * uniform(engine) - 1.0)); };
+  const auto draw = [&] { return static_cast<float>(bound * (2.0 * random_unit(engine) - 1.0)); };
   for (std::size_t i = 0; i < in; ++i)
     for (std::size_t o = 0; o < out; ++o) layer.weight[i * layer.columns + o] = draw();
   for (std::size_t o = 0; o < out; ++o) layer.bias[o] = draw();

@@ -1,273 +1,23 @@
 #include "classifier/vibro/learn/tree.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <numeric>
 
+#include "classifier/baseline/tree_ensemble.hpp"
 #include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier::vibro {
-
-RankedRows::RankedRows(const Training& training)
-    : rows_(training.rows->rows()),
-      features_(training.rows->cols()),
-      classes_(training.classes),
-      class_(training.of_row.begin(), training.of_row.end()),
-      rank_(rows_ * features_),
-      value_(rows_ * features_) {
-  std::vector<std::uint32_t> order(rows_);
-  for (std::size_t f = 0; f < features_; ++f) {
-    std::iota(order.begin(), order.end(), 0U);
-    const auto of = [&](std::uint32_t r) { return (*training.rows)(r, f); };
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return of(a) < of(b); });
-    std::uint32_t rank = 0;
-    for (std::size_t i = 0; i < rows_; ++i) {
-      if (i > 0 && of(order[i]) > of(order[i - 1])) ++rank;
-      rank_[f * rows_ + order[i]] = rank;
-      value_[f * rows_ + rank] = of(order[i]);
-    }
-  }
-}
-
 namespace {
-
-struct NodeSplit {
-  bool found = false;
-  std::size_t feature = 0;
-  std::uint32_t last_left = 0, first_right = 0;  // ranks
-  double purity = 0.0;  // sum of squared class counts over the rows, of both sides
-};
-
-constexpr std::size_t most_nodes = 1'000'000'000;  // with its children a number of 32 bits
-
-double squared_over(double squares, std::size_t rows) {
-  return squares / static_cast<double>(rows);
-}
-
-}  // namespace
-
-/// Grows one tree; keeps its lists from node to node.
-class TreeGrower {
- public:
-  TreeGrower(const RankedRows& rows, std::vector<std::uint32_t> chosen, std::size_t tried,
-             RandomEngine& engine)
-      : rows_(rows),
-        chosen_(std::move(chosen)),
-        tried_(tried),
-        engine_(engine),
-        order_(rows.features()),
-        total_(rows.classes()),
-        left_(rows.classes()),
-        gain_(rows.features(), 0.0) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    tree_.classes_ = rows.classes();
-  }
-
-  DecisionTree grow(std::span<double> importance) {
-    tree_.nodes_.emplace_back();
-    std::vector<Part> waiting = {{0, 0, chosen_.size()}};
-    while (!waiting.empty()) {
-      const Part part = waiting.back();
-      waiting.pop_back();
-      count(part);
-      const NodeSplit split = pure(part) ? NodeSplit{} : best_split(part);
-      if (!split.found) {
-        make_leaf(part);
-        continue;
-      }
-      const std::size_t middle = divide(part, split);
-      gain_[split.feature] += split.purity - squared_over(squares_of_total(), part.size());
-      const auto child = static_cast<std::uint32_t>(tree_.nodes_.size());
-      const double low = rows_.value(split.feature, split.last_left),
-                   high = rows_.value(split.feature, split.first_right);
-      const double between = 0.5 * low + 0.5 * high;
-      tree_.nodes_[part.node] = {between < high ? between : low,
-                                 static_cast<std::int32_t>(split.feature), child};
-      tree_.nodes_.resize(tree_.nodes_.size() + 2);
-      waiting.push_back({child + 1, middle, part.to});
-      waiting.push_back({child, part.from, middle});
-    }
-    add_importance(importance);
-    return std::move(tree_);
-  }
-
- private:
-  struct Part {
-    std::size_t node, from, to;  // of chosen_
-    [[nodiscard]] std::size_t size() const { return to - from; }
-  };
-
-  void count(const Part& part) {
-    std::fill(total_.begin(), total_.end(), 0U);
-    for (std::size_t i = part.from; i < part.to; ++i) ++total_[rows_.class_of(chosen_[i])];
-  }
-  [[nodiscard]] bool pure(const Part& part) const {
-    return *std::max_element(total_.begin(), total_.end()) == part.size();
-  }
-  [[nodiscard]] double squares_of_total() const {
-    double sum = 0.0;
-    for (const std::uint32_t n : total_) sum += static_cast<double>(n) * static_cast<double>(n);
-    return sum;
-  }
-
-  // Features in random order, until enough have been looked at and one of them differed.
-  NodeSplit best_split(const Part& part) {
-    NodeSplit best;
-    for (std::size_t k = 0; k < order_.size() && (k < tried_ || !best.found); ++k) {
-      std::swap(order_[k], order_[k + random_below(engine_, order_.size() - k)]);
-      look_at(order_[k], part, best);
-    }
-    return best;
-  }
-
-  // The largest sum over both sides of squared counts over rows is the smallest impurity.
-  void look_at(std::size_t feature, const Part& part, NodeSplit& best) {
-    keys_.clear();
-    for (std::size_t i = part.from; i < part.to; ++i)
-      keys_.push_back(std::uint64_t{rows_.rank(feature, chosen_[i])} << 32U |
-                      rows_.class_of(chosen_[i]));
-    std::sort(keys_.begin(), keys_.end());
-    if (keys_.front() >> 32U == keys_.back() >> 32U) return;
-    std::fill(left_.begin(), left_.end(), 0U);
-    double left = 0.0, right = squares_of_total();
-    for (std::size_t i = 0; i + 1 < keys_.size(); ++i) {
-      const auto c = static_cast<std::uint32_t>(keys_[i]);
-      left += 2.0 * left_[c] + 1.0;
-      right -= 2.0 * (total_[c] - left_[c]) - 1.0;
-      ++left_[c];
-      const auto here = static_cast<std::uint32_t>(keys_[i] >> 32U),
-                 next = static_cast<std::uint32_t>(keys_[i + 1] >> 32U);
-      if (here == next) continue;
-      const double purity = squared_over(left, i + 1) + squared_over(right, keys_.size() - i - 1);
-      if (!best.found || purity > best.purity) best = {true, feature, here, next, purity};
-    }
-  }
-
-  std::size_t divide(const Part& part, const NodeSplit& split) {
-    const auto begin = chosen_.begin();
-    const auto middle = std::partition(
-        begin + static_cast<std::ptrdiff_t>(part.from),
-        begin + static_cast<std::ptrdiff_t>(part.to),
-        [&](std::uint32_t row) { return rows_.rank(split.feature, row) <= split.last_left; });
-    return static_cast<std::size_t>(middle - begin);
-  }
-
-  void make_leaf(const Part& part) {
-    DecisionTree::Node& leaf = tree_.nodes_[part.node];
-    if (pure(part)) {
-      leaf.child = rows_.class_of(chosen_[part.from]);
-      return;
-    }
-    leaf.child = static_cast<std::uint32_t>(total_.size() + tree_.shares_.size() / total_.size());
-    for (const std::uint32_t n : total_)
-      tree_.shares_.push_back(static_cast<double>(n) / static_cast<double>(part.size()));
-  }
-
-  void add_importance(std::span<double> importance) const {
-    const double sum = std::accumulate(gain_.begin(), gain_.end(), 0.0);
-    if (importance.empty() || sum <= 0.0) return;
-    for (std::size_t f = 0; f < gain_.size(); ++f) importance[f] += gain_[f] / sum;
-  }
-
-  const RankedRows& rows_;
-  std::vector<std::uint32_t> chosen_;
-  std::size_t tried_;
-  RandomEngine& engine_;
-  std::vector<std::size_t> order_;
-  std::vector<std::uint32_t> total_, left_;
-  std::vector<std::uint64_t> keys_;
-  std::vector<double> gain_;
-  DecisionTree tree_;
-};
-
-DecisionTree DecisionTree::grow(const RankedRows& rows, std::vector<std::uint32_t> chosen,
-                                std::size_t tried, RandomEngine& engine,
-                                std::span<double> importance) {
-  return TreeGrower(rows, std::move(chosen), tried, engine).grow(importance);
-}
-
-void DecisionTree::add_shares(std::span<const double> features, std::span<double> shares) const {
-  const Node* node = nodes_.data();
-  while (node->feature >= 0)
-    node = nodes_.data() + node->child +
-           (features[static_cast<std::size_t>(node->feature)] <= node->threshold ? 0 : 1);
-  if (node->child < classes_) {
-    shares[node->child] += 1.0;
-    return;
-  }
-  const double* const own = shares_.data() + (node->child - classes_) * classes_;
-  for (std::size_t c = 0; c < classes_; ++c) shares[c] += own[c];
-}
-
-void DecisionTree::write(LineWriter& out) const {
-  std::vector<std::size_t> feature, child;
-  std::vector<double> threshold;
-  for (const Node& node : nodes_) {
-    feature.push_back(static_cast<std::size_t>(node.feature + 1));  // 0: a leaf
-    child.push_back(node.child);
-    if (node.feature >= 0) threshold.push_back(node.threshold);
-  }
-  out.count("nodes", nodes_.size());
-  out.counts("feature", feature);
-  out.counts("child", child);
-  out.numbers("threshold", threshold);
-  out.count("mixed_leaves", shares_.size() / classes_);
-  out.numbers("shares", shares_);
-}
-
-DecisionTree DecisionTree::read(LineReader& in, std::size_t features, std::size_t classes) {
-  DecisionTree out;
-  out.classes_ = classes;
-  const std::size_t nodes = in.count("nodes", 1, most_nodes);
-  const auto feature = in.counts("feature", nodes);
-  in.within(feature, features + 1, "feature");
-  const auto child = in.counts("child", nodes);
-  const auto leaves = static_cast<std::size_t>(std::ranges::count(feature, std::size_t{0}));
-  const auto threshold = in.numbers("threshold", nodes - std::min(leaves, nodes));
-  const std::size_t mixed = in.count("mixed_leaves", 0, leaves);
-  out.shares_ = in.numbers("shares", mixed * classes);
-  if (!in.ok()) return out;
-  std::size_t split = 0;
-  for (std::size_t i = 0; i < nodes; ++i) {
-    const bool leaf = feature[i] == 0;
-    // Children lie behind their parents, so that every way down ends.
-    if (leaf ? child[i] >= classes + mixed : child[i] <= i || child[i] + 1 >= nodes)
-      in.refuse("a node leads nowhere", {}, "node " + std::to_string(i));
-    out.nodes_.push_back({leaf ? 0.0 : threshold[split], static_cast<std::int32_t>(feature[i]) - 1,
-                          static_cast<std::uint32_t>(child[i])});
-    split += leaf ? 0 : 1;
-  }
-  return out;
-}
-
-namespace {
-
-constexpr std::size_t most_trees = 1'000'000;
 
 class Trees final : public Classifier {
  public:
-  Trees(std::size_t classes, std::vector<DecisionTree> trees)
-      : classes_(classes), trees_(std::move(trees)) {}
+  explicit Trees(TreeEnsemble trees) : trees_(std::move(trees)) {}
   [[nodiscard]] std::size_t classify(std::span<const double> features) const override {
-    std::vector<double> shares(classes_, 0.0);
-    for (const DecisionTree& tree : trees_) tree.add_shares(features, shares);
-    return static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) -
-                                    shares.begin());
+    return trees_.most(features);
   }
-
-  void write(LineWriter& out) const override {
-    out.count("trees", trees_.size());
-    for (const DecisionTree& tree : trees_) tree.write(out);
-  }
-  Trees(LineReader& in, std::size_t features, std::size_t classes) : classes_(classes) {
-    for (std::size_t left = in.count("trees", 1, most_trees); in.ok() && left > 0; --left)
-      trees_.push_back(DecisionTree::read(in, features, classes));
-  }
+  void write(LineWriter& out) const override { trees_.write(out); }
 
  private:
-  std::size_t classes_;
-  std::vector<DecisionTree> trees_;
+  TreeEnsemble trees_;
 };
 
 // As many rows as there are, drawn with replacement.
@@ -284,19 +34,15 @@ struct Forest {
 };
 
 Forest grow_forest(const Training& training, const MethodOptions& options) {
-  const RankedRows rows(training);
-  const auto tried = static_cast<std::size_t>(
-      std::max(1.0, std::floor(std::sqrt(static_cast<double>(rows.features())))));
+  const RankedRows rows(*training.rows, training.of_row, training.classes);
+  const SplitRule rule{features_of_a_split(rows.features())};
   Forest out;
   out.trees.resize(options.trees);
   Matrix importance(options.trees, rows.features());
   parallel_for(options.trees, options.threads, [&](std::size_t t) {
-    std::seed_seq seeds{static_cast<std::uint32_t>(options.seed),
-                        static_cast<std::uint32_t>(options.seed >> 32U),
-                        static_cast<std::uint32_t>(t)};
-    RandomEngine engine(seeds);
+    RandomEngine engine = engine_of_tree(options.seed, t);
     out.trees[t] =
-        DecisionTree::grow(rows, drawn(rows.rows(), engine), tried, engine, importance.row(t));
+        DecisionTree::grow(rows, drawn(rows.rows(), engine), rule, engine, importance.row(t));
   });
   out.importance.assign(rows.features(), 0.0);
   for (std::size_t t = 0; t < options.trees; ++t)
@@ -309,25 +55,26 @@ Forest grow_forest(const Training& training, const MethodOptions& options) {
 
 Result<std::unique_ptr<Classifier>> fit_tree(const Training& training,
                                              const MethodOptions& options) {
-  const RankedRows rows(training);
+  const RankedRows rows(*training.rows, training.of_row, training.classes);
   std::vector<std::uint32_t> all(rows.rows());
   std::iota(all.begin(), all.end(), 0U);
   RandomEngine engine(options.seed);
   std::vector<DecisionTree> one;
-  one.push_back(DecisionTree::grow(rows, std::move(all), rows.features(), engine, {}));
-  return std::make_unique<Trees>(training.classes, std::move(one));
+  one.push_back(DecisionTree::grow(rows, std::move(all), {rows.features()}, engine, {}));
+  return std::make_unique<Trees>(TreeEnsemble(rows.features(), training.classes, std::move(one)));
 }
 
 Result<std::unique_ptr<Classifier>> fit_forest(const Training& training,
                                                const MethodOptions& options) {
   if (options.trees == 0)
     return fail(Errc::invalid_argument, "a forest needs a tree", "RForest", "at least 1", "0");
-  return std::make_unique<Trees>(training.classes, grow_forest(training, options).trees);
+  return std::make_unique<Trees>(
+      TreeEnsemble(training.rows->cols(), training.classes, grow_forest(training, options).trees));
 }
 
 std::unique_ptr<Classifier> read_trees(LineReader& in, std::size_t features, std::size_t classes) {
-  auto out = std::make_unique<Trees>(in, features, classes);
-  return in.ok() ? std::move(out) : nullptr;
+  auto trees = TreeEnsemble::read(in, features, classes);
+  return in.ok() ? std::make_unique<Trees>(std::move(trees)) : nullptr;
 }
 
 Result<std::vector<double>> forest_importance(const Training& training,

@@ -272,7 +272,7 @@ TEST_CASE("No candidate that was dropped is taken, and none with fewer errors is
   const FeatureMatrix data = gaussian_classes(5, 10, 6, 1.5, 61);
   const auto chosen = train_learner(data, Learner::best, {});
   REQUIRE(chosen);
-  REQUIRE(chosen->scores.size() == 14);
+  REQUIRE(chosen->scores.size() == 15);
   const std::size_t all = choice_rounds(data.size()) * data.size();
   std::size_t least = all;
   bool found = false;

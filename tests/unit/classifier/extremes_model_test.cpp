@@ -42,7 +42,7 @@ TEST_CASE("Extremes: 1024 taxels with all phases are learnt, asked and stored") 
   CHECK(matrix->names.size() == 3 + 12 * many_taxels);
   const std::vector<Trial> asked = wide_trials(3, 2);
   for (const Learner kind :
-       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc}) {
+       {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc, Learner::trees}) {
     INFO(to_string(kind));
     auto learner = train_recipe(*matrix, {kind, 20, View::plain}, {});
     REQUIRE(learner);
@@ -102,6 +102,11 @@ TEST_CASE("Extremes: of two identical classes one is answered by the rule for ti
   REQUIRE(lda);
   for (std::size_t row = 0; row < matrix.size(); ++row)  // the lowest of equal discriminants
     CHECK(lda->classify(matrix.values.row(row)).value() ==
+          (matrix.labels[row] == "classc" ? third : first));
+  const auto trees = train_recipe(matrix, {Learner::trees, 20, View::plain}, {});
+  REQUIRE(trees);
+  for (std::size_t row = 0; row < matrix.size(); ++row)  // leaves that no split makes pure
+    CHECK(trees->classify(matrix.values.row(row)).value() ==
           (matrix.labels[row] == "classc" ? third : first));
 }
 

@@ -55,7 +55,8 @@ TEST_CASE(
   FeatureMatrix wide = usual;
   for (std::size_t r = 0; r < wide.size(); ++r)
     wide.values(r, 1) = r % 2 == 0 ? largest_feature : -largest_feature;
-  for (const Learner learner : {Learner::lda, Learner::svc, Learner::all, Learner::pvalue}) {
+  for (const Learner learner :
+       {Learner::lda, Learner::svc, Learner::trees, Learner::all, Learner::pvalue}) {
     const auto model = train_learner(wide, learner, {});
     REQUIRE(model);
     for (std::size_t r = 0; r < wide.size(); ++r)
@@ -73,7 +74,8 @@ TEST_CASE("Extremes: answers, probabilities and the reject rule from 1e-300 to 1
   for (std::size_t r = 0; r < matrix.size(); ++r)
     for (std::size_t k = 0; k < 8; ++k) matrix.values(r, k) *= scale[k];
   const double least = std::numeric_limits<double>::denorm_min();
-  for (const Learner learner : {Learner::svc, Learner::lda, Learner::all, Learner::pvalue}) {
+  for (const Learner learner :
+       {Learner::svc, Learner::lda, Learner::trees, Learner::all, Learner::pvalue}) {
     INFO(to_string(learner));
     const auto model = train_learner(matrix, learner, {});
     REQUIRE(model);

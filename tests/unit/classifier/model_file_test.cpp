@@ -58,7 +58,7 @@ StoredModel trained(Learner kind, View view = View::plain, bool with_aids = fals
 }
 
 std::vector<Learner> stored_kinds() {
-  return {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc};
+  return {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc, Learner::trees};
 }
 
 std::string saved(const StoredModel& stored) {
@@ -184,6 +184,23 @@ TEST_CASE("a file of version 4 with compressed features is read as such") {
   CHECK_FALSE(loaded(replaced(text, "compressed 1", "compressed 0")));
 }
 
+// The file was written by the last program that knew version 5 only.
+TEST_CASE("a file of version 5 with ranked features is read as such, and knows no trees") {
+  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/tests/golden/model/version_5.weft");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  REQUIRE(text.starts_with("weft-fabric-model 5\n"));
+  const auto stored = loaded(text);
+  REQUIRE(stored);
+  CHECK(stored->learner.kind() == Learner::svc);
+  CHECK(stored->learner.view().kind() == View::ranked);
+  const std::string today = saved(*stored);
+  CHECK(text.substr(text.find('\n'), text.rfind("crc32 ") - text.find('\n')) ==
+        today.substr(today.find('\n'), today.rfind("crc32 ") - today.find('\n')));
+  const std::string trees = saved(trained(Learner::trees));
+  CHECK(loaded(trees));
+  CHECK_FALSE(loaded(replaced(trees, "weft-fabric-model 6", "weft-fabric-model 5")));
+}
+
 TEST_CASE("bench kind, data set and training options travel with a model") {
   const auto stored = loaded(saved(trained(Learner::pvalue)));
   REQUIRE(stored);
@@ -214,7 +231,7 @@ TEST_CASE("one altered byte anywhere is noticed") {
 
 TEST_CASE("another version and another file are told apart from damage") {
   const std::string text = saved(trained(Learner::all));
-  CHECK(loaded(replaced(text, "weft-fabric-model 5", "weft-fabric-model 2")).error().code ==
+  CHECK(loaded(replaced(text, "weft-fabric-model 6", "weft-fabric-model 2")).error().code ==
         Errc::unsupported);
   CHECK(loaded("t_s,ch1\n0,1\n").error().code == Errc::parse);
   CHECK(loaded("").error().code == Errc::parse);
@@ -272,6 +289,12 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
       {Learner::svc, "machine ", "machine 9"},
       {Learner::svc, "rows ", "rows 9"},
       {Learner::svc, "coefficients ", "coefficients inf "},
+      {Learner::trees, "trees 1000", "trees 0"},
+      {Learner::trees, "trees 1000", "trees 1001"},
+      {Learner::trees, "nodes ", "nodes 9"},
+      {Learner::trees, "feature ", "feature 999"},
+      {Learner::trees, "child ", "child 99"},
+      {Learner::trees, "threshold ", "threshold nan "},
   }));
   CAPTURE(from, to);
   const auto stored = loaded(replaced(saved(trained(kind, View::compressed)), from, to));

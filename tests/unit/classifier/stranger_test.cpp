@@ -21,7 +21,7 @@ StrangerCheck check_of(const FeatureMatrix& matrix, Learner learner) {
 }
 
 TEST_CASE("Fabrics far from each other are strangers to each other, equal ones are not") {
-  for (const Learner learner : {Learner::lda, Learner::svc, Learner::pvalue}) {
+  for (const Learner learner : {Learner::lda, Learner::svc, Learner::trees, Learner::pvalue}) {
     INFO(to_string(learner));
     const FeatureMatrix apart = testing::gaussian_classes(4, 20, 4, 40.0, 3);
     const StrangerCheck far = check_of(apart, learner);

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "classifier/baseline/decision_tree.hpp"
 #include "classifier/vibro/learn/minimise.hpp"
 #include "classifier/vibro/learn/pipeline.hpp"
 #include "classifier/vibro/learn/product.hpp"
@@ -162,10 +163,10 @@ TEST_CASE("A tree cuts between the values that part the classes") {
   CHECK(answers(*tree, set.rows) == set.of_row);
   for (const auto& [value, want] : {std::pair(1.49, 0U), {1.51, 1U}, {4.49, 1U}, {4.51, 0U}})
     CHECK(tree->classify(std::vector{value}) == want);
-  const RankedRows ranked(set.training());
+  const RankedRows ranked(set.rows, set.of_row, set.classes);
   RandomEngine engine(1);
   std::vector<double> importance(1, 0.0);
-  const auto grown = DecisionTree::grow(ranked, {0, 1, 2, 3, 4, 5}, 1, engine, importance);
+  const auto grown = DecisionTree::grow(ranked, {0, 1, 2, 3, 4, 5}, {1}, engine, importance);
   CHECK(grown.leaves() == 3);
   CHECK(importance[0] == Approx(1.0));
 }

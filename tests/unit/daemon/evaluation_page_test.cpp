@@ -71,7 +71,7 @@ TEST_CASE("rows of a reliability leave empty bins out and hold every answer") {
 
 TEST_CASE("each learner of a learning curve has its own mark, and no name covers another") {
   CurvePoint few{2, 4, {}}, many{8, 4, {}};
-  const std::vector<std::string> names = {"pvalue", "pca", "all", "lda", "svc", "best"};
+  const std::vector<std::string> names = {"pvalue", "pca", "all", "lda", "svc", "trees", "best"};
   for (const std::string& name : names) {
     few.values.push_back({name, 0.6, 0.1, {}});
     many.values.push_back({name, 0.99, 0.005, {}});  // all at the upper edge

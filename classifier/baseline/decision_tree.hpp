@@ -1,0 +1,89 @@
+#pragma once
+// A decision tree as scikit-learn grows it: CART (Breiman et al. 1984), Gini impurity, every leaf
+// pure unless its rows cannot be told apart. What forests are made of.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "classifier/fabric/line_text.hpp"
+#include "classifier/features/matrix.hpp"
+#include "classifier/learn/random.hpp"
+
+namespace weft::classifier {
+
+/// Rows in the order of every feature: trees compare ranks, which is faster than values.
+class RankedRows {
+ public:
+  /// `of_row`: class of every row, below `classes`. Values finite.
+  RankedRows(const Matrix& rows, std::span<const std::size_t> of_row, std::size_t classes);
+
+  [[nodiscard]] std::size_t rows() const { return rows_; }
+  [[nodiscard]] std::size_t features() const { return features_; }
+  [[nodiscard]] std::size_t classes() const { return classes_; }
+  [[nodiscard]] std::uint32_t class_of(std::size_t row) const { return class_[row]; }
+  /// Equal values have equal ranks.
+  [[nodiscard]] std::uint32_t rank(std::size_t feature, std::size_t row) const {
+    return rank_[feature * rows_ + row];
+  }
+  [[nodiscard]] double value(std::size_t feature, std::uint32_t rank) const {
+    return value_[feature * rows_ + rank];
+  }
+  /// The largest rank from `low` on whose value is at most `threshold`, which the value of `low`
+  /// is.
+  [[nodiscard]] std::uint32_t last_at_most(std::size_t feature, std::uint32_t low,
+                                           std::uint32_t high, double threshold) const;
+
+ private:
+  std::size_t rows_, features_, classes_;
+  std::vector<std::uint32_t> class_, rank_;  // rank_ [features x rows]
+  std::vector<double> value_;                // [features x rows], by rank
+};
+
+/// How a tree chooses its splits.
+struct SplitRule {
+  /// Features looked at for each split, drawn anew; more while none of them differs among the rows.
+  std::size_t tried = 1;
+  /// Of a feature one threshold, drawn between its least and its largest value, instead of the best
+  /// of all: the extremely randomised trees of Geurts, Ernst and Wehenkel (2006).
+  bool random_threshold = false;
+};
+
+class DecisionTree {
+ public:
+  /// From the given rows, which may be named more than once. What each feature took off the
+  /// impurity, weighted by the share of rows, is added to `importance` [features] where that is not
+  /// empty; the sum is 1 (0 for a single leaf).
+  static DecisionTree grow(const RankedRows& rows, std::vector<std::uint32_t> chosen,
+                           const SplitRule& rule, RandomEngine& engine,
+                           std::span<double> importance);
+
+  /// Adds the share of each class in the leaf that a row comes to.
+  void add_shares(std::span<const double> features, std::span<double> shares) const;
+  [[nodiscard]] std::size_t leaves() const { return (nodes_.size() + 1) / 2; }
+
+  /// As lines of a stored model.
+  void write(LineWriter& out) const;
+  /// What write() wrote; `in` keeps the first problem.
+  static DecisionTree read(LineReader& in, std::size_t features, std::size_t classes);
+
+ private:
+  friend class TreeGrower;
+  struct Node {
+    double threshold = 0.0;     // at or below goes to `child`, above to child + 1
+    std::int32_t feature = -1;  // -1: a leaf
+    std::uint32_t child = 0;    // of a pure leaf its class, of another classes + row of shares_
+  };
+  std::size_t classes_ = 0;
+  std::vector<Node> nodes_;
+  std::vector<double> shares_;  // of leaves that are not pure
+};
+
+/// Features tried for each split of a forest: the root of their number, rounded down.
+std::size_t features_of_a_split(std::size_t features);
+
+/// An engine for one tree of many: the same whichever thread grows it.
+RandomEngine engine_of_tree(std::uint64_t seed, std::size_t tree);
+
+}  // namespace weft::classifier

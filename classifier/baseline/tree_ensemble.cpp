@@ -1,0 +1,89 @@
+#include "classifier/baseline/tree_ensemble.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numeric>
+
+#include "classifier/learn/parallel.hpp"
+
+namespace weft::classifier {
+namespace {
+
+constexpr std::size_t most_trees = 1'000'000;
+
+}  // namespace
+
+std::vector<double> TreeEnsemble::sums(std::span<const double> features) const {
+  std::vector<double> out(classes_, 0.0);
+  for (const DecisionTree& tree : trees_) tree.add_shares(features, out);
+  return out;
+}
+
+std::vector<double> TreeEnsemble::shares(std::span<const double> features) const {
+  std::vector<double> out = sums(features);
+  for (double& share : out) share /= static_cast<double>(trees_.size());
+  return out;
+}
+
+std::vector<double> TreeEnsemble::log_shares(std::span<const double> features) const {
+  const double least = 0.5 / static_cast<double>(trees_.size());
+  std::vector<double> out = shares(features);
+  for (double& share : out) share = std::log(std::max(share, least));
+  return out;
+}
+
+std::size_t TreeEnsemble::most(std::span<const double> features) const {
+  const std::vector<double> share = sums(features);
+  return static_cast<std::size_t>(std::max_element(share.begin(), share.end()) - share.begin());
+}
+
+Result<std::size_t> TreeEnsemble::classify(std::span<const double> features) const {
+  if (features.size() != features_)
+    return fail(Errc::invalid_argument, "wrong number of features", "classify",
+                std::to_string(features_), std::to_string(features.size()));
+  return most(features);
+}
+
+void TreeEnsemble::write(LineWriter& out) const {
+  out.count("trees", trees_.size());
+  for (const DecisionTree& tree : trees_) tree.write(out);
+}
+
+TreeEnsemble TreeEnsemble::read(LineReader& in, std::size_t features, std::size_t classes) {
+  std::vector<DecisionTree> trees;
+  for (std::size_t left = in.count("trees", 1, most_trees); in.ok() && left > 0; --left)
+    trees.push_back(DecisionTree::read(in, features, classes));
+  return {features, classes, std::move(trees)};
+}
+
+Result<TreeEnsemble> fit_extra_trees(const Matrix& rows, std::span<const std::size_t> of_row,
+                                     std::size_t classes, const TrainOptions& options,
+                                     std::size_t trees) {
+  if (rows.rows() == 0 || rows.rows() != of_row.size() || trees == 0)
+    return fail(Errc::invalid_argument, "trees need rows with a class each", "fit_extra_trees",
+                std::to_string(std::max<std::size_t>(rows.rows(), 1)),
+                std::to_string(of_row.size()));
+  const RankedRows ranked(rows, of_row, classes);
+  const SplitRule rule{features_of_a_split(ranked.features()), true};
+  std::vector<std::uint32_t> all(ranked.rows());
+  std::iota(all.begin(), all.end(), 0U);
+  std::vector<DecisionTree> grown(trees);
+  std::vector<Status> status(trees);
+  std::atomic<bool> stopped{false};
+  parallel_for(trees, options.threads, [&](std::size_t t) {
+    if (stopped) return;
+    status[t] = unless_stopped(options);
+    if (!status[t]) {
+      stopped = true;
+      return;
+    }
+    RandomEngine engine = engine_of_tree(options.seed, t);
+    grown[t] = DecisionTree::grow(ranked, all, rule, engine, {});
+  });
+  for (const Status& ok : status)
+    if (!ok) return pass(ok.error());
+  return TreeEnsemble(ranked.features(), classes, std::move(grown));
+}
+
+}  // namespace weft::classifier
