@@ -23,7 +23,7 @@ RankedRows::RankedRows(const Matrix& rows, std::span<const std::size_t> of_row, 
     for (std::size_t i = 0; i < rows_; ++i) {
       if (i > 0 && of(order[i]) > of(order[i - 1])) ++rank;
       rank_[f * rows_ + order[i]] = rank;
-      value_[f * rows_ + rank] = of(order[i]);
+      value_[f * rows_ + rank] = of(order[i]) + 0.0;  // -0 and 0 are one value
     }
   }
 }
@@ -261,6 +261,22 @@ void DecisionTree::write(LineWriter& out) const {
   out.numbers("shares", shares_);
 }
 
+namespace {
+
+// Of each leaf that is not pure: none below 0, together 1 but for rounding.
+void check_shares(LineReader& in, std::span<const double> shares, std::size_t classes) {
+  constexpr double rounding = 1e-9;
+  for (std::size_t from = 0; from < shares.size(); from += classes) {
+    const auto own = shares.subspan(from, classes);
+    const double sum = std::accumulate(own.begin(), own.end(), 0.0);
+    if (*std::min_element(own.begin(), own.end()) < 0.0 || !(std::abs(sum - 1.0) <= rounding))
+      return in.refuse("shares of a leaf are no distribution", "from 0 on, together 1",
+                       "together " + std::to_string(sum));
+  }
+}
+
+}  // namespace
+
 DecisionTree DecisionTree::read(LineReader& in, std::size_t features, std::size_t classes) {
   DecisionTree out;
   out.classes_ = classes;
@@ -273,11 +289,12 @@ DecisionTree DecisionTree::read(LineReader& in, std::size_t features, std::size_
   const std::size_t mixed = in.count("mixed_leaves", 0, leaves);
   out.shares_ = in.numbers("shares", mixed * classes);
   if (!in.ok()) return out;
+  check_shares(in, out.shares_, classes);
   std::size_t split = 0;
   for (std::size_t i = 0; i < nodes; ++i) {
     const bool leaf = feature[i] == 0;
     // Children lie behind their parents, so that every way down ends.
-    if (leaf ? child[i] >= classes + mixed : child[i] <= i || child[i] + 1 >= nodes)
+    if (leaf ? child[i] >= classes + mixed : child[i] <= i || child[i] >= nodes - 1)
       in.refuse("a node leads nowhere", "a leaf's class or two nodes behind it",
                 "node " + std::to_string(i));
     out.nodes_.push_back({leaf ? 0.0 : threshold[split], static_cast<std::int32_t>(feature[i]) - 1,

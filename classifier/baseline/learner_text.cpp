@@ -27,7 +27,10 @@ Learner read_kind(LineReader& in, std::string_view keyword, std::size_t known) {
   const auto found =
       std::find_if(kinds.begin(), end, [&](Learner kind) { return to_string(kind) == word; });
   if (found != end) return *found;
-  in.refuse("unknown " + std::string(keyword), std::string(to_string(kinds.front())), word);
+  std::string names;
+  for (auto kind = kinds.begin(); kind != end; ++kind)
+    names += (names.empty() ? "" : ", ") + std::string(to_string(*kind));
+  in.refuse("unknown " + std::string(keyword), names, word);
   return kinds.front();
 }
 

@@ -12,6 +12,10 @@ namespace {
 
 constexpr std::size_t most_trees = 1'000'000;
 
+std::size_t largest(const std::vector<double>& values) {
+  return static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
+}
+
 }  // namespace
 
 std::vector<double> TreeEnsemble::sums(std::span<const double> features) const {
@@ -26,16 +30,16 @@ std::vector<double> TreeEnsemble::shares(std::span<const double> features) const
   return out;
 }
 
-std::vector<double> TreeEnsemble::log_shares(std::span<const double> features) const {
-  const double least = 0.5 / static_cast<double>(trees_.size());
-  std::vector<double> out = shares(features);
-  for (double& share : out) share = std::log(std::max(share, least));
+TreeEnsemble::Tally TreeEnsemble::tally(std::span<const double> features) const {
+  const double trees = static_cast<double>(trees_.size());
+  Tally out{0, sums(features)};
+  out.winner = largest(out.log_share);
+  for (double& sum : out.log_share) sum = std::log(std::max(sum, 0.5) / trees);
   return out;
 }
 
 std::size_t TreeEnsemble::most(std::span<const double> features) const {
-  const std::vector<double> share = sums(features);
-  return static_cast<std::size_t>(std::max_element(share.begin(), share.end()) - share.begin());
+  return largest(sums(features));
 }
 
 Result<std::size_t> TreeEnsemble::classify(std::span<const double> features) const {
@@ -60,7 +64,10 @@ TreeEnsemble TreeEnsemble::read(LineReader& in, std::size_t features, std::size_
 Result<TreeEnsemble> fit_extra_trees(const Matrix& rows, std::span<const std::size_t> of_row,
                                      std::size_t classes, const TrainOptions& options,
                                      std::size_t trees) {
-  if (rows.rows() == 0 || rows.rows() != of_row.size() || trees == 0)
+  if (trees == 0)
+    return fail(Errc::invalid_argument, "nothing to grow", "fit_extra_trees", "at least 1 tree",
+                "0");
+  if (rows.rows() == 0 || rows.rows() != of_row.size())
     return fail(Errc::invalid_argument, "trees need rows with a class each", "fit_extra_trees",
                 std::to_string(std::max<std::size_t>(rows.rows(), 1)),
                 std::to_string(of_row.size()));

@@ -91,7 +91,7 @@ struct TrainOptions {
   std::size_t folds = 5;  ///< fewer when a class has fewer trials
   FoldUnit fold_unit = FoldUnit::recording;
   double tolerance = 1e-3;    ///< libsvm's stopping tolerance
-  std::uint64_t seed = 1;     ///< of the folds
+  std::uint64_t seed = 1;     ///< of the folds, and of trees
   std::size_t threads = 0;    ///< 0: one per core; the model does not depend on it
   FoldMaker make_folds = {};  ///< empty: stratified_folds() by fold_unit
   /// Counts the problems that no solver brought to the tolerance; empty: nobody asks. Shared by all

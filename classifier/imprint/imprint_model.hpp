@@ -32,6 +32,7 @@ struct ImprintModel {
 };
 
 /// First line of every file.
+/// Learners may be added to it: a program that does not know one says so by name.
 inline constexpr std::string_view imprint_model_header = "weft-imprint-model 1";
 
 /// Refuses a model whose features are not those of its plan; Errc::io when the stream fails.

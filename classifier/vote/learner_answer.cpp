@@ -29,8 +29,9 @@ Result<Said> ask(const TrainedLearner& learner, std::span<const double> features
     return out;
   }
   if (const auto* trees = std::get_if<TreeEnsemble>(&learner.machine())) {
-    out.ballot.winner = trees->most(*own);
-    out.score = trees->log_shares(*own);
+    TreeEnsemble::Tally tally = trees->tally(*own);
+    out.ballot.winner = tally.winner;
+    out.score = std::move(tally.log_share);
     return out;
   }
   auto score = std::get<ShrinkageLda>(learner.machine()).discriminants(*own);

@@ -13,15 +13,15 @@ namespace weft::classifier {
 /// Aids of any learner, from its own training rows; `options` are those of the training, `cap` that
 /// of the recipe. Cores: as learn_aids() of the model, on compressed features where it takes those;
 /// the scaling before the compression is then that of all training rows, so rows held out have a
-/// say in it (mean and deviation only; their labels do not enter). LDA and SVC are trained again on
-/// class_folds() with the parameters they have; their scores of rows held out are sharpened until
-/// they are the likeliest probabilities (softmax of the LDA's discriminants, of the SVC's sums of
-/// tanh(f)). Refuses what learn_aids() refuses.
+/// say in it (mean and deviation only; their labels do not enter). LDA, SVC and trees are trained
+/// again on class_folds() with the parameters they have; their scores of rows held out are
+/// sharpened until they are the likeliest probabilities (softmax of the LDA's discriminants, of the
+/// SVC's sums of tanh(f), of ln of the trees' shares). Refuses what learn_aids() refuses.
 Result<VoteAids> learn_aids(const TrainedLearner& learner, const FeatureMatrix& matrix,
                             const TrainOptions& options, double false_reject = 0.05);
 
 /// Without `aids`: no probability and nothing refused. Kinds of vote are for cores: another learner
-/// refuses all but VoteKind::majority, and has no votes (LDA) or its own (SVC). Refuses what
+/// refuses all but VoteKind::majority, and has no votes (LDA, trees) or its own (SVC). Refuses what
 /// answer() of the cores refuses.
 Result<Answer> answer(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
                       std::span<const double> features, const VoteOptions& options = {});

@@ -67,7 +67,7 @@ Result<std::vector<CurvePoint>> curve_of(const EvaluateArgs& args,
 
 }  // namespace
 
-// "every" leaves cores-best out: best tries the same candidates and two more kinds.
+// "every" leaves cores-best out: best tries the same candidates and three more kinds.
 Result<std::vector<Learner>> learners_of(const std::vector<std::string>& words) {
   std::vector<Learner> out;
   for (const std::string& word : words) {

@@ -23,7 +23,7 @@ std::string seed_problem(const std::string& text) {
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {
-  command.add_option("--seed", choice.seed, "of folds and random splits")
+  command.add_option("--seed", choice.seed, "of folds, random splits and trees")
       ->check(seed_problem)
       ->capture_default_str();
   command.add_option("--cap", choice.cap, "most features or components of a core, the paper's N")

@@ -118,7 +118,8 @@ Result<Cores> train_shared(const Ranks& ranks, const classifier::FeatureMatrix& 
   return cores;
 }
 
-// What has no cores (LDA, SVC) is trained here alone: seconds, whatever the number of classes.
+// What has no cores (LDA, SVC, trees) is trained here alone: seconds, whatever the number of
+// classes.
 Result<classifier::ChosenLearner> train_on_all(const Ranks& ranks, const cli::ChosenTrials& chosen,
                                                classifier::Learner learner,
                                                const TrainOptions& options) {

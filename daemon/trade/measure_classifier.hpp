@@ -19,7 +19,7 @@ namespace weft::daemon {
 /// What may be varied.
 enum class TradeFamily {
   features,     ///< feature count N of the cores
-  learner,      ///< kinds of cores, LDA, SVC, the choice between them
+  learner,      ///< kinds of cores, LDA, SVC, trees, the choice between them
   slide,        ///< first seconds of phase M
   speed,        ///< one speed's trials at a time, where names of recordings tell it
   exploration,  ///< the others of the data set, and each pair side by side

@@ -57,9 +57,22 @@ void erase(Bytes& bytes, std::size_t from, std::size_t count) {
 }
 
 /// Texts that parsers trip over.
-constexpr std::string_view awkward[]{
-    "nan", "-inf", "1e999", "18446744073709551616", "-1", "0", "\"", ",", "\n", "\r\n", "\\",
-    " ",   "1e-9", "\0",    "\xff\xff\xff\xff"};
+constexpr std::string_view awkward[]{"nan",
+                                     "-inf",
+                                     "1e999",
+                                     "18446744073709551616",
+                                     "18446744073709551615",
+                                     "-1",
+                                     "0",
+                                     "\"",
+                                     ",",
+                                     "\n",
+                                     "\r\n",
+                                     "\\",
+                                     " ",
+                                     "1e-9",
+                                     "\0",
+                                     "\xff\xff\xff\xff"};
 
 void mutate(Bytes& bytes, const Bytes& other, Numbers& numbers) {
   const std::size_t at = numbers.below(bytes.size() + 1);

@@ -80,6 +80,24 @@ daemon::RecordingSet sample_recordings() {
   return set;
 }
 
+namespace {
+
+// A thousand would be longer than an input of the fuzzer. One row is in two classes, so that a leaf
+// is not pure.
+Result<classifier::TrainedLearner> two_trees_of(const classifier::TrainedLearner& trained,
+                                                const classifier::FeatureMatrix& matrix) {
+  classifier::Matrix rows = matrix.values;
+  std::copy(rows.row(0).begin(), rows.row(0).end(), rows.row(1).begin());
+  std::vector<std::size_t> of_row;
+  for (std::size_t r = 0; r < rows.rows(); ++r) of_row.push_back(r % trained.labels().size());
+  auto trees = classifier::fit_extra_trees(rows, of_row, trained.labels().size(), {}, 2);
+  if (!trees) return pass(trees.error());
+  return classifier::TrainedLearner(trained.labels(), trained.feature_names(), {},
+                                    std::move(*trees));
+}
+
+}  // namespace
+
 Result<classifier::StoredModel> sample_model(classifier::Learner learner, classifier::View view) {
   classifier::FeatureSetup setup;
   setup.taxels = 1;
@@ -104,6 +122,8 @@ Result<classifier::StoredModel> sample_model(classifier::Learner learner, classi
   if (!trained) return pass(trained.error());
   auto aids = classifier::learn_aids(*trained, matrix, options);
   if (!aids) return pass(aids.error());
+  if (learner == classifier::Learner::trees) trained = two_trees_of(*trained, matrix);
+  if (!trained) return pass(trained.error());
   return classifier::StoredModel{
       std::move(*trained), setup, {"simulated", "", "0", "fuzz"}, std::move(*aids)};
 }

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""The evaluator's baselines against scikit-learn on real strokes: the same answer on every test trial.
+"""The evaluator's baselines against scikit-learn on real strokes: the same answer on every test trial; of trees, as alike as its own are.
 
     baselines_sklearn.py WEFT SHARED     exit 77 (skipped) without the recordings or without scikit-learn
 
 fabricslide, repetition 0 trains and 1 tests; also each pressure left out. LDA: StandardScaler and LinearDiscriminantAnalysis
 (lsqr, shrinkage='auto'). SVC: with the C and gamma that our grid chose, on which libsvm must agree with itself.
+Trees draw other random numbers: our answers must be as much like those of scikit-learn's ExtraTreesClassifier as its answers from
+two seeds are like each other, but for what chance allows.
 """
 import csv
 import json
@@ -17,6 +19,7 @@ from cli_support import Checks
 try:
     import numpy
     from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+    from sklearn.ensemble import ExtraTreesClassifier
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import StandardScaler
     from sklearn.svm import SVC
@@ -33,7 +36,7 @@ def table(path):
 
 
 def evaluated(t, d, *arguments):
-    ran = t.run("evaluate", *arguments, "--learner", "lda,svc", "--norm", "rms", "--answers", "--json", cwd=d)
+    ran = t.run("evaluate", *arguments, "--learner", "lda,svc,trees", "--norm", "rms", "--answers", "--json", cwd=d)
     t.expect(ran.returncode == 0, f"{arguments}: {ran.stderr}")
     return json.loads(ran.stdout)["results"]
 
@@ -46,6 +49,21 @@ def compare(t, what, model, trains, tests, files, labels, values, answers):
     print(f"{what}: {len(rows) - len(different)} of {len(rows)} answers alike, "
           f"accuracy {sum(ours[files[i]] == labels[i] for i in rows) / len(rows):.4f}")
     t.expect(not different and len(ours) == len(rows), f"{what}: other answers on {different}")
+
+
+def compare_trees(t, what, splits, values, labels, files, answers):
+    """Over all splits together: of each, the test trials and our answers on them."""
+    alike = themselves = tested = 0
+    for tests, ours in zip(splits, map(dict, answers)):
+        one, other = (ExtraTreesClassifier(1000, random_state=seed).fit(values[~tests], labels[~tests]).predict(values[tests])
+                      for seed in (1, 2))
+        mine = numpy.array([ours[files[i]] for i in numpy.flatnonzero(tests)])
+        alike += int((mine == one).sum())
+        themselves += int((other == one).sum())
+        tested += len(mine)
+    print(f"trees, {what}: {alike} of {tested} answers as scikit-learn's, {themselves} of its own from another seed")
+    deviation = (2 * (tested - themselves + 1)) ** 0.5  # of a difference of two counts of rare events
+    t.expect(alike >= themselves - 3 * deviation, f"trees, {what}: {alike} alike, {themselves} of its own")
 
 
 def lda():
@@ -65,6 +83,9 @@ def strokes(t, source, d, group, arguments, split_of):
             svc = SVC(C=results["svc"]["C"], gamma=results["svc"]["gamma"])
             compare(t, f"SVC, {group} {left_out} tests", svc, ~tests, tests, files, labels, values,
                     results["svc"]["answers"][i])
+
+
+    compare_trees(t, group, [groups == left_out for left_out in split_of], values, labels, files, results["trees"]["answers"])
 
 
 def main():

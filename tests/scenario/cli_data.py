@@ -153,7 +153,7 @@ def kept_as_evaluated(t, d):
     for group in "AB":
         write_manifest(d / f"{group}.csv", [r for r in rows if r[2] == group])
         t.succeeds("dataset", "import", f"{group}.csv", "-o", f"{group}.h5", cwd=d)
-    for learner in ("best", "cores-best", "svc", "lda"):
+    for learner in ("best", "cores-best", "svc", "trees", "lda"):
         ran = t.succeeds("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--learner", learner,
                          "--answers", cwd=d)["results"][learner]
         trained = t.succeeds("train", "A.h5", "-o", "kept.weft", "--learner", learner, cwd=d)

@@ -120,7 +120,7 @@ def both_sets(t, d):
     joined = simulated["M1"]["contact_s"] if "M1" in simulated else simulated["default"]["contact_s"]
     t.expect(abs(simulated["M1+M2"]["contact_s"] - joined - simulated["M2"]["contact_s"]) < 1e-9, "M1+M2 takes both")
     t.expect(abs(simulated["2 s"]["contact_s"] - 2) < 0.03, f"2 s: {simulated['2 s']['contact_s']}")
-    for name in ("N 1", "N 195", "PCA cores", "LDA", "SVC", "best of all", "0.5 s", "16 s", "DAG", "short-list of 2"):
+    for name in ("N 1", "N 195", "PCA cores", "LDA", "SVC", "trees", "best of all", "0.5 s", "16 s", "DAG", "short-list of 2"):
         t.expect(name in simulated, f"no {name} in {list(simulated)}")
     t.expect("speed" in data["data_sets"][0]["left_out"], f"left out: {data['data_sets'][0]['left_out']}")
     t.expect(simulated["default"]["tested"] == 3 * len(FABRICS) * 4, f"4 of 6 test: {simulated['default']['tested']}")

@@ -8,8 +8,8 @@
 //                                              decisions on the test rows; the votes' winners
 //   oracle_agreement evaluate INDEX.csv TRAIN TEST LEARNER [WINDOW_S PERIOD_S]
 //
-// REDUCTION: pvalue, pca or all; LEARNER: these and lda, svc, cores-best, best. Each with -groups
-// for folds by group, or with -paper to select once outside the folds.
+// REDUCTION: pvalue, pca or all; LEARNER: these and lda, svc, trees, cores-best, best. Each with
+// -groups for folds by group, or with -paper to select once outside the folds.
 //
 // INDEX.csv: header file,label,group; trial CSV: header phase,c1..cn. TRAIN and TEST are lists of
 // groups: 0,1.

@@ -44,7 +44,7 @@ def mpi(folder, ranks, *command):
 
 
 def same_bytes(checks, program, folder):
-    for ranks, options in ((2, ["--learner", "cores-best"]), (2, ["--learner", "best"]), (2, ["--learner", "svc"]),
+    for ranks, options in ((2, ["--learner", "cores-best"]), (2, ["--learner", "best"]), (2, ["--learner", "svc"]), (2, ["--learner", "trees"]),
                            (3, ["--reduction", "pvalue", "--paper-selection"])):
         compare(checks, folder, options, launch(ranks, program, "set.h5", "-o", "shared", *options))
 

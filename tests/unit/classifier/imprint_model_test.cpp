@@ -88,7 +88,8 @@ TEST_CASE("A model of imprints is read as it was written and answers the same") 
   odd.scales->orientation = OrientationSpread::linear;
   odd.scales->thresholds = {0.7, 2.1};
   const FeaturePlan laws_alone{std::nullopt, {LawsSize::three}};
-  for (const Learner learner : {Learner::lda, Learner::svc, Learner::pvalue, Learner::all})
+  for (const Learner learner :
+       {Learner::lda, Learner::svc, Learner::trees, Learner::pvalue, Learner::all})
     for (const FeaturePlan& plan : {FeaturePlan{}, odd, laws_alone})
       for (const bool with_aids : {true, false}) {
         INFO(to_string(learner) << ", aids " << with_aids);

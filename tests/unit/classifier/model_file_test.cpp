@@ -289,12 +289,6 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
       {Learner::svc, "machine ", "machine 9"},
       {Learner::svc, "rows ", "rows 9"},
       {Learner::svc, "coefficients ", "coefficients inf "},
-      {Learner::trees, "trees 1000", "trees 0"},
-      {Learner::trees, "trees 1000", "trees 1001"},
-      {Learner::trees, "nodes ", "nodes 9"},
-      {Learner::trees, "feature ", "feature 999"},
-      {Learner::trees, "child ", "child 99"},
-      {Learner::trees, "threshold ", "threshold nan "},
   }));
   CAPTURE(from, to);
   const auto stored = loaded(replaced(saved(trained(kind, View::compressed)), from, to));
@@ -303,6 +297,64 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
   CHECK(stored.error().where.find("line ") != std::string::npos);
   CHECK_FALSE(stored.error().expected.empty());
   CHECK_FALSE(stored.error().got.empty());
+}
+
+// Text with word `place` (from 0) of the first line that begins with `keyword`, from the line on
+// that says how many trees there are.
+std::string with_word(const std::string& text, const std::string& keyword, std::size_t place,
+                      const std::string& word) {
+  const std::size_t line = text.find("\n" + keyword + " ", text.find("\ntrees "));
+  REQUIRE(line != std::string::npos);
+  std::size_t from = line + 1 + keyword.size() + 1;
+  for (; place > 0; --place) from = text.find(' ', from) + 1;
+  std::string out = text;
+  return sealed(out.replace(from, text.find_first_of(" \n", from) - from, word));
+}
+
+TEST_CASE("wrong trees behind a right checksum are refused, each for what is wrong") {
+  const StoredModel model = trained(Learner::trees);
+  const std::string text = saved(model);
+  CHECK(with_word(text, "trees", 0, "1000") == text);
+  const auto [keyword, word, says] = GENERATE(table<std::string, std::string, std::string>({
+      {"trees", "0", "trees"},
+      {"trees", "1001", "nodes"},
+      {"child", "0", "leads nowhere"},
+      {"child", "999", "leads nowhere"},
+      {"child", "18446744073709551615", "leads nowhere"},
+      {"feature", "9999", "beyond the last"},
+      {"threshold", "nan", "threshold"},
+      {"threshold", "inf", "threshold"},
+  }));
+  CAPTURE(keyword, word);
+  const auto stored = loaded(with_word(text, keyword, 0, word));
+  REQUIRE_FALSE(stored);
+  CHECK(stored.error().code == Errc::corrupt);
+  CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK(to_string(stored.error()).find(says) != std::string::npos);
+}
+
+TEST_CASE("shares of a leaf that are no distribution are refused") {
+  LineWriter good;
+  good.count("nodes", 1);
+  good.counts("feature", std::vector<std::size_t>{0});
+  good.counts("child", std::vector<std::size_t>{2});
+  good.numbers("threshold", {});
+  good.count("mixed_leaves", 1);
+  const auto read_with = [&](const std::vector<double>& shares) {
+    LineWriter out = good;
+    out.numbers("shares", shares);
+    const std::string text = out.str();
+    LineReader in(text);
+    DecisionTree::read(in, 1, 2);
+    return in.status();
+  };
+  CHECK(read_with({0.25, 0.75}));
+  for (const std::vector<double>& shares :
+       std::vector<std::vector<double>>{{0.5, 0.6}, {-0.5, 1.5}, {1e308, 1e308}, {0.0, 0.0}}) {
+    const Status refused = read_with(shares);
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().message == "shares of a leaf are no distribution");
+  }
 }
 
 TEST_CASE("a wrong line of the knots of ranks is refused with its number") {

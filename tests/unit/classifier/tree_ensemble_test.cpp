@@ -93,9 +93,11 @@ TEST_CASE("Trees know the rows they grew on, and shares are a distribution") {
   for (std::size_t r = 0; r < fresh.size(); ++r) {
     const auto shares = trees.shares(fresh.values.row(r));
     CHECK(std::accumulate(shares.begin(), shares.end(), 0.0) == Approx(1.0));
-    const auto logs = trees.log_shares(fresh.values.row(r));
+    const auto tally = trees.tally(fresh.values.row(r));
+    CHECK(tally.winner == trees.most(fresh.values.row(r)));
     for (std::size_t c = 0; c < shares.size(); ++c)
-      CHECK(logs[c] == Approx(std::log(std::max(shares[c], 0.01))));  // half of one of 50
+      CHECK(tally.log_share[c] ==
+            Approx(std::log(std::max(shares[c], 0.01))));  // half of one of 50
   }
   CHECK_FALSE(trees.classify(std::vector{1.0}));
 }

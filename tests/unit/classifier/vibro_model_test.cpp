@@ -117,6 +117,8 @@ TEST_CASE(
   REQUIRE(child.size() > 2);  // the root and its children
   check_corrupt(with(tree, "\nchild " + child[1] + " ", "\nchild 0 "), "leads nowhere");
   check_corrupt(with(tree, "\nchild " + child[1] + " ", "\nchild 99999 "), "leads nowhere");
+  check_corrupt(with(tree, "\nchild " + child[1] + " ", "\nchild 18446744073709551615 "),
+                "leads nowhere");
   check_corrupt(with(tree, "\nfeature " + words_after(tree, "feature")[1] + " ", "\nfeature 4 "),
                 "beyond the last");
   check_corrupt(with(tree, "trees 1", "trees 2"), "due");
