@@ -1,6 +1,8 @@
 """An emulated rig for scenario tests: a rig file with free places, and weft-rig serving it."""
+import contextlib
 import json
 import pathlib
+import random
 import socket
 import subprocess
 
@@ -35,6 +37,21 @@ def free_port(kind):
     with socket.socket(socket.AF_INET, kind) as s:
         s.bind(("127.0.0.1", 0))
         return s.getsockname()[1]
+
+
+def free_run(count):
+    """First of so many neighbouring TCP ports, all free, and below those that the system hands out to others meanwhile."""
+    lowest = int(pathlib.Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
+    for _ in range(100):
+        first = random.randrange(lowest // 2, lowest - count)
+        with contextlib.ExitStack() as held:
+            try:
+                for port in range(first, first + count):
+                    held.enter_context(socket.socket()).bind(("127.0.0.1", port))
+            except OSError:
+                continue
+        return first
+    raise RuntimeError(f"no {count} neighbouring ports are free")
 
 
 def rig_file(root, folder, over_tcp=False, **changes):

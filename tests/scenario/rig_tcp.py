@@ -13,7 +13,7 @@ import time
 import urllib.request
 
 from cli_support import Checks
-from emulated_support import ServedRig, free_port, rig_file
+from emulated_support import ServedRig, free_run, rig_file
 
 ASK_INFO, HALF_A_MOVE = bytes.fromhex("050000005001"), bytes.fromhex("53040600D0010100")
 UPDATES_ON = bytes.fromhex("11000A005001")
@@ -53,7 +53,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         path, rig = rig_file(root, pathlib.Path(name))
         served = ServedRig(weft_rig, path, rig)
-        served.command += ["--tcp", str(free_port(socket.SOCK_STREAM))]
+        served.command += ["--tcp", str(free_run(16))]
         with served:
             told = "\n".join(served.lines)
             ports = {m[1]: int(m[2]) for m in re.finditer(r"^(\S+) on serial \S+ and tcp 127\.0\.0\.1:(\d+)$", told, re.M)}
