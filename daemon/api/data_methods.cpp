@@ -205,6 +205,38 @@ void certificate_of_run(const Services& services, const Call& call, const rpc::R
                 most = static_cast<std::size_t>(most)] { return certified(stored, from, most); });
 }
 
+/// What a data set is vouched for by, and what is made of it.
+void add_export_methods(rpc::Methods& methods, const Services* s) {
+  methods.add({"data.certificate",
+               "what a run's data set was recorded with, and the digests that data.verify goes by",
+               {},
+               {},
+               {{"run", ParamType::text, true, "its name, \"R-000318\""},
+                {"from", ParamType::integer, false, "the first attempt at a trial that is told, 0"},
+                {"most", ParamType::integer, false, "attempts, 100; at most 1000"}},
+               "run, bench, name, seed, software_version, recipe_sha256, rig_sha256, "
+               "dataset_sha256, trials_planned, attempts, ended_early, devices: name, driver, "
+               "identity; files: name, bytes, sha256, path; path of the whole certificate; trials: "
+               "name, outcome, sha256, gaps; next"},
+              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
+                certificate_of_run(*s, call, respond);
+              }));
+  methods.add(
+      {"data.export",
+       "makes a file of the complete trials of a run that is over, also of one that was "
+       "interrupted; it is had by GET of `path` over HTTP",
+       access::Role::operator_,
+       rpc::Effect::change,
+       {{"run", ParamType::text, true, "its name, \"R-000318\""},
+        {"format", ParamType::text, false,
+         "hdf5, a data set (default), or features-csv, the table of its features"},
+        {"exploration", ParamType::text, false, "whose features, where the campaign has several"}},
+       "run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, "
+       "trials_planned"},
+      rpc::Handler(
+          [s](const Call& call, const rpc::Responder& respond) { export_run(*s, call, respond); }));
+}
+
 }  // namespace
 
 void add_data_methods(rpc::Methods& methods, const Services& services) {
@@ -242,34 +274,7 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 files_of_run(*s, call, respond);
               }));
-  methods.add({"data.certificate",
-               "what a run's data set was recorded with, and the digests that data.verify goes by",
-               {},
-               {},
-               {{"run", ParamType::text, true, "its name, \"R-000318\""},
-                {"from", ParamType::integer, false, "the first attempt at a trial that is told, 0"},
-                {"most", ParamType::integer, false, "attempts, 100; at most 1000"}},
-               "run, bench, name, seed, software_version, recipe_sha256, rig_sha256, "
-               "dataset_sha256, trials_planned, attempts, ended_early, devices: name, driver, "
-               "identity; files: name, bytes, sha256, path; path of the whole certificate; trials: "
-               "name, outcome, sha256, gaps; next"},
-              rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
-                certificate_of_run(*s, call, respond);
-              }));
-  methods.add(
-      {"data.export",
-       "makes a file of the complete trials of a run that is over, also of one that was "
-       "interrupted; it is had by GET of `path` over HTTP",
-       access::Role::operator_,
-       rpc::Effect::change,
-       {{"run", ParamType::text, true, "its name, \"R-000318\""},
-        {"format", ParamType::text, false,
-         "hdf5, a data set (default), or features-csv, the table of its features"},
-        {"exploration", ParamType::text, false, "whose features, where the campaign has several"}},
-       "run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, "
-       "trials_planned"},
-      rpc::Handler(
-          [s](const Call& call, const rpc::Responder& respond) { export_run(*s, call, respond); }));
+  add_export_methods(methods, s);
 }
 
 void open_served_file(const Services& services, std::string_view path,

@@ -155,6 +155,34 @@ Outcome log_query(const Services& services, const Call& call) {
   return R"({"lines":)" + told.text() + R"(,"next":)" + text_of(next) + "}";
 }
 
+void add_log_methods(rpc::Methods& methods, const Services* s) {
+  methods.add({"log.tail",
+               "the newest lines of the daemon's journal",
+               {},
+               {},
+               {{"run", rpc::ParamType::text, false, "of this run only"},
+                {"most", rpc::ParamType::integer, false,
+                 "lines, 100; 10000 at most, and no more "
+                 "than 1 MiB"}},
+               "lines: sequence, t_us, run, kind, by, data; left_off: so many older ones had no "
+               "room, log.query has them"},
+              [s](const Call& call) { return log_tail(*s, call); });
+  methods.add({"log.query",
+               "lines of the daemon's journal, oldest first, by run, kind and time",
+               {},
+               {},
+               {{"run", rpc::ParamType::text, false, "of this run only"},
+                {"kind", rpc::ParamType::text, false, "of this kind only, \"state\""},
+                {"since_us", rpc::ParamType::integer, false, "not before, UTC"},
+                {"until_us", rpc::ParamType::integer, false, "before, UTC"},
+                {"from", rpc::ParamType::integer, false,
+                 "this sequence number on: next of the page before"},
+                {"most", rpc::ParamType::integer, false, "lines, 100; at most 10000"}},
+               "lines: sequence, t_us, run, kind, by, data; next, null where there is no more: a "
+               "page may be short, or empty, and have one"},
+              [s](const Call& call) { return log_query(*s, call); });
+}
+
 }  // namespace
 
 std::string readiness_json(const Services& services) {
@@ -214,31 +242,7 @@ void add_system_methods(rpc::Methods& methods, const Services& services) {
       [s, began = s->now()](const Call&) -> Outcome { return text_of(metrics(*s, began)); });
   methods.add({"session.whoami", "who you are here", {}, {}, {}, "session, client, user, role"},
               [](const Call& call) -> Outcome { return text_of(whoami(call.caller)); });
-  methods.add({"log.tail",
-               "the newest lines of the daemon's journal",
-               {},
-               {},
-               {{"run", rpc::ParamType::text, false, "of this run only"},
-                {"most", rpc::ParamType::integer, false,
-                 "lines, 100; 10000 at most, and no more "
-                 "than 1 MiB"}},
-               "lines: sequence, t_us, run, kind, by, data; left_off: so many older ones had no "
-               "room, log.query has them"},
-              [s](const Call& call) { return log_tail(*s, call); });
-  methods.add({"log.query",
-               "lines of the daemon's journal, oldest first, by run, kind and time",
-               {},
-               {},
-               {{"run", rpc::ParamType::text, false, "of this run only"},
-                {"kind", rpc::ParamType::text, false, "of this kind only, \"state\""},
-                {"since_us", rpc::ParamType::integer, false, "not before, UTC"},
-                {"until_us", rpc::ParamType::integer, false, "before, UTC"},
-                {"from", rpc::ParamType::integer, false,
-                 "this sequence number on: next of the page before"},
-                {"most", rpc::ParamType::integer, false, "lines, 100; at most 10000"}},
-               "lines: sequence, t_us, run, kind, by, data; next, null where there is no more: a "
-               "page may be short, or empty, and have one"},
-              [s](const Call& call) { return log_query(*s, call); });
+  add_log_methods(methods, s);
   rpc::Methods* const all = &methods;
   methods.add({"rpc.discover", "this document", {}, {}, {}, "OpenRPC"},
               [all](const Call&) -> Outcome {

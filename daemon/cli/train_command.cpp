@@ -14,6 +14,7 @@
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/json_parts.hpp"
+#include "daemon/run/live_watch.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -221,6 +222,8 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   const double train_s = steady_wall_seconds() - began_s;
   std::ostringstream text;
   if (auto ok = classifier::save_staged(*model, text); !ok) return pass(ok.error());
+  if (auto ok = check_live_model_size(text.view().size()); !ok)
+    return pass(ok.error(), args.out.string());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   print(console,
         bench_banner(dataset->info) + stages_text(args, *model, chosen->trials.size(), train_s) +

@@ -54,8 +54,18 @@ Status knows_enough(const recipes::Exploration& exploration, const classifier::S
 
 using recipes::Exploration;
 
+Status check_size_of(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error)
+    return fail(Errc::not_found, "cannot read the file", file.string(), {}, error.message());
+  const Status ok = check_live_model_size(size);
+  return ok ? ok : Status(pass(ok.error(), file.string()));
+}
+
 Result<LiveModel> load(const Exploration& exploration, const recipes::RigLimits& limits,
                        const std::filesystem::path& file) {
+  if (auto ok = check_size_of(file); !ok) return pass(ok.error());
   const auto text = read_text_file(file, most_model_bytes);
   if (!text) return pass(text.error());
   std::istringstream in(*text);
@@ -71,14 +81,7 @@ Result<LiveModel> load(const Exploration& exploration, const recipes::RigLimits&
 
 Status check_head(const Exploration& exploration, const recipes::RigLimits& limits,
                   const std::filesystem::path& file) {
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error)
-    return fail(Errc::not_found, "cannot read the file", file.string(), {}, error.message());
-  if (size > most_model_bytes)
-    return fail(Errc::range, "file too large", file.string(),
-                "at most " + std::to_string(most_model_bytes) + " bytes",
-                std::to_string(size) + " bytes");
+  if (auto ok = check_size_of(file); !ok) return ok;
   std::ifstream in(file, std::ios::binary);
   const auto head = classifier::load_staged_head(in);
   if (!head) return pass(head.error(), file.string());
@@ -103,6 +106,14 @@ Status each_voting(const recipes::Plan& plan, const std::filesystem::path& folde
 }
 
 }  // namespace
+
+Status check_live_model_size(std::uintmax_t bytes) {
+  if (bytes <= most_model_bytes) return {};
+  return fail(Errc::range, "the model is larger than a run loads", {},
+              "at most " + std::to_string(most_model_bytes) + " bytes",
+              std::to_string(bytes) + " bytes",
+              "Another learner than trees is far smaller, as are fewer trials");
+}
 
 Result<LiveModels> load_live_models(const recipes::Plan& plan,
                                     const std::filesystem::path& folder) {

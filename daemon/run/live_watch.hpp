@@ -1,6 +1,7 @@
 #pragma once
 // The models that a recipe names, asked while their slides go on.
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -36,6 +37,9 @@ struct LiveModel {
 };
 /// By exploration of the plan; empty where it has no live vote.
 using LiveModels = std::vector<std::optional<LiveModel>>;
+
+/// Models of more bytes are not loaded: 256 MiB. Errors: range, with a hint.
+Status check_live_model_size(std::uintmax_t bytes);
 
 /// Reads what `plan` names, from `folder`. Errors, each with the exploration's pointer: the file's,
 /// load_staged()'s; another exploration, taxel count or sample rate than the model's; a slide that

@@ -102,6 +102,10 @@ TEST_CASE("a model that does not fit the recipe is refused before anything moves
   says("not a model for live votes");
   bench.ask(stop_early());
   CHECK(bench.refusal() == "none");
+  const auto size = std::filesystem::file_size(bench.folder / "m1.model");
+  std::filesystem::resize_file(bench.folder / "m1.model", (std::uintmax_t{1} << 28) + 1);
+  says("larger than a run loads");
+  std::filesystem::resize_file(bench.folder / "m1.model", size);
   bench.change_rig([](json& rig) { test::device_of(rig, "taxels")["config"]["taxels"] = 8; });
   says("another sensor");
   bench.change_rig([](json&) {});
@@ -150,6 +154,15 @@ TEST_CASE(
   hooks.vote = [&](const VoteMoment& vote) { told = vote.model_bench; };
   run(bench.request, hooks);
   CHECK(told == "real");
+}
+
+TEST_CASE("a model of 256 MiB is loaded, and of a byte more is not") {
+  CHECK(check_live_model_size(std::uintmax_t{1} << 28));
+  const Status refused = check_live_model_size((std::uintmax_t{1} << 28) + 1);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::range);
+  CHECK(refused.error().got == "268435457 bytes");
+  CHECK_FALSE(refused.error().hint.empty());
 }
 
 TEST_CASE("a model that is broken behind its head is found out before the rig is taken") {

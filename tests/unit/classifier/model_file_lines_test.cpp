@@ -1,0 +1,168 @@
+// What the parser of a model file says to a wrong line behind a right checksum.
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "classifier/baseline/decision_tree.hpp"
+#include "classifier/fabric/line_text.hpp"
+#include "classifier/fabric/model_file.hpp"
+#include "tests/unit/classifier/stored_model.hpp"
+
+namespace weft::classifier::model_file_lines_test {
+namespace {
+
+using namespace testing;
+
+TEST_CASE("a wrong line behind a right checksum is refused with its number") {
+  const std::string text = saved(trained(Learner::pvalue));
+  const auto [from, to] = GENERATE(table<std::string, std::string>({
+      {"taxels 3", "taxels 4"},
+      {"taxels 3", "taxels 0"},
+      {"taxels 3", "taxels many"},
+      {"phases SPME", "phases MESP"},
+      {"bench simulated", "bench reel"},
+      {"labels 3", "labels 2"},
+      {"labels 3", "labels 1"},
+      {"labels 3", "labels 9999"},
+      {"label cloth 1", "label cloth 0"},
+      {"feature mean.P", "feature mean.Q"},
+      {"column ", "column 9"},
+      {"inputs ", "inputs 9"},
+      {"bias ", "bias nan "},
+      {"gamma ", "gamma inf\nx "},
+      {"gamma ", "gamma -"},
+      {"\ngamma ", "\ngamma 0\ngamma "},
+      {"columns ", "columns 9"},
+      {"mode_bin_counts ", "mode_bin_counts -"},
+      {"support_vectors ", "support_vectors 9"},
+      {"deviation ", "deviation -"},
+      {"crc32 ", "more\ncrc32 "},
+  }));
+  CAPTURE(from, to);
+  const auto stored = loaded(replaced(text, from, to));
+  REQUIRE_FALSE(stored);
+  CHECK(stored.error().code == Errc::corrupt);
+  CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK_FALSE(stored.error().expected.empty());
+  CHECK_FALSE(stored.error().got.empty());
+}
+
+TEST_CASE("a wrong line of a learner without cores is refused with its number") {
+  const auto [kind, from, to] = GENERATE(table<Learner, std::string, std::string>({
+      {Learner::lda, "learner lda", "learner best"},
+      {Learner::lda, "learner lda", "learner svc"},
+      {Learner::lda, "learner lda", "learner pvalue"},
+      {Learner::lda, "view compressed", "view plain"},
+      {Learner::lda, "view compressed", "view oblique"},
+      {Learner::lda, "weight ", "weight nan "},
+      {Learner::lda, "bias ", "bias 1 "},
+      {Learner::lda, "deviation ", "deviation -"},
+      {Learner::svc, "learner svc", "learner lda"},
+      {Learner::svc, "gamma ", "gamma -"},
+      {Learner::svc, "support_vectors 18", "support_vectors 17"},
+      {Learner::svc, "support_vectors 18", "support_vectors 99999999"},
+      {Learner::svc, "support_vectors 18", "support_vectors 0"},
+      {Learner::svc, "machine ", "machine 9"},
+      {Learner::svc, "rows ", "rows 9"},
+      {Learner::svc, "coefficients ", "coefficients inf "},
+  }));
+  CAPTURE(from, to);
+  const auto stored = loaded(replaced(saved(trained(kind, View::compressed)), from, to));
+  REQUIRE_FALSE(stored);
+  CHECK(stored.error().code == Errc::corrupt);
+  CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK_FALSE(stored.error().expected.empty());
+  CHECK_FALSE(stored.error().got.empty());
+}
+
+// Text with word `place` (from 0) of the first line that begins with `keyword`, from the line on
+// that says how many trees there are.
+std::string with_word(const std::string& text, const std::string& keyword, std::size_t place,
+                      const std::string& word) {
+  const std::size_t line = text.find("\n" + keyword + " ", text.find("\ntrees "));
+  REQUIRE(line != std::string::npos);
+  std::size_t from = line + 1 + keyword.size() + 1;
+  for (; place > 0; --place) from = text.find(' ', from) + 1;
+  std::string out = text;
+  return sealed(out.replace(from, text.find_first_of(" \n", from) - from, word));
+}
+
+TEST_CASE("wrong trees behind a right checksum are refused, each for what is wrong") {
+  const StoredModel model = trained(Learner::trees);
+  const std::string text = saved(model);
+  CHECK(with_word(text, "trees", 0, "1000") == text);
+  const auto [keyword, word, says] = GENERATE(table<std::string, std::string, std::string>({
+      {"trees", "0", "trees"},
+      {"trees", "1001", "nodes"},
+      {"child", "0", "leads nowhere"},
+      {"child", "999", "leads nowhere"},
+      {"child", "18446744073709551615", "leads nowhere"},
+      {"feature", "9999", "beyond the last"},
+      {"threshold", "nan", "threshold"},
+      {"threshold", "inf", "threshold"},
+  }));
+  CAPTURE(keyword, word);
+  const auto stored = loaded(with_word(text, keyword, 0, word));
+  REQUIRE_FALSE(stored);
+  CHECK(stored.error().code == Errc::corrupt);
+  CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK(to_string(stored.error()).find(says) != std::string::npos);
+}
+
+TEST_CASE("shares of a leaf that are no distribution are refused") {
+  LineWriter good;
+  good.count("nodes", 1);
+  good.counts("feature", std::vector<std::size_t>{0});
+  good.counts("child", std::vector<std::size_t>{2});
+  good.numbers("threshold", {});
+  good.count("mixed_leaves", 1);
+  const auto read_with = [&](const std::vector<double>& shares) {
+    LineWriter out = good;
+    out.numbers("shares", shares);
+    const std::string text = out.str();
+    LineReader in(text);
+    DecisionTree::read(in, 1, 2);
+    return in.status();
+  };
+  CHECK(read_with({0.25, 0.75}));
+  for (const std::vector<double>& shares :
+       std::vector<std::vector<double>>{{0.5, 0.6}, {-0.5, 1.5}, {1e308, 1e308}, {0.0, 0.0}}) {
+    const Status refused = read_with(shares);
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().message == "shares of a leaf are no distribution");
+  }
+}
+
+TEST_CASE("a wrong line of the knots of ranks is refused with its number") {
+  const auto [from, to] = GENERATE(table<std::string, std::string>({
+      {"knots 18", "knots 0"},
+      {"knots 18", "knots 17"},
+      {"knots 18\nrow ", "knots 18\nrow 1e300 "},
+      {"knots 18\nrow ", "knots 18\nrow nan "},
+  }));
+  const View view = GENERATE(View::ranked, View::normal_scores);
+  CAPTURE(from, to, to_string(view));
+  const std::string text = saved(trained(Learner::lda, view));
+  const auto stored = loaded(replaced(text, from, to));
+  REQUIRE_FALSE(stored);
+  CHECK(stored.error().code == Errc::corrupt);
+  CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK_FALSE(loaded(replaced(text, "view " + std::string(to_string(view)), "view compressed")));
+}
+
+TEST_CASE("knots that fall are refused") {
+  const std::string text = saved(trained(Learner::lda, View::ranked));
+  const std::size_t first = text.find("\nrow ") + 1;
+  const std::size_t second = text.find("\nrow ", first) + 1;
+  const std::string row = text.substr(first, second - first);
+  std::string swapped = text;
+  swapped.erase(first, row.size());
+  swapped.insert(text.find("\nrow ", second) + 1 - row.size(), row);
+  const auto stored = loaded(sealed(swapped));
+  REQUIRE_FALSE(stored);
+  CHECK(to_string(stored.error()).find("fall") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace weft::classifier::model_file_lines_test
