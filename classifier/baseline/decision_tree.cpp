@@ -1,7 +1,9 @@
 #include "classifier/baseline/decision_tree.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 
 namespace weft::classifier {
@@ -263,16 +265,44 @@ void DecisionTree::write(LineWriter& out) const {
 
 namespace {
 
+std::string short_text(double value) {
+  std::array<char, 32> out{};
+  std::snprintf(out.data(), out.size(), "%.3g", value);
+  return out.data();
+}
+
 // Of each leaf that is not pure: none below 0, together 1 but for rounding.
 void check_shares(LineReader& in, std::span<const double> shares, std::size_t classes) {
   constexpr double rounding = 1e-9;
   for (std::size_t from = 0; from < shares.size(); from += classes) {
     const auto own = shares.subspan(from, classes);
-    const double sum = std::accumulate(own.begin(), own.end(), 0.0);
-    if (*std::min_element(own.begin(), own.end()) < 0.0 || !(std::abs(sum - 1.0) <= rounding))
+    const double least = *std::min_element(own.begin(), own.end());
+    const double off = std::accumulate(own.begin(), own.end(), -1.0);
+    if (least < 0.0 || !(std::abs(off) <= rounding))
       return in.refuse("shares of a leaf are no distribution", "from 0 on, together 1",
-                       "together " + std::to_string(sum));
+                       "from " + short_text(least) + " on, together 1 and " + short_text(off));
   }
+}
+
+// Children lie behind their parents, so that every way down ends.
+void check_branches(LineReader& in, std::span<const std::size_t> feature,
+                    std::span<const std::size_t> child) {
+  for (std::size_t i = 0; i < child.size(); ++i)
+    if (feature[i] != 0 && (child[i] <= i || child[i] >= child.size() - 1))
+      return in.refuse(
+          "a node leads nowhere",
+          "two nodes behind node " + std::to_string(i) + " of " + std::to_string(child.size()),
+          std::to_string(child[i]));
+}
+
+// A leaf names its class, or its shares behind the classes.
+void check_leaves(LineReader& in, std::span<const std::size_t> feature,
+                  std::span<const std::size_t> child, std::size_t most) {
+  for (std::size_t i = 0; i < child.size(); ++i)
+    if (feature[i] == 0 && child[i] >= most)
+      return in.refuse("a leaf leads nowhere",
+                       "less than " + std::to_string(most) + " at node " + std::to_string(i),
+                       std::to_string(child[i]));
 }
 
 }  // namespace
@@ -284,19 +314,17 @@ DecisionTree DecisionTree::read(LineReader& in, std::size_t features, std::size_
   const auto feature = in.counts("feature", nodes);
   in.within(feature, features + 1, "feature");
   const auto child = in.counts("child", nodes);
+  if (in.ok()) check_branches(in, feature, child);
   const auto leaves = static_cast<std::size_t>(std::ranges::count(feature, std::size_t{0}));
   const auto threshold = in.numbers("threshold", nodes - std::min(leaves, nodes));
   const std::size_t mixed = in.count("mixed_leaves", 0, leaves);
+  if (in.ok()) check_leaves(in, feature, child, classes + mixed);
   out.shares_ = in.numbers("shares", mixed * classes);
   if (!in.ok()) return out;
   check_shares(in, out.shares_, classes);
   std::size_t split = 0;
   for (std::size_t i = 0; i < nodes; ++i) {
     const bool leaf = feature[i] == 0;
-    // Children lie behind their parents, so that every way down ends.
-    if (leaf ? child[i] >= classes + mixed : child[i] <= i || child[i] >= nodes - 1)
-      in.refuse("a node leads nowhere", "a leaf's class or two nodes behind it",
-                "node " + std::to_string(i));
     out.nodes_.push_back({leaf ? 0.0 : threshold[split], static_cast<std::int32_t>(feature[i]) - 1,
                           static_cast<std::uint32_t>(child[i])});
     split += leaf ? 0 : 1;

@@ -30,6 +30,7 @@ class TreeEnsemble {
   /// Mean over the trees of the share of each class in the leaf that a row comes to; the sum is 1.
   /// As many features as the training had, all finite.
   [[nodiscard]] std::vector<double> shares(std::span<const double> features) const;
+  /// The shares and the class of the largest, of the same features.
   [[nodiscard]] Tally tally(std::span<const double> features) const;
   /// Class of the largest share; the lowest of several.
   [[nodiscard]] std::size_t most(std::span<const double> features) const;

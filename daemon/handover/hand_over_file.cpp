@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 constexpr const char* evaluation_digest = "evaluation_sha256";
 constexpr const char* format_name = "weft-hand-over";
 constexpr int hand_over_version = 1;
-constexpr std::uintmax_t most_model_bytes = std::uintmax_t{1} << 28;
+constexpr std::uintmax_t most_text_bytes = std::uintmax_t{1} << 28;
 
 /// Keys sorted, without white space: what any other program can make as well.
 std::string digest_of_evaluation(const json& evaluation) {
@@ -78,7 +78,7 @@ Result<json> read_evaluation(const fs::path& file) {
 
 Status check_file(const fs::path& folder, const json& listed) {
   const std::string name = listed.at("name");
-  const auto text = read_text_file(folder / name, most_model_bytes);
+  const auto text = read_text_file(folder / name, most_text_bytes);
   if (!text) return pass(text.error());
   const std::string told = listed.at("sha256"), found = sha256_hex(*text);
   if (told == found) return {};
@@ -118,6 +118,12 @@ ordered_json handed_over_json(const HandedOver& handed) {
 
 Result<HandedOver> write_hand_over(const fs::path& folder, ordered_json evaluation,
                                    const std::vector<HandOverText>& texts) {
+  for (const HandOverText& file : texts)
+    if (file.text.size() > most_text_bytes)
+      return fail(Errc::range, "too large to be read again", file.name,
+                  "at most " + std::to_string(most_text_bytes) + " bytes",
+                  std::to_string(file.text.size()) + " bytes",
+                  "Another learner than trees makes a smaller model");
   const fs::path target = folder / hand_over_folder_name;
   const fs::path part = folder / (std::string(hand_over_folder_name) + ".partial");
   std::error_code error;

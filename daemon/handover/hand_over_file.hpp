@@ -74,7 +74,8 @@ nlohmann::ordered_json handed_over_json(const HandedOver& handed);
 
 /// Writes `folder`/handover with `texts` and evaluation.json, whole or not at all; one that is
 /// there is set aside. `evaluation` needs bench, dataset_sha256 and models, and may have
-/// evaluations; the list of files and a digest of its own are added. Errors: io.
+/// evaluations; the list of files and a digest of its own are added. Errors: io; range, where a
+/// text is larger than the 256 MiB that are read again.
 Result<HandedOver> write_hand_over(const std::filesystem::path& folder,
                                    nlohmann::ordered_json evaluation,
                                    const std::vector<HandOverText>& texts);

@@ -112,7 +112,7 @@ Status check_live_model_size(std::uintmax_t bytes) {
   return fail(Errc::range, "the model is larger than a run loads", {},
               "at most " + std::to_string(most_model_bytes) + " bytes",
               std::to_string(bytes) + " bytes",
-              "Another learner than trees is far smaller, as are fewer trials");
+              "Fewer trials make a smaller one, as does another learner than trees");
 }
 
 Result<LiveModels> load_live_models(const recipes::Plan& plan,

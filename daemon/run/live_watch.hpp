@@ -42,8 +42,9 @@ using LiveModels = std::vector<std::optional<LiveModel>>;
 Status check_live_model_size(std::uintmax_t bytes);
 
 /// Reads what `plan` names, from `folder`. Errors, each with the exploration's pointer: the file's,
-/// load_staged()'s; another exploration, taxel count or sample rate than the model's; a slide that
-/// is to end once it is sure by a model that knows no probability, or of another kind of bench.
+/// check_live_model_size()'s, load_staged()'s; another exploration, taxel count or sample rate than
+/// the model's; a slide that is to end once it is sure by a model that knows no probability, or of
+/// another kind of bench.
 Result<LiveModels> load_live_models(const recipes::Plan& plan, const std::filesystem::path& folder);
 /// What can be told from the first kilobytes of each, in milliseconds whatever their size: the same
 /// errors, but for what is wrong with the rest of the file and for probabilities.

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <chrono>
+#include <utility>
 
 #include "daemon/server/http_page.hpp"
 #include "daemon/server/http_server_parts.hpp"

@@ -6,14 +6,19 @@
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
+#include <chrono>
+#include <cstdint>
 #include <initializer_list>
 #include <list>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
+#include "daemon/server/conversation.hpp"
 #include "daemon/server/http_answer.hpp"
+#include "daemon/server/http_file.hpp"
 #include "daemon/server/http_request.hpp"
 #include "daemon/server/http_server.hpp"
 #include "daemon/server/wire.hpp"

@@ -71,7 +71,7 @@ constexpr std::string_view awkward[]{"nan",
                                      "\\",
                                      " ",
                                      "1e-9",
-                                     "\0",
+                                     std::string_view("\0", 1),
                                      "\xff\xff\xff\xff"};
 
 void mutate(Bytes& bytes, const Bytes& other, Numbers& numbers) {

@@ -54,7 +54,7 @@ def compare(t, what, model, trains, tests, files, labels, values, answers):
 def compare_trees(t, what, splits, values, labels, files, answers):
     """Over all splits together: of each, the test trials and our answers on them."""
     alike = themselves = tested = 0
-    for tests, ours in zip(splits, map(dict, answers)):
+    for tests, ours in zip(splits, map(dict, answers), strict=True):
         one, other = (ExtraTreesClassifier(1000, random_state=seed).fit(values[~tests], labels[~tests]).predict(values[tests])
                       for seed in (1, 2))
         mine = numpy.array([ours[files[i]] for i in numpy.flatnonzero(tests)])
@@ -83,8 +83,6 @@ def strokes(t, source, d, group, arguments, split_of):
             svc = SVC(C=results["svc"]["C"], gamma=results["svc"]["gamma"])
             compare(t, f"SVC, {group} {left_out} tests", svc, ~tests, tests, files, labels, values,
                     results["svc"]["answers"][i])
-
-
     compare_trees(t, group, [groups == left_out for left_out in split_of], values, labels, files, results["trees"]["answers"])
 
 

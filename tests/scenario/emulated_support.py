@@ -43,7 +43,7 @@ def free_run(count):
     """First of so many neighbouring TCP ports, all free, and below those that the system hands out to others meanwhile."""
     lowest = int(pathlib.Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
     for _ in range(100):
-        first = random.randrange(lowest // 2, lowest - count)
+        first = random.randrange(max(1024, lowest // 2), lowest - count)
         with contextlib.ExitStack() as held:
             try:
                 for port in range(first, first + count):

@@ -95,6 +95,8 @@ TEST_CASE("wrong trees behind a right checksum are refused, each for what is wro
   const auto [keyword, word, says] = GENERATE(table<std::string, std::string, std::string>({
       {"trees", "0", "trees"},
       {"trees", "1001", "nodes"},
+      {"nodes", "0", "nodes"},
+      {"nodes", "99999999999", "nodes"},
       {"child", "0", "leads nowhere"},
       {"child", "999", "leads nowhere"},
       {"child", "18446744073709551615", "leads nowhere"},
@@ -107,31 +109,71 @@ TEST_CASE("wrong trees behind a right checksum are refused, each for what is wro
   REQUIRE_FALSE(stored);
   CHECK(stored.error().code == Errc::corrupt);
   CHECK(stored.error().where.find("line ") != std::string::npos);
+  CHECK_FALSE(stored.error().expected.empty());
+  CHECK_FALSE(stored.error().got.empty());
   CHECK(to_string(stored.error()).find(says) != std::string::npos);
 }
 
-TEST_CASE("shares of a leaf that are no distribution are refused") {
-  LineWriter good;
-  good.count("nodes", 1);
-  good.counts("feature", std::vector<std::size_t>{0});
-  good.counts("child", std::vector<std::size_t>{2});
-  good.numbers("threshold", {});
-  good.count("mixed_leaves", 1);
-  const auto read_with = [&](const std::vector<double>& shares) {
-    LineWriter out = good;
+// A root on one feature, a leaf of class 0, a leaf of shares; line 3 says where they lead.
+struct TreeLines {
+  std::vector<std::size_t> child{1, 0, 2};
+  std::size_t mixed = 1;
+  std::vector<double> shares{0.25, 0.75};
+
+  [[nodiscard]] Status read() const {
+    LineWriter out;
+    out.count("nodes", child.size());
+    out.counts("feature", std::vector<std::size_t>{1, 0, 0});
+    out.counts("child", child);
+    out.numbers("threshold", std::vector{0.5});
+    out.count("mixed_leaves", mixed);
     out.numbers("shares", shares);
-    const std::string text = out.str();
-    LineReader in(text);
+    LineReader in(out.str());
     DecisionTree::read(in, 1, 2);
     return in.status();
-  };
-  CHECK(read_with({0.25, 0.75}));
-  for (const std::vector<double>& shares :
-       std::vector<std::vector<double>>{{0.5, 0.6}, {-0.5, 1.5}, {1e308, 1e308}, {0.0, 0.0}}) {
-    const Status refused = read_with(shares);
-    REQUIRE_FALSE(refused);
-    CHECK(refused.error().message == "shares of a leaf are no distribution");
   }
+};
+
+TEST_CASE("a branch or a leaf that leads nowhere is refused at its line, with where it led") {
+  CHECK(TreeLines{}.read());
+  const auto [lines, where, message, expected,
+              got] = GENERATE(table<TreeLines, std::string, std::string, std::string, std::string>({
+      {{.child = {0, 0, 2}}, "line 3", "a node leads nowhere", "two nodes behind node 0 of 3", "0"},
+      {{.child = {2, 0, 2}}, "line 3", "a node leads nowhere", "two nodes behind node 0 of 3", "2"},
+      {{.child = {1, 0, 3}}, "line 5", "a leaf leads nowhere", "less than 3 at node 2", "3"},
+      {{.child = {1, 0, 2}, .mixed = 0, .shares = {}},
+       "line 5",
+       "a leaf leads nowhere",
+       "less than 2 at node 2",
+       "2"},
+      {{.mixed = 3, .shares = std::vector(6, 0.5)},
+       "line 5",
+       "impossible mixed_leaves",
+       "0 to 2",
+       "3"},
+      {{.shares = {1.0}}, "line 6", "wrong number of values for shares", "2", "1"},
+      {{.shares = {0.2, 0.3, 0.5}}, "line 6", "wrong number of values for shares", "2", "3"},
+  }));
+  const Status refused = lines.read();
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().where == where);
+  CHECK(refused.error().message == message);
+  CHECK(refused.error().expected == expected);
+  CHECK(refused.error().got == got);
+}
+
+TEST_CASE("shares of a leaf that are no distribution are refused") {
+  const auto [shares, got] = GENERATE(table<std::vector<double>, std::string>({
+      {{0.5, 0.6}, "from 0.5 on, together 1 and 0.1"},
+      {{0.5, 0.5 + 1e-8}, "from 0.5 on, together 1 and 1e-08"},
+      {{-0.5, 1.5}, "from -0.5 on, together 1 and 0"},
+      {{1e308, 1e308}, "from 1e+308 on, together 1 and inf"},
+      {{0.0, 0.0}, "from 0 on, together 1 and -1"},
+  }));
+  const Status refused = TreeLines{.shares = shares}.read();
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message == "shares of a leaf are no distribution");
+  CHECK(refused.error().got == got);
 }
 
 TEST_CASE("a wrong line of the knots of ranks is refused with its number") {

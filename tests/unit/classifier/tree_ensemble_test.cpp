@@ -80,6 +80,15 @@ TEST_CASE("The best of the drawn thresholds is taken: a feature that parts the c
   }
 }
 
+TEST_CASE("Trees on -0 and on 0 are the same, to the byte") {
+  FeatureMatrix zeros = gaussian_classes(3, 8, 4, 2.0, 5);
+  for (std::size_t r = 0; r < zeros.size(); ++r)
+    if (r % 2 == 0) zeros.values(r, 1) = 0.0;
+  FeatureMatrix negative = zeros;
+  for (std::size_t r = 0; r < negative.size(); r += 4) negative.values(r, 1) = -0.0;
+  CHECK(text_of(fitted(negative)) == text_of(fitted(zeros)));
+}
+
 TEST_CASE("Trees know the rows they grew on, and shares are a distribution") {
   const FeatureMatrix data = gaussian_classes(4, 12, 6, 1.0, 21);
   const FeatureMatrix fresh = gaussian_classes(4, 25, 6, 1.0, 22);

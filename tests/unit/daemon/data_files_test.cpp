@@ -73,6 +73,19 @@ DataFiles later() {
 
 }  // namespace
 
+TEST_CASE("a model too large to be read again is not handed over, and what was stays") {
+  const ListedRun listed;
+  const nlohmann::ordered_json evaluation{
+      {"bench", "simulated"}, {"dataset_sha256", "x"}, {"models", json::array()}};
+  const std::string large((std::size_t{1} << 28) + 1, 'm');
+  const auto refused = write_hand_over(listed.run, evaluation, {{"M1.model", large}});
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::range);
+  CHECK(refused.error().where == "M1.model");
+  CHECK(test::read_file(listed.run / "handover/M1.model") == "a model");
+  CHECK(read_hand_over(listed.run));
+}
+
 TEST_CASE("What the lists name is given out, open, and nothing else") {
   const ListedRun there;
   DataFiles files(utc_now);

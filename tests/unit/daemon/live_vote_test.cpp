@@ -156,7 +156,7 @@ TEST_CASE(
   CHECK(told == "real");
 }
 
-TEST_CASE("a model of 256 MiB is loaded, and of a byte more is not") {
+TEST_CASE("a live model may have 256 MiB, and not a byte more") {
   CHECK(check_live_model_size(std::uintmax_t{1} << 28));
   const Status refused = check_live_model_size((std::uintmax_t{1} << 28) + 1);
   REQUIRE_FALSE(refused);
