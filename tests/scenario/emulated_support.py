@@ -72,9 +72,9 @@ def rig_file(root, folder, over_tcp=False, **changes):
     return path, rig
 
 
-def near_home(path, rig, plate_mm=60):
+def near_home(path, rig, plate_mm=(60, 60)):
     """The cloth 16 mm from the ends where the stages home, for they do nothing else most of the time."""
-    rig["plate"].update(surface_z_mm=16, size_mm=[plate_mm, plate_mm])
+    rig["plate"].update(surface_z_mm=16, size_mm=list(plate_mm))
     for device in rig["devices"]:
         if device["role"] in "xyz":
             device["emulator"]["start_mm"] = 4

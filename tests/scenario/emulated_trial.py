@@ -100,7 +100,7 @@ def in_memory(d, rig):
 def trial(t, d, root, weft_rig, exploration, over_tcp):
     name = recipe(root, d, exploration)
     path, rig = rig_file(root, d, over_tcp)
-    near_home(path, rig, plate_mm=70)
+    near_home(path, rig, plate_mm=(70, 70))
     if over_tcp:  # units and calibration from the box's pages
         rig["devices"][5]["http"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
         path.write_text(json.dumps(rig))

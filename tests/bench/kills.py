@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Hosts of the emulated bench killed at seeded moments of every phase (tests/scenario/emulated_kill.py), on several benches side by side,
+each with its own ports and seed: a kill takes 35 s, nearly all of it waiting. WEFT_BENCH_KILLS says how many SIGKILL (16; the issue's 200
+take half an hour), WEFT_BENCH_BENCHES on how many benches (4); a SIGSTOP comes beside every fourth.
+
+Exit status 1 when a check failed on any bench, or no SIGKILL fell into one of the phases S, P, M, E.
+
+    kills.py WEFT WEFT_RIG
+"""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/scenario"))
+from emulated_kill import summary, unmet  # noqa: E402
+
+
+def main():
+    benches = int(os.environ.get("WEFT_BENCH_BENCHES", "4"))
+    each = -(-int(os.environ.get("WEFT_BENCH_KILLS", "16")) // benches)
+    out = pathlib.Path("out/bench")
+    out.mkdir(parents=True, exist_ok=True)
+    parts = [out / f"kills-{seed}.json" for seed in range(benches)]
+    for part in parts:
+        part.unlink(missing_ok=True)  # of an earlier run
+    running = [subprocess.Popen([sys.executable, str(ROOT / "tests/scenario/emulated_kill.py"), *sys.argv[1:3], str(ROOT),
+                                 str(each), str(seed), str(part)]) for seed, part in enumerate(parts)]
+    for process in running:
+        process.wait()
+    runs = [json.loads(part.read_text()) for part in parts if part.exists()]
+    kills = [kill for run in runs for kill in run["kills"]]
+    failures = [failure for run in runs for failure in run["failures"]]
+    failures += [f"no SIGKILL fell into phase {phase}" for phase in unmet(kills)]
+    if len(runs) < benches:
+        failures.append(f"{benches - len(runs)} of {benches} benches came to no end")
+    (out / "kills.json").write_text(json.dumps({"name": "kills", "commit": os.environ.get("WEFT_COMMIT", ""), "runs": runs}, indent=1))
+    print("\n".join(summary(kills)))
+    print(f"{benches} benches, {sum(run['checks'] for run in runs)} checks, {len(failures)} failed")
+    for failure in failures:
+        print("FAILED:", failure)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
