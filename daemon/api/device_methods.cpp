@@ -29,7 +29,11 @@ json link_json(const LinkSettings& link) {
   if (const auto* serial = std::get_if<SerialSettings>(&link))
     return {{"kind", "serial"}, {"path", serial->path}, {"baud", serial->baud}};
   if (const auto* tcp = std::get_if<TcpPort>(&link)) return endpoint_json("tcp", tcp->end);
-  if (const auto* udp = std::get_if<UdpPort>(&link)) return endpoint_json("udp", udp->end);
+  if (const auto* udp = std::get_if<UdpPort>(&link)) {
+    json out = endpoint_json("udp", udp->end);
+    if (udp->local_port != 0) out["local_port"] = udp->local_port;
+    return out;
+  }
   return {{"kind", "memory"}};
 }
 

@@ -195,7 +195,9 @@ std::string link_text(const LinkSettings& link) {
   if (const auto* serial = std::get_if<SerialSettings>(&link))
     return "serial " + serial->path + " at " + std::to_string(serial->baud) + " baud";
   if (const auto* tcp = std::get_if<TcpPort>(&link)) return at("tcp", tcp->end);
-  if (const auto* udp = std::get_if<UdpPort>(&link)) return at("udp", udp->end);
+  if (const auto* udp = std::get_if<UdpPort>(&link))
+    return at("udp", udp->end) +
+           (udp->local_port == 0 ? "" : ", heard at port " + std::to_string(udp->local_port));
   return "memory";
 }
 

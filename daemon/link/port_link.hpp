@@ -1,6 +1,7 @@
 #pragma once
 // Links over ports of the operating system: serial lines and pseudo-terminals, TCP, UDP.
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -35,13 +36,22 @@ struct Endpoint {
 /// the port does not take: it is read back and compared).
 Result<std::unique_ptr<Link>> open_serial(RealLoop& loop, const SerialSettings& settings);
 
-/// Connects; gives up after three seconds. Nagle's delay is off.
+/// Connects; gives up after `limit`. Nagle's delay is off.
 /// Errors: not_found (name), io, timeout.
-Result<std::unique_ptr<Link>> open_tcp(RealLoop& loop, const Endpoint& far_end);
+Result<std::unique_ptr<Link>> open_tcp(RealLoop& loop, const Endpoint& far_end,
+                                       Duration limit = std::chrono::seconds(3));
+
+/// A link to a server that closes its connection after each reply (HTTP/1.0): the first write goes
+/// to the connection that is made here, each later one to a new one. The end of a connection whose
+/// reply was heard is told like any other: who has what it asked for stops listening.
+/// Errors: open_tcp()'s, also of write(), which gives up after a second.
+Result<std::unique_ptr<Link>> open_requests(RealLoop& loop, const Endpoint& far_end);
 
 /// A datagram link to one far end; what others send is not delivered. Silence is not an error:
-/// there is no connection that could fail. Errors: not_found (name), io.
-Result<std::unique_ptr<Link>> open_udp(RealLoop& loop, const Endpoint& far_end);
+/// there is no connection that could fail. `local_port`: where a far end that was never asked sends
+/// to; 0: any. Errors: not_found (name), io.
+Result<std::unique_ptr<Link>> open_udp(RealLoop& loop, const Endpoint& far_end,
+                                       std::uint16_t local_port = 0);
 
 /// A stream over a descriptor that is open already (a pseudo-terminal's master, a socket). Takes
 /// it: it is closed with the link. `name` is for error messages.

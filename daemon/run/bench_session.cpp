@@ -55,7 +55,9 @@ class PortSession final : public BenchSession {
     auto bench = Bench::create(
         request.rig, session->loop_,
         [&](const DeviceEntry& entry) { return open_link(session->loop_, entry.link); },
-        [&](const DeviceEntry& entry) { return open_link(session->loop_, *entry.http); });
+        [&](const DeviceEntry& entry) {
+          return open_requests(session->loop_, std::get<TcpPort>(*entry.http).end);
+        });
     if (!bench) return pass(bench.error());
     session->bench_ = std::move(*bench);
     return std::unique_ptr<BenchSession>(std::move(session));

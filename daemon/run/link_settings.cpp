@@ -50,6 +50,22 @@ Result<Endpoint> endpoint(json link, const std::string& where) {
   return Endpoint{*host, port};
 }
 
+Result<LinkSettings> udp(json link, const std::string& where) {
+  UdpPort out;
+  json local = json::object();
+  if (const auto given = link.find("local_port"); given != link.end()) {
+    local["local_port"] = *given;
+    link.erase(given);
+  }
+  ConfigReader reader(local.dump());
+  out.local_port = static_cast<std::uint16_t>(reader.integer("local_port", 0, {0, ports.high}));
+  if (Status ok = reader.finish(); !ok) return pass(ok.error(), where);
+  auto end = endpoint(std::move(link), where);
+  if (!end) return pass(end.error());
+  out.end = std::move(*end);
+  return LinkSettings(out);
+}
+
 Result<LinkSettings> memory(const json& link, const std::string& where) {
   for (const auto& [key, value] : link.items())
     if (key != "kind")
@@ -65,8 +81,7 @@ Result<LinkSettings> of_kind(const json& link, const std::string& where) {
   if (*kind == "serial") return serial(link, where).map([](auto s) { return LinkSettings(s); });
   if (*kind == "tcp")
     return endpoint(link, where).map([](auto e) { return LinkSettings(TcpPort{e}); });
-  if (*kind == "udp")
-    return endpoint(link, where).map([](auto e) { return LinkSettings(UdpPort{e}); });
+  if (*kind == "udp") return udp(link, where);
   return fail(Errc::invalid_argument, "no such kind of link", where + "/kind",
               "memory, serial, tcp or udp", *kind);
 }
@@ -83,7 +98,7 @@ struct Opener {
     return open_tcp(*loop, p.end);
   }
   Result<std::unique_ptr<Link>> operator()(const UdpPort& p) const {
-    return open_udp(*loop, p.end);
+    return open_udp(*loop, p.end, p.local_port);
   }
 };
 

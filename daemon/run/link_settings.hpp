@@ -15,13 +15,16 @@ struct TcpPort {
 };
 struct UdpPort {
   Endpoint end;
+  /// The host's own port, for a device that sends there unasked; 0: any.
+  std::uint16_t local_port = 0;
 };
 
 /// Where host and device meet: the host opens it, weft-rig serves it.
 using LinkSettings = std::variant<MemoryPort, SerialSettings, TcpPort, UdpPort>;
 
 /// Reads one link: {"kind": "memory" | "serial" | "tcp" | "udp", ...}; nothing or {} is memory.
-/// serial: path, baud, parity (none, even, odd), rts_cts, ftdi_start_up; tcp and udp: host, port.
+/// serial: path, baud, parity (none, even, odd), rts_cts, ftdi_start_up; tcp and udp: host, port; udp:
+/// local_port.
 /// Errors: parse, invalid_argument (kind, key, type) and range, below `where`, a JSON pointer.
 Result<LinkSettings> parse_link(std::string_view json, std::string_view where);
 

@@ -22,7 +22,7 @@ struct Server {
     return whole ? serve_tcp_to_many(*loop, p.end, whole) : serve_tcp(*loop, p.end);
   }
   Result<std::unique_ptr<ServedPlace>> operator()(const UdpPort& p) const {
-    return serve_udp(*loop, p.end, redirects);
+    return serve_udp(*loop, p.end, redirects, p.local_port);
   }
 };
 

@@ -55,8 +55,9 @@ class NewestHost final : public TcpPlace {
 
 class UdpPlace final : public ServedPlace {
  public:
-  UdpPlace(RealLoop& loop, udp::socket socket, Redirects redirects)
+  UdpPlace(RealLoop& loop, udp::socket socket, Redirects redirects, const udp::endpoint& first)
       : parts_(std::make_shared<Parts>(loop, std::move(socket), std::move(redirects))) {
+    parts_->last = first;
     parts_->listen();
   }
   ~UdpPlace() override {
@@ -187,7 +188,7 @@ Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& a
 }
 
 Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,
-                                               Redirects redirects) {
+                                               Redirects redirects, std::uint16_t unasked) {
   const auto address = address_of(at);
   if (!address) return pass(address.error());
   udp::socket socket(loop.ports());
@@ -197,7 +198,8 @@ Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& a
   if (!error) socket.bind(place, error);
   if (error) return cannot_serve(at, error);
   return std::unique_ptr<ServedPlace>(
-      std::make_unique<UdpPlace>(loop, std::move(socket), std::move(redirects)));
+      std::make_unique<UdpPlace>(loop, std::move(socket), std::move(redirects),
+                                 udp::endpoint(*address, unasked)));
 }
 
 }  // namespace weft::daemon

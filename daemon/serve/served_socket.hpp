@@ -65,9 +65,10 @@ Result<std::unique_ptr<ServedPlace>> plugged_in(Arguments&&... arguments) {
 Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& at);
 /// Whether a datagram makes its sender the one who is answered.
 using Redirects = std::function<bool(ByteView datagram)>;
-/// Answers go to whoever sent the last datagram that redirects them. Unplugged, it is silent: a
-/// cable that is out sends no refusal.
+/// Answers go to whoever sent the last datagram that redirects them; before there was one, to port
+/// `unasked` of this address, to nobody where that is 0. Unplugged, it is silent: a cable that is
+/// out sends no refusal.
 Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,
-                                               Redirects redirects);
+                                               Redirects redirects, std::uint16_t unasked = 0);
 
 }  // namespace weft::daemon

@@ -21,11 +21,11 @@ std::size_t Splitter::plausible_length(ByteView header) const {
   const auto dest = static_cast<std::uint8_t>(header[4] & ~long_form);
   const std::uint8_t source = header[5];
   const bool to_unit = is_unit(dest) && is_host(source);
-  const bool to_host = dest == address::host && is_unit(source);
+  const bool to_host = line_end_ == LineEnd::host && dest == address::host && is_unit(source);
   if (!to_unit && !to_host) return 0;
   const std::size_t size = has_data ? header[2] | std::size_t{header[3]} << 8 : 0;
   if (has_data && (size == 0 || size > max_data_size)) return 0;
-  if (lengths_ == Lengths::any) return header_size + size;
+  if (line_end_ == LineEnd::controller) return header_size + size;
   const auto id = static_cast<MessageId>(header[0] | header[1] << 8);
   const auto documented = documented_data_size(id);
   if (documented && *documented != size) return 0;

@@ -9,22 +9,23 @@
 
 namespace weft::protocols::apt {
 
-/// Which lengths are believed of messages whose id the protocol has.
-enum class Lengths : std::uint8_t {
-  documented,  ///< those of APT16: of use where noise is to be got over
-  any          ///< whatever the header says, as a controller does: newer issues have longer bodies
+/// Whose end of the line it is.
+enum class LineEnd : std::uint8_t {
+  host,       ///< believes the lengths of APT16 alone, which gets it over noise
+  controller  ///< hears hosts, and believes what their headers say: newer issues have longer bodies
 };
 
 /// push() a chunk, then call next() until it returns false. Any chunking of a stream gives the same
-/// messages. A header is plausible when exactly one side of its route is a known unit, its length
-/// is 1 to 255 and, for ids of the protocol, form and length are believed. Anything else is skipped
-/// byte by byte. Unknown ids with a plausible route are passed on.
+/// messages. A header is plausible when exactly one side of its route is a known unit (for a
+/// controller: its destination), its length is 1 to 255 and, for ids of the protocol, form and
+/// length are believed. Anything else is skipped byte by byte. Unknown ids with a plausible route
+/// are passed on.
 class Splitter {
  public:
   /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
   static constexpr std::size_t capacity = 65536;
 
-  explicit Splitter(Lengths lengths = Lengths::documented) : lengths_(lengths) {}
+  explicit Splitter(LineEnd line_end = LineEnd::host) : line_end_(line_end) {}
 
   void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
 
@@ -42,7 +43,7 @@ class Splitter {
  private:
   [[nodiscard]] std::size_t plausible_length(ByteView header) const;
 
-  Lengths lengths_;
+  LineEnd line_end_;
   StreamBuffer buffer_{capacity};
   std::uint64_t skipped_bytes_ = 0;
 };

@@ -168,7 +168,8 @@ std::string communication(const SettingsPage& page) {
          tag("comrdtrate", std::to_string(std::lround(page.rdt_rate_hz))) +
          tag("comrdtbsiz", std::to_string(page.buffer_size)) +
          tag("comrdtmsyn", switched(page.multi_unit)) + tag("comeipe", switched(page.ethernet_ip)) +
-         tag("comnetip", "192.168.1.1") + tag("comnetdhcp", "Disabled") +
+         tag("comnetip", "192.168.1.1") + tag("comnetmsk", "255.255.255.0") +
+         tag("comnetgw", "0.0.0.0") + tag("comnetdhcp", "Disabled") +
          tag("netip", "192.168.1.1") + tag("nethwaddr", "00:16:BD:00:00:00");
 }
 
@@ -262,14 +263,17 @@ Result<HttpRequest> decode_request_head(std::string_view head) {
   if (second == std::string_view::npos || (method != "GET" && method != "HEAD"))
     return fail(Errc::parse, "not a GET request", {}, "GET /path HTTP/1.1",
                 std::string(line.substr(0, 40)));
-  const std::string_view target = line.substr(first + 1, second - first - 1);
+  std::string_view target = line.substr(first + 1, second - first - 1);
+  constexpr std::string_view scheme = "http://";
+  if (target.starts_with(scheme)) {
+    const std::size_t path = target.find('/', scheme.size());
+    target = path == std::string_view::npos ? "/" : target.substr(path);
+  }
   const std::size_t mark = target.find('?');
-  const bool old = line.substr(second + 1) == "HTTP/1.0";
   HttpRequest request;
   request.head_only = method == "HEAD";
   request.path = std::string(target.substr(0, mark));
   if (mark != std::string_view::npos) request.query = std::string(target.substr(mark + 1));
-  request.keep_alive = !old && lower(head).find("connection: close") == std::string::npos;
   return request;
 }
 
@@ -288,12 +292,16 @@ std::string http_get(std::string_view path, std::string_view host) {
   return "GET " + std::string(path) + " HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n";
 }
 
-std::string http_reply(int status, std::string_view type, std::string_view body, bool keep_alive) {
-  const char* word = status == 200 ? "OK" : status == 404 ? "Not Found" : "Bad Request";
-  return "HTTP/1.1 " + std::to_string(status) + " " + word +
+std::string http_reply(int status, std::string_view type, std::string_view body,
+                       std::string_view location) {
+  const char* word = status == 200   ? "OK"
+                     : status == 302 ? "Found"
+                     : status == 404 ? "Not Found"
+                                     : "Bad Request";
+  return "HTTP/1.0 " + std::to_string(status) + " " + word +
+         (location.empty() ? "" : "\r\nLocation: " + std::string(location)) +
          "\r\nContent-Type: " + std::string(type) +
-         "\r\nContent-Length: " + std::to_string(body.size()) +
-         "\r\nConnection: " + (keep_alive ? "keep-alive" : "close") + "\r\n\r\n" +
+         "\r\nContent-Length: " + std::to_string(body.size()) + "\r\nConnection: close\r\n\r\n" +
          std::string(body);
 }
 

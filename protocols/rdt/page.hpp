@@ -95,19 +95,21 @@ std::string_view torque_unit_name(unsigned code);
 Result<double> newtons_per(std::string_view force_unit);
 Result<double> newton_metres_per(std::string_view torque_unit);
 
-/// The path and query of "GET /path?query HTTP/1.1 ...", once the blank line has come; HEAD asks
-/// for what GET would say, without its body. Errors: parse, for another method or an over-long
-/// request.
+/// The path and query of "GET /path?query HTTP/1.1 ...", once the blank line has come ("GET
+/// http://box/path ..." alike); HEAD asks for what GET would say, without its body. Errors: parse,
+/// for another method or an over-long request.
 struct HttpRequest {
   std::string path, query;
   bool head_only = false;
-  bool keep_alive = true;
 };
 Result<HttpRequest> decode_request_head(std::string_view head);
 /// The value of a key in "a=1&b=2"; nothing when it is not there.
 std::optional<std::string_view> query_value(std::string_view query, std::string_view key);
 std::string http_get(std::string_view path, std::string_view host);
-std::string http_reply(int status, std::string_view type, std::string_view body, bool keep_alive);
+/// A reply of HTTP/1.0, after which the box closes the connection, whatever the request says: its
+/// clients read to the end (reference B.3). `location`: where a 302 sends to.
+std::string http_reply(int status, std::string_view type, std::string_view body,
+                       std::string_view location = {});
 
 /// Puts an HTTP reply together: push() what comes, until complete() or an error; any chunking
 /// gives the same. Without a Content-Length the page ends with its root element.

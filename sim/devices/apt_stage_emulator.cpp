@@ -97,9 +97,10 @@ void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
 
 /// Counts a message that nobody asked for. Silent without acknowledgements fall those that list it,
 /// and the BSC, which lists none: there only a host that begins anew helps (reference protocols.md
-/// A.3).
+/// A.3). Its cards are named SCC.
 bool AptStageEmulator::may_speak_unasked() {
-  const bool falls_silent = servo() || params_.model.starts_with("BSC");
+  const bool falls_silent =
+      servo() || params_.model.starts_with("BSC") || params_.model.starts_with("SCC");
   if (!falls_silent || params_.silent_after == 0) return true;
   if (unacknowledged_ >= params_.silent_after) return false;
   ++unacknowledged_;

@@ -100,6 +100,7 @@ class AptStageEmulator final : public Emulator {
   [[nodiscard]] MotionLimits jog_limits() const;
   [[nodiscard]] MotionLimits home_limits() const;
   [[nodiscard]] double home_position() const;
+  [[nodiscard]] bool homes_at_high_end() const;
   [[nodiscard]] double inside_soft_limits(double target) const;
 
   // counters and status
@@ -119,7 +120,7 @@ class AptStageEmulator final : public Emulator {
   AptStageParams params_;
   BenchWorld* world_;
   AptParameters parameters_;
-  protocols::apt::Splitter splitter_{protocols::apt::Lengths::any};
+  protocols::apt::Splitter splitter_{protocols::apt::LineEnd::controller};
   std::optional<TimePoint> begun_;  ///< when the message in progress began to come
   Message message_;                 ///< kept for the room of its data
   Bytes buffer_;
@@ -132,7 +133,7 @@ class AptStageEmulator final : public Emulator {
   double zero_ = 0;  ///< stage position at which the counter is zero [m] or [rad]
   std::int32_t encoder_zero_counts_ = 0;  ///< steppers: what SET_ENCCOUNTER moved it by
   Motion motion_ = Motion::none;
-  bool runs_to_low_end_ = false;  ///< a velocity move or endless jog, backwards
+  bool runs_to_low_end_ = false;  ///< a velocity move or endless jog backwards, or a move beyond
   bool on_low_end_ = false;       ///< such a motion has ended at the switch
   std::optional<TimePoint> next_update_;
   std::uint32_t unacknowledged_ = 0;

@@ -17,7 +17,7 @@ constexpr int highest_bow = 18;
 /// Closer to home than this, in mm or degrees, the home switch is made already: the stage runs off
 /// it first, so that homing always moves.
 constexpr double on_home_switch = 0.1;
-constexpr std::uint8_t reverse = 2;
+constexpr std::uint8_t forward = 1, reverse = 2;
 
 /// Jerk limit in units/s^3: 2^(index - 1) from 1 to 18, none at 0 (LTS manual 16275-D02, p. 37).
 double bow_value(const Bytes& kept) {
@@ -65,12 +65,19 @@ MotionLimits AptStageEmulator::home_limits() const {
 }
 
 /// The home switch lies the stage's own offset below its zero; the offset that is set leads back
-/// from there.
+/// from there. Homing forwards goes to the other end.
 double AptStageEmulator::home_position() const {
   const StageModel& model = *params_.stage;
   const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
+  if (homes_at_high_end()) return stage().params().high - length(body->offset_counts);
   const std::int32_t usual = position_to_counts(model.scale, model.home_offset).value_or(0);
   return body && body->offset_counts != usual ? length(body->offset_counts) - length(usual) : 0;
+}
+
+/// A rotary stage has one switch: it is met from either side.
+bool AptStageEmulator::homes_at_high_end() const {
+  const auto body = decode_body<HomeParams>(parameters_.body(MessageId::set_homeparams));
+  return params_.stage->axis == Axis::linear && body && body->direction == forward;
 }
 
 double AptStageEmulator::inside_soft_limits(double target) const {
@@ -116,11 +123,11 @@ void AptStageEmulator::home(TimePoint now, ByteSink& out) {
     return reply_short(MessageId::move_homed, 1, 0, out);
   }
   homed_ = false;
-  const double unit = si_per_unit(*params_.stage);
-  const double run_off = params_.stage->home_offset * unit;
-  const bool on_switch = std::abs(stage().position(now)) < on_home_switch * unit;
-  home_to(on_switch ? run_off : home_position(), on_switch ? Motion::home_run_off : Motion::home,
-          now);
+  const double unit = si_per_unit(*params_.stage), switch_at = home_position();
+  const double run_off = params_.stage->home_offset * unit * (homes_at_high_end() ? -1 : 1);
+  if (std::abs(stage().position(now) - switch_at) < on_home_switch * unit)
+    return home_to(switch_at + run_off, Motion::home_run_off, now);
+  home_to(switch_at, Motion::home, now);
 }
 
 /// Homing ends where the motor stands, so steps that get lost make no difference.
@@ -168,6 +175,7 @@ void AptStageEmulator::move_to(double target, const MotionLimits& limits, Motion
   if (motion_ != Motion::none && params_.retarget == RetargetPolicy::ignore) return;
   plan(inside_soft_limits(target), limits, now);
   motion_ = kind;
+  runs_to_low_end_ = goal_ < stage().params().low;
 }
 
 void AptStageEmulator::plan(double target, const MotionLimits& limits, TimePoint now) {

@@ -26,7 +26,7 @@ Eigen::Matrix<double, 6, 6> real_pattern() {
 }
 
 bool writable(std::size_t address) {
-  return address < holding::session_id || address == holding::baud_is_non_volatile ||
+  return address <= holding::session_id || address == holding::baud_is_non_volatile ||
          address == holding::baud_index;
 }
 

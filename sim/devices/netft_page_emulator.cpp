@@ -16,12 +16,23 @@ constexpr std::string_view xml = "text/xml", html = "text/html";
 
 using Taker = void (*)(NetftSettings&, std::string_view query);
 
-/// The pages that set something.
-constexpr std::array takers = {
-    std::pair{std::string_view("/comm.cgi"), Taker{take_communication}},
-    std::pair{std::string_view("/setting.cgi"), Taker{take_settings}},
-    std::pair{std::string_view("/config.cgi"), Taker{take_configuration}},
-    std::pair{std::string_view("/moncon.cgi"), Taker{take_thresholds}}};
+/// The pages that set something: "/comm.cgi" sends on to "/comm.htm". That a box answers 302 is
+/// what its clients demand; where it sends to is not sourced but for comm.htm [E].
+constexpr std::string_view setter = ".cgi", shown = ".htm";
+constexpr std::array takers = {std::pair{std::string_view("/comm"), Taker{take_communication}},
+                               std::pair{std::string_view("/setting"), Taker{take_settings}},
+                               std::pair{std::string_view("/config"), Taker{take_configuration}},
+                               std::pair{std::string_view("/moncon"), Taker{take_thresholds}}};
+constexpr std::string_view snapshot = "/rundata";
+
+/// "/comm.htm" of "/comm.cgi"; nothing where no form of the box lies there.
+std::optional<std::string> page_of(std::string_view path, std::string_view ending) {
+  if (!path.ends_with(ending)) return std::nullopt;
+  const std::string_view name = path.substr(0, path.size() - ending.size());
+  const bool known = name == snapshot || std::any_of(takers.begin(), takers.end(),
+                                                     [&](const auto& t) { return t.first == name; });
+  return known ? std::optional(std::string(name) + std::string(shown)) : std::nullopt;
+}
 
 /// Of "index=3".
 std::optional<std::size_t> configuration_in(std::string_view query) {
@@ -35,27 +46,20 @@ std::optional<std::size_t> configuration_in(std::string_view query) {
 }  // namespace
 
 void NetftPageEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
-  for (const std::uint8_t byte : bytes) waiting_.push_back(static_cast<char>(byte));
-  while (!finished_) {
-    // Hand-written clients end their lines with \n alone.
-    constexpr std::string_view blank_line = "\r\n\r\n", bare_blank_line = "\n\n";
-    const std::size_t end = waiting_.find(blank_line), bare = waiting_.find(bare_blank_line);
-    const std::size_t first = std::min(end, bare);
-    if (first == std::string::npos && waiting_.size() <= largest_head) return;
-    const std::string reply = answer(waiting_.substr(0, first), now);
-    const std::size_t blank = end < bare ? blank_line.size() : bare_blank_line.size();
-    waiting_.erase(0, first == std::string::npos ? first : first + blank);
-    out({reinterpret_cast<const std::uint8_t*>(reply.data()), reply.size()});
-  }
+  for (const std::uint8_t byte : bytes)
+    if (!waiting_.empty() || byte > ' ') waiting_.push_back(static_cast<char>(byte));
+  // Hand-written clients end their lines with \n alone.
+  const std::size_t blank = std::min(waiting_.find("\r\n\r\n"), waiting_.find("\n\n"));
+  if (blank == std::string::npos && waiting_.size() <= largest_head) return;
+  const std::string reply = answer(waiting_.substr(0, blank), now);
+  waiting_.clear();
+  finished_ = true;
+  out({reinterpret_cast<const std::uint8_t*>(reply.data()), reply.size()});
 }
 
 std::string NetftPageEmulator::answer(const std::string& head, TimePoint now) {
   const auto request = rdt::decode_request_head(head);
-  if (!request) {
-    finished_ = true;
-    return rdt::http_reply(400, html, "Not a GET request\n", false);
-  }
-  finished_ = !request->keep_alive;
+  if (!request) return rdt::http_reply(400, html, "Not a GET request\n");
   std::string reply = page(*request, now);
   if (request->head_only) reply.erase(reply.find("\r\n\r\n") + 4);
   return reply;
@@ -63,22 +67,30 @@ std::string NetftPageEmulator::answer(const std::string& head, TimePoint now) {
 
 std::string NetftPageEmulator::page(const rdt::HttpRequest& request, TimePoint now) {
   RdtEmulator* box = box_();
-  const bool keep = request.keep_alive;
-  if (box == nullptr) return rdt::http_reply(404, html, "The box is off\n", keep);
+  if (box == nullptr) return rdt::http_reply(404, html, "The box is off\n");
   if (request.path == rdt::settings_path)
-    return rdt::http_reply(200, xml, rdt::encode(box->page(now, configuration_in(request.query))),
-                           keep);
+    return rdt::http_reply(200, xml, rdt::encode(box->page(now, configuration_in(request.query))));
   if (request.path == rdt::calibration_path)
-    return rdt::http_reply(200, xml, rdt::encode(box->calibration(now)), keep);
-  for (const auto& [path, take] : takers) {
-    if (request.path != path) continue;
-    NetftSettings changed = box->settings();
-    take(changed, request.query);
-    box->take(changed);
-    return rdt::http_reply(200, html, "Settings taken\n", keep);
+    return rdt::http_reply(200, xml, rdt::encode(box->calibration(now)));
+  if (const auto sent_on = page_of(request.path, setter)) {
+    take(*box, request, now);
+    return rdt::http_reply(302, html, "Taken\n", *sent_on);
   }
-  if (request.path == "/") return rdt::http_reply(200, html, "Net F/T (emulated by Weft)\n", keep);
-  return rdt::http_reply(404, html, "No such page\n", keep);
+  if (request.path == "/" || page_of(request.path, shown))
+    return rdt::http_reply(200, html, "Net F/T (emulated by Weft)\n");
+  return rdt::http_reply(404, html, "No such page\n");
+}
+
+void NetftPageEmulator::take(RdtEmulator& box, const rdt::HttpRequest& request, TimePoint now) {
+  NetftSettings changed = box.settings();
+  for (const auto& [name, take] : takers)
+    if (request.path.starts_with(name)) take(changed, request.query);
+  if (request.path.starts_with(snapshot)) {
+    const auto command = rdt::query_value(request.query, "cmd");
+    if (command == "bias" || command == "setuserbias") return box.bias(now);
+    if (command == "clearuserbias") changed.bias_counts = {};
+  }
+  box.take(changed);
 }
 
 }  // namespace weft::sim

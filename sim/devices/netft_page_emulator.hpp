@@ -9,8 +9,10 @@
 
 namespace weft::sim {
 
-/// One connection. Pages: /netftapi2.xml (with "index=n", of that configuration), /netftcalapi.xml,
-/// those that netft_settings.hpp names, / (a word of welcome).
+/// One connection, one answer; in memory, where there are no connections, what comes after an
+/// answer is of the next. Pages: /netftapi2.xml (with "index=n", of that configuration),
+/// /netftcalapi.xml; those that netft_settings.hpp names, which send on to a page for people;
+/// /rundata.cgi?cmd=bias, also setuserbias and clearuserbias; / (a word of welcome).
 class NetftPageEmulator final : public ClientEmulator {
  public:
   /// `box` is asked at each request; nullptr: the box is off.
@@ -25,6 +27,7 @@ class NetftPageEmulator final : public ClientEmulator {
  private:
   [[nodiscard]] std::string answer(const std::string& head, TimePoint now);
   [[nodiscard]] std::string page(const protocols::rdt::HttpRequest& request, TimePoint now);
+  static void take(RdtEmulator& box, const protocols::rdt::HttpRequest& request, TimePoint now);
 
   std::function<RdtEmulator*()> box_;
   std::string waiting_;

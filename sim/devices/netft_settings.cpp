@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <type_traits>
 
 namespace weft::sim {
 
@@ -14,27 +15,6 @@ namespace {
 namespace rdt = protocols::rdt;
 
 constexpr std::size_t longest_name = 32, longest_user_field = 16;
-
-/// A number of a query; nothing when it is absent, no such number or outside of what the box takes.
-template <class Number>
-std::optional<Number> number_in(std::string_view query, const std::string& key, Number least,
-                                Number most) {
-  const auto text = rdt::query_value(query, key);
-  if (!text) return std::nullopt;
-  const char* const end = text->data() + text->size();
-  Number value = 0;
-  const auto read = std::from_chars(text->data(), end, value);
-  if (read.ec != std::errc{} || read.ptr != end || !(value >= least && value <= most))
-    return std::nullopt;
-  return value;
-}
-
-/// A whole number that is switch, code, count or index.
-template <class Whole>
-void take(Whole& value, std::string_view query, const std::string& key, std::int64_t least,
-          std::int64_t most) {
-  if (const auto given = number_in(query, key, least, most)) value = static_cast<Whole>(*given);
-}
 
 /// "%20" and "+" of a query as what they stand for; what a page cannot hold is a "?".
 std::string plain(std::string_view text) {
@@ -53,6 +33,37 @@ std::string plain(std::string_view text) {
   const auto unprintable = [](char c) { return c < ' ' || c > '~'; };
   std::replace_if(out.begin(), out.end(), unprintable, '?');
   return out;
+}
+
+template <class Number>
+std::from_chars_result read_number(const std::string& text, Number& value) {
+  const char* const end = text.data() + text.size();
+  if constexpr (std::is_integral_v<Number>)
+    if (text.starts_with("0x"))  // as the page shows output codes
+      return std::from_chars(text.data() + 2, end, value, 16);
+  return std::from_chars(text.data(), end, value);
+}
+
+/// A number of a query; nothing when it is absent, no such number or outside of what the box takes.
+template <class Number>
+std::optional<Number> number_in(std::string_view query, const std::string& key, Number least,
+                                Number most) {
+  const auto given = rdt::query_value(query, key);
+  if (!given) return std::nullopt;
+  const std::string text = plain(*given);
+  Number value = 0;
+  const auto read = read_number(text, value);
+  if (read.ec != std::errc{} || read.ptr != text.data() + text.size() ||
+      !(value >= least && value <= most))
+    return std::nullopt;
+  return value;
+}
+
+/// A whole number that is switch, code, count or index.
+template <class Whole>
+void take(Whole& value, std::string_view query, const std::string& key, std::int64_t least,
+          std::int64_t most) {
+  if (const auto given = number_in(query, key, least, most)) value = static_cast<Whole>(*given);
 }
 
 void take(std::string& text, std::string_view query, const std::string& key, std::size_t longest) {

@@ -52,7 +52,7 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
     case rdt::RequestCommand::start_multi_unit:  // of one unit: as in real time
       return start(*request, now);
     case rdt::RequestCommand::set_bias:
-      return sensor_.bias(world_->contact(now), conversion_at(now));
+      return bias(now);
     case rdt::RequestCommand::reset_latch:
       return reset_latch();
     default:
@@ -288,6 +288,10 @@ void RdtEmulator::take(const NetftSettings& settings) {
   transform_ = ToolTransform::create(settings_.configuration[settings_.active]).value();
 }
 
+void RdtEmulator::bias(TimePoint now) {
+  sensor_.bias(world_->contact(now), conversion_at(now));
+}
+
 rdt::CalibrationReply RdtEmulator::calibration_reply(TimePoint now) const {
   const rdt::Configuration& active = settings_.configuration[settings_.active];
   rdt::CalibrationReply reply;
@@ -301,7 +305,7 @@ rdt::CalibrationReply RdtEmulator::calibration_reply(TimePoint now) const {
 
 rdt::FtReply RdtEmulator::read_ft(const rdt::ReadFt& read, TimePoint now) {
   conditions_enabled_ = read.condition_mask;
-  if (read.bias) sensor_.bias(world_->contact(now), conversion_at(now));
+  if (read.bias) bias(now);
   if (read.clear_latch) reset_latch();
   const rdt::Record record = record_at(now);
   rdt::FtReply reply;

@@ -53,6 +53,8 @@ class RdtEmulator final : public ForceEmulator {
   /// port's 32 bits leaves the old one [E].
   [[nodiscard]] NetftSettings settings() const;
   void take(const NetftSettings& settings);
+  /// The present load is the new zero.
+  void bias(TimePoint now);
 
   /// Datagrams that were no request, or a request that a Net F/T does not serve.
   [[nodiscard]] std::uint64_t ignored() const { return ignored_; }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "protocols/base/units.hpp"
@@ -72,10 +74,12 @@ Status read_carriage(FieldReader& reader, const protocols::apt::StageModel& mode
                      StageParams& stage) {
   const bool linear = model.axis == protocols::apt::Axis::linear;
   const double si = linear ? m_per_mm : rad_per_deg;
-  const double span = linear ? 1000 : 36000;  // rotary stages turn without end
+  // Rotary stages turn without end; their counter has 32 bits.
+  const double counter_end = std::numeric_limits<std::int32_t>::max() / model.scale.counts_per_unit;
+  const double span = linear ? 1000 : std::min(36000.0, std::floor(counter_end));
   double quantum = 1, backlash = 0;
-  stage.low = (linear ? model.travel_low : -model.travel_high) * si;
-  stage.high = model.travel_high * si;
+  stage.low = (linear ? model.travel_low : -span) * si;
+  stage.high = (linear ? model.travel_high : span) * si;
   reader.interval(linear ? "travel_mm" : "travel_deg", stage.low, stage.high, -span, span, si);
   reader.number(linear ? "start_mm" : "start_deg", stage.start, -span, span, si);
   reader.number(linear ? "quantum_um" : "quantum_urad", quantum, 0, 1e4);

@@ -37,9 +37,9 @@ void try_message(ByteView bytes) {
       message->data);
 }
 
-void try_stream(const ChunkedInput& input, Lengths lengths) {
-  Splitter whole(lengths);
-  Splitter pieces(lengths);
+void try_stream(const ChunkedInput& input, LineEnd line_end) {
+  Splitter whole(line_end);
+  Splitter pieces(line_end);
   const auto at_once = split<Message>(whole, input.stream, {});
   demand(at_once == split<Message>(pieces, input.stream, input.sizes),
          "any chunking gives the same messages");
@@ -60,8 +60,8 @@ void try_stream(const ChunkedInput& input, Lengths lengths) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const weft::fuzz::ChunkedInput input({data, size});
   weft::fuzz::try_message(input.stream);
-  for (const auto lengths :
-       {weft::protocols::apt::Lengths::documented, weft::protocols::apt::Lengths::any})
-    weft::fuzz::try_stream(input, lengths);
+  for (const auto line_end :
+       {weft::protocols::apt::LineEnd::host, weft::protocols::apt::LineEnd::controller})
+    weft::fuzz::try_stream(input, line_end);
   return 0;
 }

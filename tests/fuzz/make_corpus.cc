@@ -163,14 +163,14 @@ void write_pages(const std::filesystem::path& folder) {
         {"calibration", rdt::encode(rdt::CalibrationPage{"FT12288", 1e6, 1e6})}}) {
     const std::string word(name);
     put(word, page);
-    put(word + "_length", rdt::http_reply(200, "text/xml", page, true));
+    put(word + "_length", rdt::http_reply(200, "text/xml", page));
     put(word + "_old", "HTTP/1.0 200 OK\r\nServer: x\r\n\r\n" + page + "\r\n");
     std::ostringstream size;
     size << std::hex << page.size();
     put(word + "_chunked", "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n" + size.str() +
                                "\r\n" + page + "\r\n0\r\n\r\n");
   }
-  put("missing", rdt::http_reply(404, "text/plain", "no such page", false));
+  put("missing", rdt::http_reply(404, "text/plain", "no such page"));
   put("get", rdt::http_get(rdt::settings_path, "192.168.1.1"));
   put("query", rdt::http_get("/comm.cgi?comrdtrate=500&x=1", "box"));
 }

@@ -120,20 +120,20 @@ class Bench:
         self.kills = []    # figures of each
         self.peak_n = 0.0  # of all runs, the last one too
         self.offsets = {}  # of what is recorded from the truth, by phase, where first seen: the probe's spring is pressed in P and M
+        self.folders = 0
         self.begin_anew()
 
     def begin_anew(self):
         """In another folder: the campaign of this one came to an end by a fault of the machine."""
-        self.folders = getattr(self, "folders", 0) + 1
+        self.folders += 1
         self.out = self.folder / f"out{self.folders}"
         self.campaign = Campaign(self.out / "campaign.sqlite")
         self.past = []
 
-    def command(self, *more):
-        return [self.weft, "run", "kill.json", "--rig", str(self.rig_path), "--out", self.out.name, "--no-evaluate", "--resume", *more]
-
     def start(self):
-        return subprocess.Popen(self.command(), cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        """A host that begins the campaign, or goes on with it."""
+        return subprocess.Popen([self.weft, "run", "kill.json", "--rig", str(self.rig_path), "--out", self.out.name, "--no-evaluate",
+                                 "--resume"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
     def wait_for(self, phase, process):
         """Until rows of the phase are in the file, of a trial that this host began."""
@@ -195,10 +195,11 @@ class Bench:
     def found_as_left(self, kill):
         """The host that was killed had found the attempts before it interrupted, and changed nothing of them. Whether it had begun one."""
         now = self.campaign.attempts()
-        interrupted = [attempt._replace(outcome="interrupted") for attempt in self.past] if len(now) > len(self.past) else self.past
-        self.t.expect(now[:len(self.past)] == interrupted, f"{kill}: attempts before were {self.past}, are {now}")
-        self.t.expect(len(now) - len(self.past) in (0, 1), f"{kill}: {len(self.past)} attempts before it, {len(now)} after")
-        began, self.past = len(now) > len(self.past), now
+        began = len(now) > len(self.past)
+        same = [then.digest for then in self.past] == [attempt.digest for attempt in now[:len(self.past)]]
+        ended = all(attempt.outcome == "interrupted" or attempt == then and not began for then, attempt in zip(self.past, now))
+        self.t.expect(same and ended and len(now) <= len(self.past) + 1, f"{kill}: attempts before were {self.past}, are {now}")
+        self.past = now
         return began
 
     def recorded(self, kill, watch, killed, began):

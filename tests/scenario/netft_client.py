@@ -144,6 +144,28 @@ def pages(url):
         assert refused.code == 404
 
 
+def to_the_end(host, port, request):
+    """What a client hears that reads until the box closes: no other sign of the end is waited for."""
+    with socket.create_connection((host, port), timeout=5) as s:
+        s.sendall(request)
+        heard = b""
+        while more := s.recv(1000):
+            heard += more
+    return heard
+
+
+def connections_end(host, port):
+    """As with HTTP/1.0, whatever the request says; a form sends on to a page that is there."""
+    for head in (b"HTTP/1.0\r\n", b"HTTP/1.1\r\nHost: box\r\n", b"HTTP/1.1\r\nHost: box\r\nConnection: keep-alive\r\n", b"HTTP/1.0\n"):
+        end = b"\n" if head.endswith(b"0\n") else b"\r\n"
+        page = to_the_end(host, port, b"GET /netftapi2.xml " + head + end)
+        assert page.startswith(b"HTTP/1.0 200 OK\r\n") and page.rstrip().endswith(b"</netft>"), page
+    moved = to_the_end(host, port, b"GET /comm.cgi?comrdtrate=500 HTTP/1.0\r\n\r\n")
+    assert moved.startswith(b"HTTP/1.0 302 Found\r\n"), moved
+    place = moved.split(b"Location: ")[1].split(b"\r\n")[0]
+    assert to_the_end(host, port, b"GET " + place + b" HTTP/1.0\r\n\r\n").startswith(b"HTTP/1.0 200 "), place
+
+
 def box_settings(url):
     """What the box's forms set, as its page tells it, and set back."""
     def told(name, page="/netftapi2.xml"):
@@ -287,6 +309,7 @@ def main():
             command_port((box["commands"]["host"], box["commands"]["port"]), client)
             print("the command port: calibration, readings, bias, transform")
             pages(url)
+            connections_end("127.0.0.1", box["http"]["port"])
             box_settings(url)
             other_programs(url, place)
             faults(served, client)

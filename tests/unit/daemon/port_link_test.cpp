@@ -228,6 +228,38 @@ TEST_CASE("TCP carries bytes both ways, and the far end's leaving is told") {
   run(loop, [&] { return closed; });
 }
 
+TEST_CASE("each request goes out on a connection of its own, whoever ends the one before") {
+  RealLoop loop;
+  auto server = std::make_unique<Server>(SOCK_STREAM);
+  auto link = open_requests(loop, server->end());
+  REQUIRE(link);
+  Bytes got;
+  int ends = 0;
+  (*link)->on_closed([&](const Error&) { ++ends; });
+  // The second request is written by what hears the first reply, as a driver does.
+  (*link)->on_receive([&](ByteView bytes, TimePoint) {
+    got.insert(got.end(), bytes.begin(), bytes.end());
+    if (got.size() == 2) CHECK((*link)->write(Bytes{'b'}));
+  });
+  CHECK((*link)->write(Bytes{'a'}));
+  for (const char* reply : {"AA", "BB"}) {
+    const int peer = ::accept(server->descriptor, nullptr, nullptr);
+    REQUIRE(peer >= 0);
+    char asked = 0;
+    REQUIRE(::read(peer, &asked, 1) == 1);
+    CHECK(asked == reply[0] - 'A' + 'a');
+    REQUIRE(::write(peer, reply, 2) == 2);
+    ::close(peer);
+    run(loop, [&] { return got.size() == (reply[0] == 'A' ? 2 : 4); });
+  }
+  CHECK(got == Bytes{'A', 'A', 'B', 'B'});
+  run(loop, [&] { return ends == 1; });
+  server.reset();
+  const Status refused = (*link)->write(Bytes{'c'});
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message == "cannot connect");
+}
+
 TEST_CASE("TCP to nobody, and to a name that does not exist, is refused with a sentence") {
   RealLoop loop;
   Endpoint nobody;
@@ -276,6 +308,30 @@ TEST_CASE("UDP keeps datagrams apart and outlives a box that is not on yet") {
   CHECK(got[1] == Bytes{2, 3});
   CHECK(got[2].empty());
   CHECK(got[3].size() == 3);
+}
+
+TEST_CASE("UDP hears at its own port who was never asked, and says when that is taken") {
+  RealLoop loop;
+  const Server device(SOCK_DGRAM);
+  std::uint16_t own = 0;
+  {
+    const Server free(SOCK_DGRAM);
+    own = free.port;
+  }
+  auto link = open_udp(loop, device.end(), own);
+  REQUIRE(link);
+  Bytes got;
+  collect(**link, got);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  to.sin_port = htons(own);
+  REQUIRE(::sendto(device.descriptor, "ab", 2, 0, reinterpret_cast<sockaddr*>(&to), sizeof to) ==
+          2);
+  run(loop, [&] { return got.size() == 2; });
+  const auto second = open_udp(loop, device.end(), own);
+  REQUIRE_FALSE(second);
+  CHECK(second.error().message == "cannot listen at the port");
 }
 
 TEST_CASE("a link may be destroyed by the callback that it runs") {

@@ -78,6 +78,12 @@ TEST_CASE("each kind of link is read with its settings") {
   REQUIRE(udp);
   CHECK(std::get<UdpPort>(*udp).end.host == "192.168.1.1");
   CHECK(std::get<UdpPort>(*udp).end.port == 49152);
+  CHECK(std::get<UdpPort>(*udp).local_port == 0);
+  const auto unasked = parse_link(
+      R"({"kind": "udp", "host": "192.168.1.7", "port": 2390, "local_port": 10240})", "/link");
+  REQUIRE(unasked);
+  CHECK(std::get<UdpPort>(*unasked).end.port == 2390);
+  CHECK(std::get<UdpPort>(*unasked).local_port == 10240);
   CHECK(std::holds_alternative<TcpPort>(
       parse_link(R"({"kind": "tcp", "host": "::1", "port": 1})", "").value()));
 }
@@ -98,6 +104,10 @@ TEST_CASE("a link with a wrong kind, key or value is refused at its JSON pointer
   CHECK(where(R"({"kind": "serial", "path": "/dev/x", "parity": "mark"})") == "/link: /parity");
   CHECK(where(R"({"kind": "serial", "path": "/dev/x", "host": "y"})") == "/link: /host");
   CHECK(where(R"({"kind": "udp", "host": "y"})") == "/link/port");
+  CHECK(where(R"({"kind": "udp", "host": "y", "port": 1, "local_port": 65536})") ==
+        "/link: /local_port");
+  CHECK(where(R"({"kind": "tcp", "host": "y", "port": 1, "local_port": 2})") ==
+        "/link: /local_port");
   CHECK(where(R"({"kind": "udp", "host": "y", "port": 65536})") == "/link: /port");
   CHECK(where(R"({"kind": "tcp", "host": "y", "port": 1e999})") == "/link");
 }

@@ -257,6 +257,19 @@ TEST_CASE("a UDP device whose plug is pulled is silent, and nothing was said whe
   run(loop, [&] { return host.heard == Bytes{2}; });
 }
 
+TEST_CASE("a UDP device that nobody asked sends to the host's own port, then to who asks") {
+  RealLoop loop;
+  const UdpPort at{{"127.0.0.1", free_port(loop)}, free_port(loop)};
+  const auto device = echo(loop, at);
+  Host host(loop, at);
+  REQUIRE(device->write(Bytes{7}));
+  run(loop, [&] { return host.heard == Bytes{7}; });
+  Host other(loop, UdpPort{at.end});
+  REQUIRE((*other.opened)->write(Bytes{8}));
+  run(loop, [&] { return other.heard == Bytes{8}; });
+  CHECK(host.heard == Bytes{7});
+}
+
 TEST_CASE("a device at two places is gone from both") {
   RealLoop loop;
   const test::TemporaryFolder folder;

@@ -166,14 +166,14 @@ TEST_CASE("the splitter finds the next message behind garbage, and counts the ga
   }
 }
 
-TEST_CASE("a splitter that believes any length takes a message that is not the document's whole") {
+TEST_CASE("a controller's splitter takes a message whole whose length is not the document's") {
   Bytes stream;
   const Bytes odd = encode({MessageId::set_velparams, 0, 0, 0x50, 0x01, Bytes(40, 0x50)});
   const Bytes long_home = encode({MessageId::move_home, 0, 0, 0x50, 0x01, Bytes(7, 0x01)});
   const Bytes good = encode({MessageId::hw_req_info, 0, 0, 0x50, 0x01, {}});
   for (const Bytes& bytes : {odd, long_home, good})
     stream.insert(stream.end(), bytes.begin(), bytes.end());
-  Splitter splitter(Lengths::any);
+  Splitter splitter(LineEnd::controller);
   splitter.push(stream);
   Message message;
   for (const Bytes& bytes : {odd, long_home, good}) {

@@ -74,7 +74,7 @@ TEST_CASE("units of the pages are turned into SI, unknown ones are refused") {
 }
 
 TEST_CASE("a reply is put together from any pieces, with and without its length") {
-  const std::string with = http_reply(200, "text/xml", minimal, true);
+  const std::string with = http_reply(200, "text/xml", minimal);
   const std::string without = "HTTP/1.0 200 OK\r\nServer: x\r\n\r\n" + minimal;
   for (const std::string& text : {with, without})
     for (std::size_t piece = 1; piece < text.size(); piece += 7) {
@@ -107,9 +107,8 @@ TEST_CASE("requests are read with their query; what is no GET is refused") {
   REQUIRE(request);
   CHECK(request->path == "/comm.cgi");
   CHECK(request->query == "comrdtrate=500");
-  CHECK(request->keep_alive);
-  CHECK_FALSE(decode_request_head("GET / HTTP/1.0")->keep_alive);
-  CHECK_FALSE(decode_request_head("GET / HTTP/1.1\r\nConnection: Close")->keep_alive);
+  CHECK(decode_request_head("GET http://192.168.1.1/a?b=1 HTTP/1.1")->path == "/a");
+  CHECK(decode_request_head("GET http://192.168.1.1 HTTP/1.1")->path == "/");
   CHECK(decode_request_head("HEAD / HTTP/1.1")->head_only);
   CHECK_FALSE(request->head_only);
   CHECK(query_value("a=1&bb=2&c=", "bb") == "2");
@@ -117,6 +116,14 @@ TEST_CASE("requests are read with their query; what is no GET is refused") {
   for (const char* absent : {"b", "d", ""}) CHECK_FALSE(query_value("a=1&bb=2&c=&d", absent));
   for (const char* bad : {"", "GET", "POST / HTTP/1.1", "GET /"})
     CHECK_FALSE(decode_request_head(bad));
+}
+
+TEST_CASE("replies are of HTTP/1.0, and say that the connection ends") {
+  CHECK(http_reply(200, "text/html", "ab") ==
+        "HTTP/1.0 200 OK\r\nContent-Type: text/html\r\nContent-Length: 2\r\n"
+        "Connection: close\r\n\r\nab");
+  CHECK(http_reply(302, "text/html", "", "/comm.htm")
+            .starts_with("HTTP/1.0 302 Found\r\nLocation: /comm.htm\r\n"));
 }
 
 }  // namespace page_test

@@ -152,6 +152,23 @@ TEST_CASE("noise on the line and messages for others do no harm") {
   CHECK(unit.emulator.ignored() > 0);
 }
 
+TEST_CASE("a message to an address that nobody has swallows none behind it") {
+  const Bytes identify = hex("05 00 00 00 50 01");
+  for (const int destination : {0x00, 0x01, 0x02, 0x22, 0x33, 0x51, 0x7F})
+    for (const char* text : {"11 04 01 00 00 01", "23 02 01 00 00 01", "10 02 01 01 00 01",
+                             "53 04 06 00 80 01 01 00 00 00 01 00"}) {
+      CAPTURE(destination, text);
+      Unit unit;
+      Bytes misled = hex(text);
+      misled[4] = static_cast<std::uint8_t>(misled[4] | destination);
+      misled.insert(misled.end(), identify.begin(), identify.end());
+      unit.send(misled);
+      CHECK(unit.take().size() == 90);
+      unit.run(1);
+      CHECK(unit.position() == 0.02);
+    }
+}
+
 TEST_CASE("half a message of a host that went is not the beginning of another's") {
   Unit unit;
   unit.ready();

@@ -136,6 +136,28 @@ TEST_CASE("targets beyond the travel end at its limit, with the limit bit") {
   unit.run(60);
   CHECK(unit.position() == 0.15);
   CHECK(unit.status().status_bits == 0x80000501);
+  unit.send("53 04 06 00 D0 01 01 00 00 00 00 80");
+  unit.run(60);
+  CHECK(unit.position() == 0);
+  CHECK(unit.status().status_bits == 0x80000502);
+  unit.send("53 04 06 00 D0 01 01 00 00 00 00 00");  // where it stands: not driven into the switch
+  unit.run(1);
+  CHECK(unit.status().status_bits == 0x80000500);
+}
+
+TEST_CASE("homing forwards ends the offset before the other end, which is zero then") {
+  Unit unit;
+  unit.send("40 04 0E 00 D0 01 01 00 01 00 04 00 00 00 A0 02 00 20 03 00");  // 2 mm/s, 0.5 mm
+  unit.send("43 04 01 00 50 01");
+  unit.run(120);
+  CHECK(unit.take() == hex("44 04 01 00 01 50"));
+  CHECK(unit.position() == Approx(0.1495));
+  CHECK(unit.status().position_counts == 0);
+  unit.send("43 04 01 00 50 01");  // off the switch and back
+  unit.run(0.3);
+  CHECK(unit.position() < 0.1495);
+  unit.run(5);
+  CHECK(unit.position() == Approx(0.1495));
 }
 
 TEST_CASE("a stage at home runs off its switch and homes again, so that homing always moves") {

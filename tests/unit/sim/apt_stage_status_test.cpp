@@ -66,7 +66,7 @@ TEST_CASE("of the steppers a BSC alone falls silent, which no acknowledgement en
                                      {"SCC201", "NRT150"}}) {
     CAPTURE(model);
     Unit unit = Unit::at(model, stage);
-    const bool bsc = std::string(model) == "BSC201";
+    const bool bsc = std::string(stage) == "NRT150";
     unit.send("11 00 00 00 50 01");
     unit.run(6);
     CHECK(unit.take().size() == (bsc ? 50U : 60U) * 20);

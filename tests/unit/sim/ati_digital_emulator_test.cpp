@@ -139,6 +139,8 @@ TEST_CASE("requests for what is not there are refused with the standard's codes"
         ExceptionCode::illegal_address);
   CHECK(refused(sensor.ask(Read{Function::read_input, 0x002C, 2})) ==
         ExceptionCode::illegal_address);
+  CHECK(sensor.ask(WriteOne{digital::holding::session_id, 5}) ==
+        Reply(WriteOne{digital::holding::session_id, 5}));
   CHECK(refused(sensor.ask(WriteOne{digital::holding::status, 1})) ==
         ExceptionCode::illegal_address);
   CHECK(refused(sensor.ask(WriteOne{digital::holding::baud_index, 3})) ==
@@ -288,7 +290,7 @@ TEST_CASE("a wrong quantity is a wrong value, whatever the address is") {
   CHECK(refusal("0A 03 0C E0 00 7D") == 2);
   CHECK(refusal("0A 04 00 2D 00 01") == 2);
   CHECK(refusal("0A 06 00 1D 00 00") == 2);
-  CHECK(refusal("0A 10 00 0B 00 02 04 00 01 00 01") == 2);
+  CHECK(refusal("0A 10 00 0C 00 02 04 00 01 00 01") == 2);
 }
 
 TEST_CASE("what is written to all slaves is done, and answered by nobody") {

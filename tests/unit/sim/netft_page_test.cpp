@@ -93,7 +93,8 @@ TEST_CASE("the box's web pages set what they show") {
 
   const std::string whole = get("/"), head = ask("HEAD / HTTP/1.1\r\n\r\n");
   CHECK(head == whole.substr(0, whole.find("\r\n\r\n") + 4));
-  CHECK(ask("GET / HTTP/1.0\n\n").starts_with("HTTP/1.1 200"));
+  CHECK(ask("GET / HTTP/1.0\n\n").starts_with("HTTP/1.0 200"));
+  CHECK(ask("\r\nGET / HTTP/1.1\r\n\r\n").starts_with("HTTP/1.0 200"));
 }
 
 TEST_CASE("a box has sixteen configurations, of which the active one counts") {
@@ -124,10 +125,41 @@ TEST_CASE("a box has sixteen configurations, of which the active one counts") {
                               "cfgid=3&cfgfu=2.5", "cfgid=3&cfgfu=3"})  // klbf: 4.4e9 counts
     browser.get("/config.cgi?" + std::string(refused));
   CHECK(browser.shows("<cfgfu>1</cfgfu>"));
-  CHECK(browser.get("/nothing.cgi?x=1").starts_with("HTTP/1.1 404"));
+  for (const char* nothing : {"/nothing.cgi?x=1", "/nothing.htm", "/comm", "/comm.cgi.htm"})
+    CHECK(browser.get(nothing).starts_with("HTTP/1.0 404"));
   browser.get("/config.cgi?cfgid=3&cfgusra=a%00%FF%zz%3&cfgnam=" + std::string(40, 'n'));
   CHECK(browser.shows("<cfgusra>a??%zz%3</cfgusra>"));
   CHECK(browser.shows("<cfgnam>" + std::string(32, 'n') + "</cfgnam>"));
+}
+
+TEST_CASE("a form of the box sends on to a page, and the snapshot's sets the zero") {
+  RdtEmulatorParams params;
+  params.sensor.noise = {};
+  Box box(params);
+  Browser browser{box};
+  for (const char* form : {"/comm", "/setting", "/config", "/moncon", "/rundata"}) {
+    const std::string page = std::string(form) + ".htm";
+    const std::string reply = browser.get(std::string(form) + ".cgi?x=1");
+    CHECK(reply.starts_with("HTTP/1.0 302 Found\r\nLocation: " + page + "\r\n"));
+    CHECK(browser.get(page).starts_with("HTTP/1.0 200"));
+  }
+  const std::int32_t weight = box.box.page(box.now).counts[2];
+  REQUIRE(weight > 2'000'000);
+  for (const char* zero : {"bias", "setuserbias"}) {
+    browser.get("/rundata.cgi?cmd=" + std::string(zero));
+    CHECK(box.box.page(box.now).counts[2] == 0);
+    browser.get("/rundata.cgi?cmd=clearuserbias");
+    CHECK(box.box.page(box.now).counts[2] == weight);
+  }
+}
+
+TEST_CASE("numbers of a form may be escaped, whole ones hexadecimal") {
+  Box box;
+  Browser browser{box};
+  browser.get("/config.cgi?cfgid=%33&cfgtfx0=%2D1.25");
+  CHECK(browser.shows("<cfgtfx>-1.25;0;0;0;0;0</cfgtfx>", "/netftapi2.xml?index=3"));
+  browser.get("/moncon.cgi?mco0=0x0F&mco1=0x&mco2=0xG&mco3=0x1FF");
+  CHECK(browser.shows("<mco>0x0F;0x00;0x00;0x00;"));
 }
 
 TEST_CASE("the box's page sets thresholds, and shows which were breached, and the peaks") {
