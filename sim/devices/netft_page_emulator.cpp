@@ -29,8 +29,9 @@ constexpr std::string_view snapshot = "/rundata";
 std::optional<std::string> page_of(std::string_view path, std::string_view ending) {
   if (!path.ends_with(ending)) return std::nullopt;
   const std::string_view name = path.substr(0, path.size() - ending.size());
-  const bool known = name == snapshot || std::any_of(takers.begin(), takers.end(),
-                                                     [&](const auto& t) { return t.first == name; });
+  const bool known =
+      name == snapshot ||
+      std::any_of(takers.begin(), takers.end(), [&](const auto& t) { return t.first == name; });
   return known ? std::optional(std::string(name) + std::string(shown)) : std::nullopt;
 }
 
