@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "classifier/features/windows.hpp"
 #include "classifier/learn/random.hpp"
 #include "classifier/vote/learner_answer.hpp"
 
@@ -15,12 +16,6 @@ constexpr std::size_t draws = 1000;
 std::size_t place_of(const std::vector<std::string>& labels, const std::string& label) {
   return static_cast<std::size_t>(std::lower_bound(labels.begin(), labels.end(), label) -
                                   labels.begin());
-}
-
-// As the folds count them: a row without a name is a recording of its own.
-std::string recording_of(const FeatureMatrix& matrix, std::size_t row) {
-  const std::string name = matrix.files[row].substr(0, matrix.files[row].find('#'));
-  return name.empty() ? "#" + std::to_string(row) : name;
 }
 
 Status check_answers(std::span<const double> said, std::span<const double> right,
@@ -92,7 +87,7 @@ Status CalibrationTally::add(const FeatureMatrix& matrix, const Split& split,
     probability_.push_back(std::move(p));
     answer_.push_back(place_of(labels_, learner.labels()[said->ballot.winner]));
     truth_.push_back(place_of(labels_, matrix.labels[r]));
-    recording_.push_back(recording_of(matrix, r));
+    recording_.push_back(recording_of(matrix.files[r], r));
   }
   return {};
 }

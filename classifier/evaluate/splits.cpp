@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "classifier/features/windows.hpp"
 #include "classifier/learn/random.hpp"
 
 namespace weft::classifier {
@@ -42,11 +43,6 @@ Status check_groups(std::span<const std::string> groups, std::span<const std::st
                 "The manifest's column group lists them");
   }
   return {};
-}
-
-// Windows are named "file#0", "file#1"; a row without a name stands for itself.
-std::string recording_of(const std::string& file, std::size_t row) {
-  return file.empty() ? "#" + std::to_string(row) : file.substr(0, file.find('#'));
 }
 
 // Rows of `recordings` recordings of every label, ascending.

@@ -36,6 +36,18 @@ Trial one_window(const Trial& trial, std::span<const std::size_t> samples, std::
 
 }  // namespace
 
+std::string_view recording_of(std::string_view file) {
+  const std::size_t mark = file.rfind('#');
+  if (mark == std::string_view::npos || mark + 1 == file.size()) return file;
+  const bool numbered = file.find_first_not_of("0123456789", mark + 1) == std::string_view::npos;
+  return numbered ? file.substr(0, mark) : file;
+}
+
+std::string recording_of(const std::string& file, std::size_t row) {
+  const std::string_view name = recording_of(file);
+  return name.empty() ? "#" + std::to_string(row) : std::string(name);
+}
+
 Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& options) {
   if (trial.counts.size() != trial.samples() * trial.taxels) {
     return fail(Errc::invalid_argument, "samples and phases disagree", trial.file);

@@ -1,6 +1,8 @@
 #pragma once
 // Cutting the motion of a trial into windows of equal duration.
 
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "classifier/features/trial.hpp"
@@ -13,6 +15,11 @@ struct WindowOptions {
   double step_s = 0.0;           ///< from one start to the next; 0: no overlap
   double sample_period_s = 0.0;  ///< of the recording; must be given
 };
+
+/// The recording that a file name is of: without the number that cut_windows() appends.
+std::string_view recording_of(std::string_view file);
+/// The same; a row without a name is a recording of its own.
+std::string recording_of(const std::string& file, std::size_t row);
 
 /// Windows of phase M, in order; what is left over at the end is dropped. Each inherits label and
 /// group, so that a split by group never puts windows of one recording on both sides; the file name

@@ -30,8 +30,11 @@ using nlohmann::json;
 constexpr double rate_tolerance = 0.05;
 
 Result<StoredModel> open_model(const std::filesystem::path& path) {
+  std::error_code unseen;
   std::ifstream in(path, std::ios::binary);
-  if (!in) return fail(Errc::not_found, "cannot read the model", path.string());
+  if (!in || std::filesystem::is_directory(path, unseen))
+    return fail(Errc::not_found, "cannot read the model", path.string(), "a model file",
+                in ? "a folder" : "");
   auto model = classifier::load_model(in);
   if (!model) return pass(model.error(), path.string());
   return model;

@@ -49,9 +49,12 @@ std::string confusion_text(const classifier::Confusion& confusion) {
   const std::vector<double> recall = confusion.recall();
   for (std::size_t t = 0; t < confusion.classes(); ++t) {
     std::vector<std::string> row{std::to_string(t + 1) + " " + confusion.labels[t]};
-    for (std::size_t p = 0; p < confusion.classes(); ++p)
+    std::size_t tested = 0;
+    for (std::size_t p = 0; p < confusion.classes(); ++p) {
       row.push_back(count_text(confusion.at(t, p)));
-    row.push_back(percent(recall[t]));
+      tested += confusion.at(t, p);
+    }
+    row.push_back(tested == 0 ? "-" : percent(recall[t]));
     table.row(std::move(row));
   }
   return table.text();

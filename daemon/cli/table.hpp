@@ -26,6 +26,7 @@ class Table {
 
 /// Counts of a confusion matrix: a row per true label, a column per answer, recall at the end.
 /// Zeros are dots, so that mistakes stand out.
+/// A label that no trial tested has no recall: "-".
 std::string confusion_text(const classifier::Confusion& confusion);
 
 }  // namespace weft::daemon::cli

@@ -80,11 +80,15 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
 void add_level_option(CLI::App& command, TrialChoice& choice) {
   command
       .add_option("--remove-level", choice.remove_level,
-                  "subtract each taxel's mean of the motion, or of the rest before it")
+                  "subtract each taxel's mean of the motion, or of the rest before it (a whole "
+                  "number where the recording's counts are)")
       ->check(CLI::IsMember({"motion", "rest"}));
 }
 
+// Counts stay counts: of whole ones a whole level is taken.
 Status without_level(Trial& trial, Phase of) {
+  const auto is_whole = [](double count) { return count == std::nearbyint(count); };
+  const bool whole = std::ranges::all_of(trial.counts, is_whole);
   const auto samples = std::ranges::count(trial.phase, of);
   if (samples == 0)
     return fail(Errc::not_found, "no sample in the phase whose level is to be removed", trial.file);
@@ -92,7 +96,8 @@ Status without_level(Trial& trial, Phase of) {
     double sum = 0.0;
     for (std::size_t i = 0; i < trial.samples(); ++i)
       if (trial.phase[i] == of) sum += trial.counts[i * trial.taxels + k];
-    const double level = std::nearbyint(sum / static_cast<double>(samples));
+    const double mean = sum / static_cast<double>(samples);
+    const double level = whole ? std::nearbyint(mean) : mean;
     for (std::size_t i = 0; i < trial.samples(); ++i) trial.counts[i * trial.taxels + k] -= level;
   }
   return {};
@@ -107,10 +112,40 @@ double sample_period_s(const Dataset& dataset) {
   return dataset.info.taxel_rate_hz > 0.0 ? 1.0 / dataset.info.taxel_rate_hz : 0.0;
 }
 
+namespace {
+
+// Between phases nothing is recorded: the median knows no pauses.
+double median_interval_s(const std::vector<std::int64_t>& t_ns) {
+  std::vector<std::int64_t> intervals;
+  for (std::size_t i = 1; i < t_ns.size(); ++i) intervals.push_back(t_ns[i] - t_ns[i - 1]);
+  if (intervals.empty()) return 0.0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return to_seconds(Duration(*middle));
+}
+
+// Windows of one length, and a model, are of one rate.
+Status one_rate(const Dataset& dataset) {
+  constexpr double tolerance = 0.2;  // of stamps that a computer took
+  const double mean_s = sample_period_s(dataset);
+  for (std::size_t i = 0; mean_s > 0.0 && i < dataset.records.size(); ++i) {
+    const double own_s = median_interval_s(dataset.records[i].t_ns);
+    if (own_s > 0.0 && std::abs(own_s / mean_s - 1.0) > tolerance)
+      return fail(Errc::invalid_argument, "the trials have different sampling rates",
+                  dataset.trials[i].file, std::to_string(mean_s) + " s from sample to sample",
+                  std::to_string(own_s) + " s", "Make a data set of each rate");
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration) {
   const auto exploration = exploration_of(dataset, choice, one_exploration);
   if (!exploration) return pass(exploration.error());
+  if (one_exploration || choice.window_s != 0.0)
+    if (Status same = one_rate(dataset); !same) return pass(same.error());
   std::vector<Trial> strokes = complete_trials(dataset, *exploration);
   TrialSelection out{exploration->value_or(""), strokes.size(), {}};
   auto trials = in_windows(std::move(strokes),
@@ -177,7 +212,9 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
     return fail(Errc::invalid_argument, "windows of two explorations have nothing in common",
                 "--window-s");
   std::vector<std::map<TrialKey, std::size_t>> trials;
-  const std::vector<std::string> parts = explorations_in(choice.exploration);
+  const auto sum = explorations_in(choice.exploration);
+  if (!sum) return pass(sum.error());
+  const std::vector<std::string>& parts = *sum;
   for (const std::string& name : parts) {
     trials.push_back(trials_by_key(dataset, name));
     if (trials.back().empty())

@@ -51,6 +51,23 @@ Status sync_folder_of(const std::filesystem::path& path) {
   return sync_folder(folder_of(path));
 }
 
+// A link to a file stays a link.
+std::filesystem::path meant(std::filesystem::path target) {
+  std::error_code unseen;
+  if (!std::filesystem::is_symlink(target, unseen)) return target;
+  std::filesystem::path whole = std::filesystem::canonical(target, unseen);
+  return unseen ? target : whole;
+}
+
+Status replaceable(const std::filesystem::path& target) {
+  std::error_code unseen;
+  const auto there = std::filesystem::status(target, unseen);
+  if (!std::filesystem::exists(there) || std::filesystem::is_regular_file(there)) return {};
+  return fail(Errc::io, "not a file that could be replaced", target.string(),
+              "a new name, or that of a file",
+              std::filesystem::is_directory(there) ? "a folder" : "a device or a pipe");
+}
+
 }  // namespace
 
 Status sync_folder(const std::filesystem::path& folder) {
@@ -61,7 +78,7 @@ Status sync_folder(const std::filesystem::path& folder) {
 
 // The process number keeps two writers of the same target apart.
 AtomicFile::AtomicFile(std::filesystem::path target)
-    : target_(std::move(target)),
+    : target_(meant(std::move(target))),
       temporary_(target_.string() + ".partial-" + std::to_string(::getpid())) {}
 
 AtomicFile::~AtomicFile() {
@@ -70,6 +87,7 @@ AtomicFile::~AtomicFile() {
 }
 
 Status AtomicFile::publish() {
+  if (Status may = replaceable(target_); !may) return may;
   if (const Descriptor file(temporary_, O_RDONLY); !file.ok() || !file.sync())
     return system_error("cannot bring the file to the disk", temporary_);
   if (std::rename(temporary_.c_str(), target_.c_str()) != 0)

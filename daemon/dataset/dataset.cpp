@@ -163,11 +163,15 @@ std::vector<std::string> explorations_of(const Dataset& dataset) {
   return names;
 }
 
-std::vector<std::string> explorations_in(std::string_view sum) {
+Result<std::vector<std::string>> explorations_in(std::string_view sum) {
   std::vector<std::string> out;
   for (std::size_t from = 0, to = 0; to != std::string_view::npos; from = to + 1) {
     to = sum.find('+', from);
-    out.emplace_back(sum.substr(from, to == std::string_view::npos ? to : to - from));
+    std::string name(sum.substr(from, to == std::string_view::npos ? to : to - from));
+    if (!sum.empty() && (name.empty() || std::ranges::find(out, name) != out.end()))
+      return fail(Errc::invalid_argument, "not a sum of explorations", "--exploration",
+                  "different names with + between them, such as M1+M2", std::string(sum));
+    out.push_back(std::move(name));
   }
   return out;
 }

@@ -201,8 +201,9 @@ std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& reco
 /// The explorations of the complete trials, in order of appearance; one empty name for imported
 /// sets.
 std::vector<std::string> explorations_of(const Dataset& dataset);
-/// The names in a sum of explorations: "M1" and "M2" of "M1+M2".
-std::vector<std::string> explorations_in(std::string_view sum);
+/// The names in a sum of explorations: "M1" and "M2" of "M1+M2"; of nothing one that is empty.
+/// Errors: invalid_argument, for a name that is empty or there twice.
+Result<std::vector<std::string>> explorations_in(std::string_view sum);
 /// The complete trials of one exploration (nothing: of all), in order, as the classifier takes
 /// them.
 std::vector<classifier::Trial> complete_trials(const Dataset& dataset,

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <map>
 
+#include "classifier/features/windows.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/import.hpp"
 
@@ -35,8 +36,8 @@ FactorColumns factor_columns(const Dataset& dataset, const classifier::FeatureMa
     of_file[dataset.trials[i].file] = &dataset.records[i].spec.factors;
   FactorColumns out{dataset.info.factors, {}};
   for (const std::string& file : features.files) {
-    // a window is named after its trial, "#" and its number
-    const auto found = of_file.find(std::string_view(file).substr(0, file.find('#')));
+    auto found = of_file.find(file);
+    if (found == of_file.end()) found = of_file.find(classifier::recording_of(file));
     if (found == of_file.end()) return {};
     out.values.push_back(*found->second);
   }

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "daemon/dataset/trial_csv.hpp"
+#include "daemon/dataset/utf8.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -36,6 +37,8 @@ Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumn
   if (columns.group) out.group = manifest.fields()[*columns.group];
   if (out.file.empty()) return manifest.complaint("the file name is empty");
   if (out.label.empty()) return manifest.complaint("the label is empty");
+  for (const std::string* name : {&out.file, &out.label, &out.group})
+    if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
   out.path = (folder / out.file).lexically_normal();
   out.where = manifest.where();
   if (!seen.insert(out.path).second)

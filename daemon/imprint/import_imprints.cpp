@@ -4,6 +4,7 @@
 
 #include "daemon/dataset/csv.hpp"
 #include "daemon/dataset/manifest.hpp"
+#include "daemon/dataset/utf8.hpp"
 #include "daemon/imprint/image_file.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/imprint/number_lines.hpp"
@@ -30,6 +31,8 @@ Status import_table_line(NumberLines& lines, std::size_t rows, std::size_t cols,
                 std::to_string(lines.fields().size()));
   const std::string label(lines.fields()[0]), group(lines.fields()[1]);
   if (label.empty()) return fail(Errc::parse, "the label is empty", lines.where());
+  if (!is_utf8(label) || !is_utf8(group))
+    return fail(Errc::parse, "a name is not UTF-8", lines.where(), "UTF-8 text");
   Image image(rows, cols);
   for (std::size_t i = 0; i < rows * cols; ++i) {
     const auto value = lines.number(words + i);

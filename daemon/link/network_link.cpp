@@ -60,8 +60,8 @@ int bind_to(int descriptor, int family, std::uint16_t port) {
   four.sin_family = AF_INET;
   six.sin6_port = four.sin_port = htons(port);
   const bool is_six = family == AF_INET6;
-  const auto* const any = is_six ? reinterpret_cast<const sockaddr*>(&six)
-                                 : reinterpret_cast<const sockaddr*>(&four);
+  const auto* const any =
+      is_six ? reinterpret_cast<const sockaddr*>(&six) : reinterpret_cast<const sockaddr*>(&four);
   const auto size = static_cast<socklen_t>(is_six ? sizeof six : sizeof four);
   return ::bind(descriptor, any, size) == 0 ? 0 : errno;
 }

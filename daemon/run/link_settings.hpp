@@ -23,9 +23,9 @@ struct UdpPort {
 using LinkSettings = std::variant<MemoryPort, SerialSettings, TcpPort, UdpPort>;
 
 /// Reads one link: {"kind": "memory" | "serial" | "tcp" | "udp", ...}; nothing or {} is memory.
-/// serial: path, baud, parity (none, even, odd), rts_cts, ftdi_start_up; tcp and udp: host, port; udp:
-/// local_port.
-/// Errors: parse, invalid_argument (kind, key, type) and range, below `where`, a JSON pointer.
+/// serial: path, baud, parity (none, even, odd), rts_cts, ftdi_start_up; tcp and udp: host, port;
+/// udp: local_port. Errors: parse, invalid_argument (kind, key, type) and range, below `where`, a
+/// JSON pointer.
 Result<LinkSettings> parse_link(std::string_view json, std::string_view where);
 
 /// Opens the host's end. Errors: those of the port; wrong_state for memory, which is not a port.

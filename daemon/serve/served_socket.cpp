@@ -197,9 +197,8 @@ Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& a
   socket.open(place.protocol(), error);
   if (!error) socket.bind(place, error);
   if (error) return cannot_serve(at, error);
-  return std::unique_ptr<ServedPlace>(
-      std::make_unique<UdpPlace>(loop, std::move(socket), std::move(redirects),
-                                 udp::endpoint(*address, unasked)));
+  return std::unique_ptr<ServedPlace>(std::make_unique<UdpPlace>(
+      loop, std::move(socket), std::move(redirects), udp::endpoint(*address, unasked)));
 }
 
 }  // namespace weft::daemon

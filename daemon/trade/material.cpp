@@ -106,7 +106,9 @@ Result<Material> prepare(const Dataset& dataset, const MaterialOptions& options)
                 "the sample rate is not known, so neither is how long a "
                 "slide lasts",
                 dataset.info.name);
-  const auto parts = explorations_in(options.exploration);
+  const auto sum = explorations_in(options.exploration);
+  if (!sum) return pass(sum.error());
+  const std::vector<std::string>& parts = *sum;
   auto rows = rows_of(dataset, parts);
   if (!rows) return pass(rows.error());
   Material out;

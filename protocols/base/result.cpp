@@ -54,8 +54,9 @@ std::string to_string(const Error& error) {
     text += ")";
   }
   text += ".";
-  if (!error.hint.empty()) text += " " + error.hint + ".";
-  return text;
+  if (error.hint.empty()) return text;
+  const bool ended = error.hint.back() == '?' || error.hint.back() == '.';
+  return text + " " + error.hint + (ended ? "" : ".");
 }
 
 tl::unexpected<Error> fail(Errc code, std::string message, std::string where, std::string expected,

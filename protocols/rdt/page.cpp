@@ -169,8 +169,8 @@ std::string communication(const SettingsPage& page) {
          tag("comrdtbsiz", std::to_string(page.buffer_size)) +
          tag("comrdtmsyn", switched(page.multi_unit)) + tag("comeipe", switched(page.ethernet_ip)) +
          tag("comnetip", "192.168.1.1") + tag("comnetmsk", "255.255.255.0") +
-         tag("comnetgw", "0.0.0.0") + tag("comnetdhcp", "Disabled") +
-         tag("netip", "192.168.1.1") + tag("nethwaddr", "00:16:BD:00:00:00");
+         tag("comnetgw", "0.0.0.0") + tag("comnetdhcp", "Disabled") + tag("netip", "192.168.1.1") +
+         tag("nethwaddr", "00:16:BD:00:00:00");
 }
 
 }  // namespace

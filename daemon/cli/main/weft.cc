@@ -10,5 +10,9 @@ int main(int argc, char** argv) {
   weft::daemon::cli::Console console{std::cout, std::cerr,
                                      false,     isatty(STDERR_FILENO) == 1,
                                      &std::cin, isatty(STDIN_FILENO) == 1 ? STDIN_FILENO : -1};
-  return weft::daemon::cli::run(argc, argv, console);
+  const int status = weft::daemon::cli::run(argc, argv, console);
+  std::cout.flush();
+  if (std::cout.good()) return status;
+  std::cerr << "weft: the answer could not be written to standard output. Is the disk full?\n";
+  return weft::daemon::cli::exit_failure;
 }

@@ -48,6 +48,8 @@ TEST_CASE("an error reads as a sentence with its place in front") {
   Error e = Error{Errc::range, "speed too high", "/speed_mm_s", "<= 4", "5", "Lower it"};
   CHECK(to_string(std::move(e).in("m1.json")) ==
         "m1.json: /speed_mm_s: speed too high (expected <= 4, got 5). Lower it.");
+  CHECK(to_string(Error{Errc::range, "too high", {}, {}, {}, "Is it in mm?"}) ==
+        "too high. Is it in mm?");
 }
 
 TEST_CASE("a place that an error has already is not said twice") {

@@ -25,6 +25,20 @@ TEST_CASE("Windows cut the motion into equal parts that inherit label and group"
   CHECK(dense->size() == 5);
 }
 
+TEST_CASE(
+    "a recording's name is that of its windows without their number, and nothing else of it") {
+  for (const auto& [file, recording] : {std::pair{"a.csv", "a.csv"},
+                                        {"a.csv#0", "a.csv"},
+                                        {"a.csv#12", "a.csv"},
+                                        {"fab #3.csv", "fab #3.csv"},
+                                        {"fab #3.csv#4", "fab #3.csv"},
+                                        {"a#", "a#"},
+                                        {"", ""}})
+    CHECK(recording_of(file) == recording);
+  CHECK(recording_of(std::string("a.csv#0"), 7) == "a.csv");
+  CHECK(recording_of(std::string(), 7) == "#7");
+}
+
 TEST_CASE("Windows of no duration, or longer than the motion, are refused") {
   const Trial trial = motion_trial(std::vector<double>{0, 1, 2});
   CHECK_FALSE(cut_windows(trial, {.window_s = 1.0, .sample_period_s = 0.0}));

@@ -184,7 +184,7 @@ TEST_CASE("features of two explorations stand side by side, for commands that ma
   CHECK(missing.error().got == "M3");
 }
 
-TEST_CASE("the level of a taxel is that of the phase asked for, in whole counts") {
+TEST_CASE("the level of a taxel is that of the phase asked for, whole where counts are") {
   classifier::Trial trial;
   trial.taxels = 2;
   trial.phase = {Phase::rest, Phase::motion, Phase::motion};
@@ -195,6 +195,12 @@ TEST_CASE("the level of a taxel is that of the phase asked for, in whole counts"
   REQUIRE(without_level(trial, Phase::motion));
   CHECK(trial.counts == std::vector<double>{-10, -4, 0, -1, 1, 1});
   CHECK_FALSE(without_level(trial, Phase::press));
+  classifier::Trial fractions;
+  fractions.taxels = 1;
+  fractions.phase = {Phase::motion, Phase::motion};
+  fractions.counts = {0.25, 0.5};
+  REQUIRE(without_level(fractions, Phase::motion));
+  CHECK(fractions.counts == std::vector<double>{-0.125, 0.125});
 }
 
 TEST_CASE("a random split of windows is refused, a split by groups is not") {
@@ -273,13 +279,14 @@ TEST_CASE("columns line up by characters, not by bytes") {
 }
 
 TEST_CASE("a confusion matrix shows mistakes as numbers and zeros as dots") {
-  classifier::Confusion confusion({"wool", "silk"});
+  classifier::Confusion confusion({"wool", "silk", "none"});
   confusion.at(0, 0) = 3;
   confusion.at(0, 1) = 1;
   confusion.at(1, 1) = 4;
   const std::string text = confusion_text(confusion);
-  CHECK(text.find("1 wool  3  1      75.0") != std::string::npos);
-  CHECK(text.find("2 silk  .  4     100.0") != std::string::npos);
+  CHECK(text.find("1 wool  3  1  .      75.0") != std::string::npos);
+  CHECK(text.find("2 silk  .  4  .     100.0") != std::string::npos);
+  CHECK(text.find("3 none  .  .  .         -") != std::string::npos);
 }
 
 }  // namespace

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Where answers and files go: a full disk is told, devices and pipes are not replaced, a link stays a link. What comes in: names that are no
+text, rates that differ, names with '#', sums of explorations.
+
+    cli_output.py WEFT
+"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+from cli_support import Checks
+from made_up_cloths import RATE_HZ, write_manifest, write_set, write_trial
+
+
+def answers(t, d):
+    """An answer that is not written is a failure, whatever the command did."""
+    command = [t.weft, "--json", "evaluate", "d.h5", "--train-fraction", "0.5", "--repeats", "2", "--learner", "lda"]
+    with open("/dev/full", "w") as full:
+        ran = subprocess.run(command, cwd=d, stdout=full, stderr=subprocess.PIPE, text=True)
+    t.expect(ran.returncode == 1 and "could not be written" in ran.stderr, f"/dev/full: {ran}")
+    closed = subprocess.run(["sh", "-c", '"$@" >&-', "sh", *command], cwd=d, stderr=subprocess.PIPE, text=True)
+    t.expect(closed.returncode == 1 and "could not be written" in closed.stderr, f"closed: {closed}")
+
+
+def files(t, d):
+    os.mkfifo(d / "pipe")
+    (d / "folder").mkdir()
+    for place in ("pipe", "folder"):
+        t.refuses("train", "d.h5", "-o", place, "--learner", "lda", cwd=d, says=[place, "not a file that could be replaced"])
+    t.expect((d / "pipe").is_fifo() and (d / "folder").is_dir(), "they are what they were")
+    (d / "old.weft").write_text("old")
+    (d / "link.weft").symlink_to("old.weft")
+    t.succeeds("train", "d.h5", "-o", "link.weft", "--learner", "lda", cwd=d)
+    t.expect((d / "link.weft").is_symlink() and "weft" in (d / "old.weft").read_text(errors="replace")[:40], "a link is followed")
+    t.refuses("classify", "folder", "d.h5", cwd=d, says=["folder", "cannot read the model"])
+
+
+def names(t, d, rows):
+    folder = d / "names"
+    folder.mkdir()
+    for k in range(8):
+        for c, label in enumerate(("wool", "felt")):
+            write_trial(folder / f"{label} #{k}.csv", 40 * c, 1 + c, 10 * k + c)
+    write_manifest(folder / "manifest.csv", [[f"{label} #{k}.csv", label, "AB"[k % 2]] for label in ("wool", "felt") for k in range(8)])
+    t.succeeds("dataset", "import", "names/manifest.csv", "-o", "names.h5", cwd=d)
+    told = t.succeeds("evaluate", "names.h5", "--train-fraction", "0.5", "--repeats", "1", "--learner", "lda", "--calibration", cwd=d)
+    t.expect('"recordings": 8' in str(told).replace("'", '"'), f"each file is a recording of its own: {told}")
+    good = (d / rows[0][0]).read_bytes()
+    (folder / "a.csv").write_bytes(good)
+    (folder / "latin.csv").write_bytes(b"file,label\na.csv,caf\xe9\n")
+    t.refuses("dataset", "import", "names/latin.csv", "-o", "bad.h5", cwd=d, says=["latin.csv:2", "not UTF-8"])
+
+
+def rates(t, d):
+    folder = d / "rates"
+    folder.mkdir()
+    for k in range(4):
+        write_trial(folder / f"{k}.csv", 0, 1, k)
+    lines = (folder / "3.csv").read_text().splitlines()
+    slow = [lines[0]] + [f"{3 * i / RATE_HZ:.3f},{line.split(',', 1)[1]}" for i, line in enumerate(lines[1:])]
+    (folder / "3.csv").write_text("\n".join(slow) + "\n")
+    write_manifest(folder / "manifest.csv", [[f"{k}.csv", "wool", "A"] for k in range(4)])
+    t.succeeds("dataset", "import", "rates/manifest.csv", "-o", "rates.h5", cwd=d)
+    for command in (["train"], ["train", "--window-s", "1"], ["train", "--live"], ["features", "--window-s", "1"]):
+        t.refuses(command[0], "rates.h5", "-o", "bad", *command[1:], cwd=d, says=[".csv", "different sampling rates"])
+    t.succeeds("features", "rates.h5", "-o", "rates_features.csv", cwd=d)
+
+
+def explorations(t, d):
+    for wrong in ("+", "++", "M1+M1", "M1+", "+M1"):
+        t.refuses("features", "d.h5", "-o", "bad.csv", "--exploration", wrong, cwd=d, says=["--exploration", "not a sum"])
+
+
+def main():
+    t = Checks(sys.argv[1])
+    with tempfile.TemporaryDirectory() as name:
+        d = pathlib.Path(name) / "cloths"
+        rows = write_set(d)
+        t.succeeds("dataset", "import", "manifest.csv", "-o", "d.h5", cwd=d)
+        answers(t, d)
+        files(t, d)
+        names(t, d, rows)
+        rates(t, d)
+        explorations(t, d)
+    t.finish()
+
+
+main()
