@@ -19,7 +19,7 @@ namespace weft::classifier {
 /// Answers on test trials with the probability that each was given, over all splits.
 struct CalibrationCheck {
   Reliability reliability;
-  /// Different ones among the test trials: files, windows of one file (name before '#') together; a
+  /// Different ones among the test trials: files, windows of one file (recording_of()) together; a
   /// trial without a name is its own.
   std::size_t recordings = 0;
   /// Of reliability.calibration_error: percentiles of draws of whole recordings. Chance alone makes

@@ -37,7 +37,7 @@ Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> grou
                                                std::span<const std::string> labels);
 
 /// The splits with at most `recordings` training recordings of every label, drawn `draws` times
-/// each from the seed; test parts stay as they are. Windows of one recording (file name before '#')
+/// each from the seed; test parts stay as they are. Windows of one recording (recording_of())
 /// count once and stay together. Refuses 0 of either and a label with fewer recordings.
 Result<std::vector<Split>> thinned(std::span<const Split> splits,
                                    std::span<const std::string> labels,

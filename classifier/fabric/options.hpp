@@ -60,7 +60,7 @@ enum class Search {
 
 /// What stays together in a fold of the cross-validation.
 enum class FoldUnit {
-  recording,  ///< a file; windows cut from one file (name before '#') are one recording
+  recording,  ///< a file; windows cut from one file (recording_of()) are one recording
   group       ///< all trials of a group: parameters must survive a change of session
 };
 

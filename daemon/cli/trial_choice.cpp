@@ -124,17 +124,28 @@ double median_interval_s(const std::vector<std::int64_t>& t_ns) {
   return to_seconds(Duration(*middle));
 }
 
-// Windows of one length, and a model, are of one rate.
-Status one_rate(const Dataset& dataset) {
-  constexpr double tolerance = 0.2;  // of stamps that a computer took
-  const double mean_s = sample_period_s(dataset);
-  for (std::size_t i = 0; mean_s > 0.0 && i < dataset.records.size(); ++i) {
-    const double own_s = median_interval_s(dataset.records[i].t_ns);
-    if (own_s > 0.0 && std::abs(own_s / mean_s - 1.0) > tolerance)
-      return fail(Errc::invalid_argument, "the trials have different sampling rates",
-                  dataset.trials[i].file, std::to_string(mean_s) + " s from sample to sample",
-                  std::to_string(own_s) + " s", "Make a data set of each rate");
+// Windows of one length, and a model, are of one rate: that of the trial in the middle.
+Status one_rate(const Dataset& dataset, const std::optional<std::string>& exploration) {
+  constexpr double tolerance = 0.2;    // of stamps that a computer took
+  constexpr double shortest_s = 1e-4;  // less says when samples were read, not when taken
+  std::vector<std::pair<double, std::size_t>> intervals;
+  for (std::size_t i = 0; i < dataset.records.size(); ++i) {
+    const TrialRecord& record = dataset.records[i];
+    const bool chosen = !exploration || record.spec.exploration == *exploration;
+    if (record.outcome != TrialOutcome::complete || !chosen) continue;
+    const double own_s = median_interval_s(record.t_ns);
+    if (own_s > shortest_s) intervals.emplace_back(own_s, i);
   }
+  if (intervals.empty()) return {};
+  auto by_interval = intervals;
+  const auto middle = by_interval.begin() + static_cast<std::ptrdiff_t>(by_interval.size() / 2);
+  std::nth_element(by_interval.begin(), middle, by_interval.end());
+  for (const auto& [own_s, trial] : intervals)
+    if (std::abs(own_s / middle->first - 1.0) > tolerance)
+      return fail(Errc::invalid_argument, "the trials have different sampling rates",
+                  dataset.trials[trial].file,
+                  std::to_string(middle->first) + " s from sample to sample",
+                  std::to_string(own_s) + " s", "Make a data set of each rate");
   return {};
 }
 
@@ -145,7 +156,7 @@ Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& 
   const auto exploration = exploration_of(dataset, choice, one_exploration);
   if (!exploration) return pass(exploration.error());
   if (one_exploration || choice.window_s != 0.0)
-    if (Status same = one_rate(dataset); !same) return pass(same.error());
+    if (Status same = one_rate(dataset, *exploration); !same) return pass(same.error());
   std::vector<Trial> strokes = complete_trials(dataset, *exploration);
   TrialSelection out{exploration->value_or(""), strokes.size(), {}};
   auto trials = in_windows(std::move(strokes),

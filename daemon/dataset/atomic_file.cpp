@@ -51,12 +51,13 @@ Status sync_folder_of(const std::filesystem::path& path) {
   return sync_folder(folder_of(path));
 }
 
-// A link to a file stays a link.
+// A link stays a link: what it leads to is written.
 std::filesystem::path meant(std::filesystem::path target) {
   std::error_code unseen;
-  if (!std::filesystem::is_symlink(target, unseen)) return target;
-  std::filesystem::path whole = std::filesystem::canonical(target, unseen);
-  return unseen ? target : whole;
+  constexpr int most_links = 40;  // as the kernel's
+  for (int i = 0; i < most_links && std::filesystem::is_symlink(target, unseen); ++i)
+    target = target.parent_path() / std::filesystem::read_symlink(target, unseen);
+  return target;
 }
 
 Status replaceable(const std::filesystem::path& target) {

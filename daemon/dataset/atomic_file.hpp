@@ -8,7 +8,8 @@
 
 namespace weft::daemon {
 
-/// A temporary name beside `target`. Removed by the destructor unless publish() has renamed it.
+/// A temporary name beside `target`, or beside what a link of this name leads to. Removed by the
+/// destructor unless publish() has renamed it.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path target);
@@ -18,7 +19,8 @@ class AtomicFile {
 
   /// Where to write; the writer must have closed it before publish().
   [[nodiscard]] const std::filesystem::path& temporary() const { return temporary_; }
-  /// Flushes to the disk and renames over the target.
+  /// Flushes to the disk and renames over the target. Errors: io, also where the target is a
+  /// folder, a device or a pipe.
   Status publish();
 
  private:

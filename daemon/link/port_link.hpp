@@ -44,7 +44,7 @@ Result<std::unique_ptr<Link>> open_tcp(RealLoop& loop, const Endpoint& far_end,
 /// A link to a server that closes its connection after each reply (HTTP/1.0): the first write goes
 /// to the connection that is made here, each later one to a new one. The end of a connection whose
 /// reply was heard is told like any other: who has what it asked for stops listening.
-/// Errors: open_tcp()'s, also of write(), which gives up after a second.
+/// Errors: open_tcp()'s, also of write(), which gives up after a second for each address.
 Result<std::unique_ptr<Link>> open_requests(RealLoop& loop, const Endpoint& far_end);
 
 /// A datagram link to one far end; what others send is not delivered. Silence is not an error:

@@ -35,6 +35,7 @@ class RequestLink final : public Link {
       if (const Receiver now = receiver_) now(bytes, at);
     });
     connection_->on_closed([this](const Error& why) {
+      used_ = true;  // a server does not wait for long
       if (const Closed tell = std::exchange(closed_, {})) tell(why);
     });
   }

@@ -34,6 +34,9 @@ def files(t, d):
     (d / "link.weft").symlink_to("old.weft")
     t.succeeds("train", "d.h5", "-o", "link.weft", "--learner", "lda", cwd=d)
     t.expect((d / "link.weft").is_symlink() and "weft" in (d / "old.weft").read_text(errors="replace")[:40], "a link is followed")
+    (d / "dangling.weft").symlink_to("new.weft")
+    t.succeeds("train", "d.h5", "-o", "dangling.weft", "--learner", "lda", cwd=d)
+    t.expect((d / "dangling.weft").is_symlink() and (d / "new.weft").is_file(), "so is one to a file that is not there yet")
     t.refuses("classify", "folder", "d.h5", cwd=d, says=["folder", "cannot read the model"])
 
 
@@ -64,8 +67,24 @@ def rates(t, d):
     write_manifest(folder / "manifest.csv", [[f"{k}.csv", "wool", "A"] for k in range(4)])
     t.succeeds("dataset", "import", "rates/manifest.csv", "-o", "rates.h5", cwd=d)
     for command in (["train"], ["train", "--window-s", "1"], ["train", "--live"], ["features", "--window-s", "1"]):
-        t.refuses(command[0], "rates.h5", "-o", "bad", *command[1:], cwd=d, says=[".csv", "different sampling rates"])
+        t.refuses(command[0], "rates.h5", "-o", "bad", *command[1:], cwd=d, says=["3.csv", "different sampling rates"])
     t.succeeds("features", "rates.h5", "-o", "rates_features.csv", cwd=d)
+
+
+def pauses(t, d):
+    """Between phases nothing may be recorded for a while: the rate is that of the samples all the same."""
+    folder = d / "pauses"
+    folder.mkdir()
+    rows = [[f"{k}.csv", ("wool", "felt")[k % 2], "A"] for k in range(8)]
+    for name, label, _ in rows:
+        write_trial(folder / name, 40 * (label == "wool"), 1, int(name[0]))
+        lines = (folder / name).read_text().splitlines()
+        later = {"S": 0, "P": 5, "M": 10, "E": 15}
+        moved = [f"{float(line.split(',')[0]) + later[line.split(',')[1]]:.3f},{line.split(',', 1)[1]}" for line in lines[1:]]
+        (folder / name).write_text("\n".join([lines[0], *moved]) + "\n")
+    write_manifest(folder / "manifest.csv", rows)
+    t.succeeds("dataset", "import", "pauses/manifest.csv", "-o", "pauses.h5", cwd=d)
+    t.succeeds("train", "pauses.h5", "-o", "pauses.weft", "--learner", "lda", cwd=d)
 
 
 def explorations(t, d):
@@ -83,6 +102,7 @@ def main():
         files(t, d)
         names(t, d, rows)
         rates(t, d)
+        pauses(t, d)
         explorations(t, d)
     t.finish()
 

@@ -119,7 +119,7 @@ class Bench:
         self.t, self.weft, self.folder, self.rig_path, self.console = t, weft, folder, rig_path, console
         self.kills = []    # figures of each
         self.peak_n = 0.0  # of all runs, the last one too
-        self.offsets = {}  # of what is recorded from the truth, by phase, where first seen: the probe's spring is pressed in P and M
+        self.offsets_z = {}  # of what is recorded from the truth, by phase, where first seen: the probe's spring is pressed in P and M
         self.folders = 0
         self.begin_anew()
 
@@ -212,12 +212,13 @@ class Bench:
         return {"fell": f"in phase {phase}", "lacks_s": lacks, "apart_m": self.apart(kill, watch, phase)}
 
     def apart(self, kill, watch, phase):
-        """What is recorded and the truth differ by as much as for the first host in this phase: nobody lost count of where the stages are."""
+        """Along the plate, whose frame is the stages', what is recorded is the truth; in height it differs from it, by the probe's spring,
+        as it did for the first host in this phase: nobody lost count of where the stages are."""
         when, *place = self.campaign.newest_place()
-        offset = [recorded - true for recorded, true in zip(place, watch.place_at(when))]
-        first = self.offsets.setdefault(phase, offset)
-        apart = max(abs(a - b) for a, b in zip(offset, first))
-        self.t.expect(apart < PLACE_WITHIN_M, f"{kill}: recorded {place} [m], off by {offset}, by {first} in the first phase {phase}")
+        x, y, z = (recorded - true for recorded, true in zip(place, watch.place_at(when)))
+        first = self.offsets_z.setdefault(phase, z)
+        apart = max(abs(x), abs(y), abs(z - first))
+        self.t.expect(apart < PLACE_WITHIN_M, f"{kill}: recorded {place} [m], off by {x, y, z}, in height by {first} in the first phase {phase}")
         return apart
 
     def complete(self):
@@ -284,7 +285,8 @@ def main():
             bench.complete()
     print("\n".join(summary(bench.kills)))
     # A phase of a second may be over before a busy machine kills anybody in it; the slide is not.
-    t.expect("M" not in unmet(bench.kills), "no SIGKILL fell into phase M")
+    aimed = any(kill["planned"] == "phase M" and kill["how"] == "SIGKILL" for kill in bench.kills)
+    t.expect(not aimed or "M" not in unmet(bench.kills), "no SIGKILL fell into phase M")
     if len(sys.argv) > 6:
         pathlib.Path(sys.argv[6]).write_text(json.dumps({"seed": seed, "checks": t.count, "failures": t.failures, "peak_n": bench.peak_n,
                                                          "kills": bench.kills}))

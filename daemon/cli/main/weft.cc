@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
                                      &std::cin, isatty(STDIN_FILENO) == 1 ? STDIN_FILENO : -1};
   const int status = weft::daemon::cli::run(argc, argv, console);
   std::cout.flush();
-  if (std::cout.good()) return status;
+  if (std::cout.good() || status != weft::daemon::cli::exit_ok) return status;
   std::cerr << "weft: the answer could not be written to standard output. Is the disk full?\n";
   return weft::daemon::cli::exit_failure;
 }
