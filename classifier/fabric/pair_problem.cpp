@@ -12,10 +12,10 @@ std::vector<std::size_t> fold_units(const FeatureMatrix& matrix,
   std::map<std::string, std::size_t> number;
   std::vector<std::size_t> out;
   for (const std::size_t r : rows) {
-    const bool of_group = kind == FoldUnit::group && !matrix.groups[r].empty();
-    const std::string key = of_group                  ? matrix.groups[r]
-                            : kind == FoldUnit::group ? "#" + std::to_string(r)
-                                                      : recording_of(matrix.files[r], r);
+    const std::string_view unit =
+        kind == FoldUnit::group ? matrix.groups[r] : recording_of(matrix.files[r]);
+    // rows without a name are recordings of their own
+    const std::string key = unit.empty() ? "#" + std::to_string(r) : std::string(unit);
     out.push_back(number.emplace(key, number.size()).first->second);
   }
   return out;

@@ -61,7 +61,7 @@ class DriverHost {
   virtual Loop& loop() = 0;
   virtual Link& link() = 0;
   /// The device's HTTP port, where the rig file gives one (`http`); nullptr otherwise. Each write()
-  /// is a request on a connection of its own: boxes close theirs after a reply.
+  /// is a request on a connection of its own: a box may close it after a reply.
   virtual Link* http() { return nullptr; }
   virtual void publish(const Sample& sample) = 0;
   /// Once per conversation, before `open` is told.

@@ -106,8 +106,8 @@ Result<HttpRequest> decode_request_head(std::string_view head);
 /// The value of a key in "a=1&b=2"; nothing when it is not there.
 std::optional<std::string_view> query_value(std::string_view query, std::string_view key);
 std::string http_get(std::string_view path, std::string_view host);
-/// A reply of HTTP/1.0, after which the box closes the connection, whatever the request says: its
-/// clients read to the end (reference B.3). `location`: where a 302 sends to.
+/// A reply of HTTP/1.0, after which the connection is closed, whatever the request says: public
+/// clients of the box read to the end (no document says it). `location`: where a 302 sends to.
 std::string http_reply(int status, std::string_view type, std::string_view body,
                        std::string_view location = {});
 
