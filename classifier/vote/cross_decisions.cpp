@@ -1,7 +1,7 @@
 #include "classifier/vote/cross_decisions.hpp"
 
 #include <cmath>
-#include <optional>
+#include <memory>
 
 #include "classifier/fabric/pair_problem.hpp"
 #include "classifier/learn/parallel.hpp"
@@ -18,25 +18,53 @@ TrainOptions as_chosen(TrainOptions options, const FabricModel& model, const Cor
   return options;
 }
 
-// Decision values of one core's rows, class a first.
-Result<std::vector<double>> held_out(const FeatureMatrix& matrix, const PairProblem& problem,
-                                     const TrainOptions& options, const RareT& rare) {
-  std::vector<double> out(problem.rows.size());
-  const Matrix rows = matrix.values.take(problem.rows);
-  for (const Fold& fold : problem.folds) {
-    std::vector<int> sign;
-    for (const std::size_t i : fold.train) sign.push_back(problem.sign[i]);
-    const auto core = train_core(rows.take(fold.train), sign, {}, options, rare);
-    if (!core) return pass(core.error());
-    for (const std::size_t i : fold.validate) {
-      out[i] = core->decide(rows.row(i));
-      if (!std::isfinite(out[i]))
-        return fail(Errc::range, "a held-out decision is not finite",
-                    matrix.files[problem.rows[i]]);
-    }
+// Asks one core after the other about its own rows; one per thread.
+class PairWorker {
+ public:
+  PairWorker(const FabricModel& model, const FeatureMatrix& matrix, const TrainOptions& options,
+             const RareT& rare)
+      : model_(model), matrix_(matrix), options_(options), rare_(rare), pairs_(matrix, options) {}
+
+  // Of core `i`, whose classes have the rows `a` and `b`.
+  Status decide(std::size_t i, const std::vector<std::size_t>& a, const std::vector<std::size_t>& b,
+                CrossDecisions& out) {
+    const PairProblem& problem = pairs_.make(a, b);
+    const Pair pair = model_.pairs()[i];
+    const auto f = held_out(problem, as_chosen(options_, model_, model_.cores()[i].info()));
+    if (!f) return pass(f.error(), model_.labels()[pair.a] + " vs " + model_.labels()[pair.b]);
+    for (std::size_t k = 0; k < f->size(); ++k)
+      out.against(problem.rows[k], problem.sign[k] > 0 ? pair.b : pair.a) =
+          problem.sign[k] * (*f)[k];
+    return {};
   }
-  return out;
-}
+
+ private:
+  // Decision values of the problem's rows, class a first.
+  Result<std::vector<double>> held_out(const PairProblem& problem, const TrainOptions& chosen) {
+    std::vector<double> out(problem.rows.size());
+    const Matrix rows = matrix_.values.take(problem.rows);
+    for (const Fold& fold : problem.folds) {
+      std::vector<int> sign;
+      for (const std::size_t i : fold.train) sign.push_back(problem.sign[i]);
+      const auto core = train_core(rows.take(fold.train), sign, {}, chosen, rare_, search_);
+      if (!core) return pass(core.error());
+      for (const std::size_t i : fold.validate) {
+        out[i] = core->decide(rows.row(i));
+        if (!std::isfinite(out[i]))
+          return fail(Errc::range, "a held-out decision is not finite",
+                      matrix_.files[problem.rows[i]]);
+      }
+    }
+    return out;
+  }
+
+  const FabricModel& model_;
+  const FeatureMatrix& matrix_;
+  const TrainOptions& options_;
+  const RareT& rare_;
+  PairMaker pairs_;
+  GridSearch search_;
+};
 
 Status check_training(const FabricModel& model, const FeatureMatrix& matrix) {
   if (auto ok = check(matrix); !ok) return ok;
@@ -72,20 +100,14 @@ Result<CrossDecisions> cross_decisions(const FabricModel& model, const FeatureMa
   CrossDecisions out{std::move(*own), Matrix(matrix.size(), model.labels().size())};
   const RareT rare;
   std::vector<Status> done(model.pairs().size());
-  parallel_for(done.size(), options.threads, [&](std::size_t i) {
-    done[i] = unless_stopped(options);
-    if (!done[i]) return;
-    const auto [a, b] = model.pairs()[i];
-    const PairProblem problem =
-        pair_problem(matrix, rows.at(model.labels()[a]), rows.at(model.labels()[b]), options);
-    const auto f =
-        held_out(matrix, problem, as_chosen(options, model, model.cores()[i].info()), rare);
-    if (!f) {
-      done[i] = pass(f.error(), model.labels()[a] + " vs " + model.labels()[b]);
-      return;
-    }
-    for (std::size_t k = 0; k < f->size(); ++k)
-      out.against(problem.rows[k], problem.sign[k] > 0 ? b : a) = problem.sign[k] * (*f)[k];
+  parallel_workers(done.size(), options.threads, [&] {
+    auto worker = std::make_shared<PairWorker>(model, matrix, options, rare);
+    return [&, worker](std::size_t i) {
+      done[i] = unless_stopped(options);
+      if (!done[i]) return;
+      const auto [a, b] = model.pairs()[i];
+      done[i] = worker->decide(i, rows.at(model.labels()[a]), rows.at(model.labels()[b]), out);
+    };
   });
   for (const Status& status : done)
     if (!status) return pass(status.error());
