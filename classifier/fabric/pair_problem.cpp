@@ -62,9 +62,4 @@ const PairProblem& PairMaker::make(const std::vector<std::size_t>& a,
   return problem_;
 }
 
-PairProblem pair_problem(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
-                         const std::vector<std::size_t>& b, const TrainOptions& options) {
-  return PairMaker(matrix, options).make(a, b);
-}
-
 }  // namespace weft::classifier

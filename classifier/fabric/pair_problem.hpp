@@ -46,7 +46,4 @@ class PairMaker {
   PairProblem problem_;
 };
 
-PairProblem pair_problem(const FeatureMatrix& matrix, const std::vector<std::size_t>& a,
-                         const std::vector<std::size_t>& b, const TrainOptions& options);
-
 }  // namespace weft::classifier

@@ -174,7 +174,7 @@ void print_cores(const FeatureMatrix& matrix, char** argument) {
     std::printf("core,%s,%s,%.17g,%.17g,%.17g,%zu,%.17g,%zu\nfolds,%s,%s", a.c_str(), b.c_str(),
                 info.c, info.gamma, info.threshold, info.cv_errors, info.cv_loss, info.inputs,
                 a.c_str(), b.c_str());
-    print_folds(pair_problem(rows, of_label.at(a), of_label.at(b), options));
+    print_folds(PairMaker(rows, options).make(of_label.at(a), of_label.at(b)));
     std::printf("\ndecisions,%s,%s", a.c_str(), b.c_str());
     for (const Vote& vote : votes) std::printf(",%.17g", vote.decision[i]);
     std::printf("\n");

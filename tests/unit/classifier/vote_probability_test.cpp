@@ -260,7 +260,7 @@ TEST_CASE("held-out decisions are those of a core that never saw the fold") {
   const auto held_out = cross_decisions(*model, matrix, options);
   REQUIRE(held_out);
   const RowsOfLabel rows = rows_by_label(matrix);
-  const PairProblem problem = pair_problem(matrix, rows.at("classa"), rows.at("classc"), options);
+  const PairProblem problem = PairMaker(matrix, options).make(rows.at("classa"), rows.at("classc"));
   const CoreInfo& info = model->cores()[1].info();
   TrainOptions fixed = options;
   fixed.grid = {{info.c}, {info.gamma}, {info.threshold}, {info.threshold}};
