@@ -122,14 +122,14 @@ struct ChosenLearner {
   std::vector<RecipeScore> scores;  ///< of a choice: all candidates; else empty
 };
 
-/// Trains `learner`; with `best` or `cores_best` first chooses among its candidates by their errors
-/// over class_folds() of the training part, in choice_rounds() from as many seeds (one
-/// where groups are the folds), counted after
-/// the vote: first_not_clearly_worse(), the simple ones first. A candidate that has as many errors
-/// as one that is through is not tried further and cannot be taken. Where rows are too few for
-/// folds (a label with two trials) nothing is tested, every candidate has 0 errors of 0, and the
-/// simplest is taken: LDA, or of `cores_best` all features. All cores come from `trainer`, which
-/// must give what train_task() would (empty: that is asked); everything else is done here.
+/// Trains `learner`; with `best` or `cores_best` first chooses the candidate with the fewest
+/// errors, of as many the first, which is the simplest. Errors are counted after the vote, over
+/// class_folds() of the training part; below a hundred trials in five rounds from as many seeds
+/// (one where groups are the folds). A candidate that has as many errors as one that is through is
+/// not tried further. Where rows are too few for folds (a label with two trials) nothing is tested,
+/// every candidate has 0 errors of 0, and the first is taken: LDA, or of `cores_best` all features.
+/// All cores come from `trainer`, which must give what train_task() would (empty: that is asked);
+/// everything else is done here.
 Result<ChosenLearner> train_learner(const FeatureMatrix& matrix, Learner learner,
                                     const TrainOptions& options, const TaskTrainer& trainer = {});
 

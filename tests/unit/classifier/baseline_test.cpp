@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -5,7 +6,6 @@
 
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/baseline/learner.hpp"
-#include "classifier/baseline/paired_choice.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/learn/svm.hpp"
 #include "tests/unit/classifier/support.hpp"
@@ -206,47 +206,7 @@ TEST_CASE("Every learner tells clear classes apart and knows its name") {
     CHECK_FALSE(learner_from(wrong));
 }
 
-TEST_CASE("A sign test is the tail of fair coins") {
-  CHECK(sign_test(1, 0) == Approx(0.5).epsilon(1e-13));
-  CHECK(sign_test(2, 0) == Approx(0.25).epsilon(1e-13));
-  CHECK(sign_test(3, 0) == Approx(0.125).epsilon(1e-13));
-  CHECK(sign_test(5, 2) == Approx(29.0 / 128.0).epsilon(1e-13));  // (1 + 7 + 21) / 2^7
-  CHECK(sign_test(10, 3) == Approx(378.0 / 8192.0).epsilon(1e-12));
-  for (const std::size_t n : {0U, 1U, 50U}) CHECK(sign_test(n, n) == 0.5);
-  CHECK(sign_test(2, 7) == 0.5);
-  // A normal distribution where many differ: (5100 - 4900 - 1) / sqrt(10000) = 1.99 deviations.
-  CHECK(sign_test(5100, 4900) == Approx(0.5 * std::erfc(1.99 / std::sqrt(2.0))).epsilon(1e-3));
-  CHECK(sign_test(100'000, 0) == 0.0);
-}
-
-// Errors at the places named, of 20 trials.
-TimesWrong wrong_at(const std::vector<std::size_t>& places, std::size_t times = 1) {
-  TimesWrong out(20);
-  for (const std::size_t i : places) out[i] = times;
-  return out;
-}
-
-TEST_CASE("What is simpler is taken unless it is wrong more often where the two differ") {
-  const TimesWrong none(20), dropped(7, 1);
-  CHECK(first_not_clearly_worse({none}) == 0);
-  CHECK(first_not_clearly_worse({wrong_at({1, 2}), none}) == 0);     // p = 1/4
-  CHECK(first_not_clearly_worse({wrong_at({1, 2, 3}), none}) == 1);  // p = 1/8 < 0.159
-  // As many more errors, but where they differ it is nearly as often the other's fault: p = 0.23.
-  CHECK(first_not_clearly_worse({wrong_at({1, 2, 3, 4, 5}), wrong_at({6, 7})}) == 0);
-  // Errors that both make say nothing.
-  CHECK(first_not_clearly_worse({wrong_at({1, 2, 3, 4, 5}), wrong_at({1, 2})}) == 1);
-  CHECK(first_not_clearly_worse({wrong_at({1, 2, 3, 4, 5, 6}), wrong_at({1}), none}) == 1);
-  CHECK(first_not_clearly_worse({wrong_at({1, 2, 3, 4, 5, 6}), dropped, none}) == 2);
-  CHECK(first_not_clearly_worse({wrong_at({4}), wrong_at({5})}) == 0);
-  CHECK(first_not_clearly_worse({{}, {}, {}}) == 0);  // nothing was tried
-  // A trial is one coin, however many rounds got it wrong; two may be wrong unequally often.
-  CHECK(first_not_clearly_worse({wrong_at({1, 2}, 5), none}) == 0);
-  CHECK(first_not_clearly_worse({wrong_at({1, 2, 3}, 2), wrong_at({1, 2, 3})}) == 1);
-}
-
 TEST_CASE("Few trials are tried in five rounds, each over other folds") {
-  CHECK(choice_rounds(99) == 5);
-  CHECK(choice_rounds(100) == 1);
   const FeatureMatrix data = gaussian_classes(3, 8, 6, 1.0, 5);
   std::size_t sum = 0;
   std::set<std::size_t> of_one_round;
@@ -268,23 +228,35 @@ TEST_CASE("Few trials are tried in five rounds, each over other folds") {
   CHECK(chosen.scores.front().tested == 5 * data.size());
 }
 
-TEST_CASE("No candidate that was dropped is taken, and none with fewer errors is simpler") {
-  const FeatureMatrix data = gaussian_classes(5, 10, 6, 1.5, 61);
+TEST_CASE("A hundred trials are tried in one round") {
+  for (const std::size_t rows : {33U, 34U}) {
+    const FeatureMatrix data = gaussian_classes(3, rows, 4, 3, 7);
+    const auto chosen = train_learner(data, Learner::cores_best, {}).value();
+    const std::size_t rounds = data.size() < 100 ? 5 : 1;
+    CHECK(chosen.scores.front().rounds == rounds);
+    CHECK(chosen.scores.front().tested == rounds * data.size());
+  }
+}
+
+TEST_CASE("The first of the candidates with the fewest errors is taken, tried on every trial") {
+  FeatureMatrix data = gaussian_classes(2, 30, 3, 0, 61);  // a ball in a shell: LDA sees nothing
+  for (std::size_t r = 0; r < data.size(); ++r)
+    for (double& value : data.values.row(r)) value *= data.labels[r] == "classa" ? 1.0 : 4.0;
   const auto chosen = train_learner(data, Learner::best, {});
   REQUIRE(chosen);
   REQUIRE(chosen->scores.size() == 15);
-  const std::size_t all = choice_rounds(data.size()) * data.size();
-  std::size_t least = all;
-  bool found = false;
+  const std::size_t all = chosen->scores.front().rounds * data.size();
+  const auto least = std::ranges::min_element(chosen->scores, {}, &RecipeScore::errors);
+  CHECK(least->errors > 0);
+  CHECK(least->errors < chosen->scores.front().errors);
+  CHECK(least->tested == all);
+  CHECK(least->recipe == chosen->recipe);
+  // The others were dropped no sooner than they could not win any more.
+  std::size_t before = all;
   for (const RecipeScore& score : chosen->scores) {
-    if (score.recipe == chosen->recipe) {
-      CHECK((score.tested == all && score.errors < least));
-      found = true;
-    }
-    least = std::min(least, score.errors);
-    CHECK((score.tested == all || score.errors >= least));
+    CHECK((score.tested == all || score.errors >= before));
+    before = std::min(before, score.errors);
   }
-  CHECK(found);
   const auto cores = train_learner(data, Learner::cores_best, {});
   REQUIRE(cores);
   CHECK(std::holds_alternative<FabricModel>(cores->trained.machine()));
