@@ -7,7 +7,6 @@
 #include <string>
 #include <tuple>
 
-#include "classifier/fabric/pair_problem.hpp"
 #include "classifier/learn/random.hpp"
 
 namespace weft::classifier {
@@ -97,12 +96,6 @@ std::vector<Fold> folds_of(std::span<const std::size_t> of_row, std::span<const 
 }
 
 }  // namespace
-
-std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind) {
-  std::vector<std::size_t> rows(matrix.size());
-  std::iota(rows.begin(), rows.end(), std::size_t{0});
-  return fold_units(matrix, rows, kind);
-}
 
 Classes classes_of(const FeatureMatrix& matrix) {
   const std::set<std::string> distinct(matrix.labels.begin(), matrix.labels.end());

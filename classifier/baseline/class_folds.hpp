@@ -12,11 +12,6 @@
 
 namespace weft::classifier {
 
-/// A number per row: equal for rows that a fold keeps together. Windows of one recording
-/// (recording_of()), or with FoldUnit::group all rows of a group; a row without a name is its own
-/// unit.
-std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind);
-
 /// The classes of rows as numbers: place in the sorted list of distinct labels.
 struct Classes {
   std::vector<std::string> labels;  ///< sorted

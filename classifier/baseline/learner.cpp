@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "classifier/baseline/class_folds.hpp"
+#include "classifier/fabric/pair_problem.hpp"
 
 namespace weft::classifier {
 namespace {

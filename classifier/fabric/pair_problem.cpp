@@ -1,17 +1,15 @@
 #include "classifier/fabric/pair_problem.hpp"
 
-#include <numeric>
 #include <unordered_map>
 
 #include "classifier/features/windows.hpp"
 
 namespace weft::classifier {
 
-std::vector<std::size_t> fold_units(const FeatureMatrix& matrix,
-                                    const std::vector<std::size_t>& rows, FoldUnit kind) {
+std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind) {
   std::map<std::string, std::size_t> number;
   std::vector<std::size_t> out;
-  for (const std::size_t r : rows) {
+  for (std::size_t r = 0; r < matrix.size(); ++r) {
     const std::string_view unit =
         kind == FoldUnit::group ? matrix.groups[r] : recording_of(matrix.files[r]);
     // rows without a name are recordings of their own
@@ -27,11 +25,8 @@ RowsOfLabel rows_by_label(const FeatureMatrix& matrix) {
   return out;
 }
 
-PairMaker::PairMaker(const FeatureMatrix& matrix, const TrainOptions& options) : options_(options) {
-  std::vector<std::size_t> every(matrix.size());
-  std::iota(every.begin(), every.end(), std::size_t{0});
-  unit_ = fold_units(matrix, every, options.fold_unit);
-}
+PairMaker::PairMaker(const FeatureMatrix& matrix, const TrainOptions& options)
+    : options_(options), unit_(row_units(matrix, options.fold_unit)) {}
 
 // Units numbered as they come.
 std::vector<std::size_t> PairMaker::pattern(const std::vector<std::size_t>& rows) const {

@@ -16,9 +16,10 @@ using RowsOfLabel = std::map<std::string, std::vector<std::size_t>>;
 /// Row numbers of every label, ascending.
 RowsOfLabel rows_by_label(const FeatureMatrix& matrix);
 
-/// A number per row of `rows`: equal for those that one fold must keep together.
-std::vector<std::size_t> fold_units(const FeatureMatrix& matrix,
-                                    const std::vector<std::size_t>& rows, FoldUnit kind);
+/// A number per row: equal for rows that a fold keeps together. Windows of one recording
+/// (recording_of()), or with FoldUnit::group all rows of a group; a row without a name is its own
+/// unit.
+std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind);
 
 /// What a core learns from: `sign` and `folds` count positions in `rows`.
 struct PairProblem {

@@ -16,13 +16,13 @@ namespace {
 constexpr std::string_view crc_word = "crc32 ";
 constexpr std::size_t crc_line_bytes = 6 + 8 + 1;
 
-std::uint32_t crc_of(std::string_view text) {
-  return crc32({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+std::uint32_t crc_of(std::string_view text, std::uint32_t before = 0) {
+  return crc32({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, before);
 }
 
-std::string crc_line(std::string_view text) {
+std::string crc_line(std::uint32_t crc) {
   std::array<char, 8> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + 8, crc_of(text), 16).ptr;
+  const auto end = std::to_chars(digits.data(), digits.data() + 8, crc, 16).ptr;
   const std::string hex(digits.data(), end);
   return std::string(crc_word) + std::string(8 - hex.size(), '0') + hex + "\n";
 }
@@ -31,7 +31,7 @@ std::string crc_line(std::string_view text) {
 
 std::string sealed(std::string_view header, std::string_view body) {
   const std::string whole = std::string(header) + "\n" + std::string(body);
-  return whole + crc_line(whole);
+  return whole + crc_line(crc_of(whole));
 }
 
 Result<std::string_view> unsealed(std::string_view text, std::size_t begin) {
@@ -39,7 +39,7 @@ Result<std::string_view> unsealed(std::string_view text, std::size_t begin) {
   const std::string_view trailer = text.substr(at);
   if (at < begin || !trailer.starts_with(crc_word) || trailer.back() != '\n')
     return fail(Errc::corrupt, "the model file was cut short", {}, "a last line with a checksum");
-  if (trailer != crc_line(text.substr(0, at)))
+  if (trailer != crc_line(crc_of(text.substr(0, at))))
     return fail(Errc::corrupt, "the model file was altered: its checksum disagrees");
   return text.substr(begin, at - begin);
 }
@@ -49,7 +49,8 @@ bool is_of_kind(std::string_view beginning, std::string_view header) {
 }
 
 Status write_sealed(std::string_view header, std::string_view body, std::ostream& out) {
-  out << sealed(header, body);
+  const std::string first = std::string(header) + "\n";
+  out << first << body << crc_line(crc_of(body, crc_of(first)));
   if (!out.flush()) return fail(Errc::io, "cannot write the model");
   return {};
 }

@@ -1,6 +1,6 @@
 #include "classifier/vote/aids.hpp"
 
-#include <array>
+#include <algorithm>
 #include <numeric>
 
 #include "classifier/fabric/pair_problem.hpp"
@@ -10,63 +10,97 @@
 namespace weft::classifier {
 namespace {
 
+constexpr std::size_t most_decisions = 4'000'000;
+constexpr std::size_t least_rows = 200;
+
 std::vector<std::size_t> counted(std::size_t count) {
   std::vector<std::size_t> out(count);
   std::iota(out.begin(), out.end(), std::size_t{0});
   return out;
 }
 
-// Scores of training rows as a trial of another day would get them.
-std::vector<Novelty> held_out_scores(const FabricModel& model, const FeatureMatrix& matrix,
-                                     const CrossDecisions& held_out, const VoteAids& aids,
-                                     const TrainOptions& options) {
-  const std::vector<std::size_t> sample = sampled_rows(matrix.size(), model.pairs().size());
-  const std::vector<std::size_t> unit =
-      fold_units(matrix, counted(matrix.size()), options.fold_unit);
+// Rows whose full decisions are worth computing: all, or evenly spread ones of a large model.
+std::vector<std::size_t> sampled_rows(std::size_t rows, std::size_t cores) {
+  const std::size_t most = std::max(least_rows, most_decisions / std::max<std::size_t>(cores, 1));
+  const std::size_t count = std::min(rows, most);
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < count; ++i) out.push_back(i * rows / count);
+  return out;
+}
+
+HeldOut held_out_answers(const FabricModel& model, const FeatureMatrix& matrix,
+                         const CrossDecisions& decisions, const Calibration& calibration,
+                         std::size_t threads) {
+  HeldOut out;
+  out.row = sampled_rows(matrix.size(), model.pairs().size());
+  out.winner.resize(out.row.size());
+  out.probability.resize(out.row.size());
+  const Matrix decision = decisions.of_rows(model, matrix.values, out.row, threads);
   const std::vector<std::size_t> classes = counted(model.labels().size());
-  std::vector<Novelty> out(sample.size());
-  parallel_for(sample.size(), options.threads, [&](std::size_t i) {
-    const std::size_t r = sample[i];
-    const Vote vote =
-        count_votes(model.pairs(), held_out.of_row(model, matrix.values.row(r), r), classes.size());
-    const double p =
-        probabilities(aids.calibration, classes.size(), classes, vote.decision)[vote.winner];
-    out[i] = training_novelty(aids.reject, aids.profile, held_out.own, unit, r, vote.winner, p);
+  parallel_for(out.row.size(), threads, [&](std::size_t i) {
+    const auto f = decision.row(i);
+    out.winner[i] = count_votes(model.pairs(), {f.begin(), f.end()}, classes.size()).winner;
+    out.probability[i] = probabilities(calibration, classes.size(), classes, f);
+  });
+  return out;
+}
+
+// Scores of training rows as a trial of another day would get them.
+std::vector<Novelty> held_out_scores(const VoteAids& aids, const HeldOut& held_out,
+                                     std::span<const std::size_t> own,
+                                     std::span<const std::size_t> unit, std::size_t threads) {
+  std::vector<Novelty> out(held_out.row.size());
+  parallel_for(out.size(), threads, [&](std::size_t i) {
+    std::vector<double> p = held_out.probability[i];
+    sharpen(p, aids.calibration.sharpness);
+    const std::size_t winner = held_out.winner[i];
+    out[i] =
+        training_novelty(aids.reject, aids.profile, own, unit, held_out.row[i], winner, p[winner]);
   });
   return out;
 }
 
 }  // namespace
 
-Result<VoteAids> learn_aids(const FabricModel& model, const FeatureMatrix& matrix,
-                            const TrainOptions& options, double false_reject) {
-  const auto held_out = cross_decisions(model, matrix, options);
-  if (!held_out) return pass(held_out.error());
-  return learn_aids(model, matrix, *held_out, options, false_reject);
+VoteAids with_held_out(VoteAids aids, const HeldOut& held_out, const FeatureMatrix& matrix,
+                       std::span<const std::size_t> own, const TrainOptions& options,
+                       double false_reject) {
+  std::vector<std::size_t> truth;
+  for (const std::size_t r : held_out.row) truth.push_back(own[r]);
+  if (!truth.empty()) aids.calibration.sharpness = fit_sharpness(held_out.probability, truth);
+  const std::vector<std::size_t> unit = row_units(matrix, options.fold_unit);
+  aids.reject = fit_reject(matrix, aids.profile, own, unit, options.threads);
+  aids.reject.false_reject = false_reject;
+  const std::vector<Novelty> scores = held_out_scores(aids, held_out, own, unit, options.threads);
+  for (std::size_t k = 0; k < reject_kinds; ++k) {
+    std::vector<double> one;
+    for (const Novelty& score : scores) one.push_back(score[k]);
+    aids.reject.threshold[k] = upper_threshold(std::move(one), false_reject);
+  }
+  return aids;
 }
 
 Result<VoteAids> learn_aids(const FabricModel& model, const FeatureMatrix& matrix,
-                            const CrossDecisions& held_out, const TrainOptions& options,
+                            const TrainOptions& options, double false_reject) {
+  const auto decisions = cross_decisions(model, matrix, options);
+  if (!decisions) return pass(decisions.error());
+  return learn_aids(model, matrix, *decisions, options, false_reject);
+}
+
+Result<VoteAids> learn_aids(const FabricModel& model, const FeatureMatrix& matrix,
+                            const CrossDecisions& decisions, const TrainOptions& options,
                             double false_reject) {
   if (!(false_reject > 0.0 && false_reject < 1.0))
     return fail(Errc::range, "unusable share of known trials to refuse", "learn_aids",
                 "between 0 and 1", std::to_string(false_reject));
   auto profile = fit_profile(matrix, model.labels());
   if (!profile) return pass(profile.error());
-  VoteAids out;
-  out.profile = std::move(*profile);
-  out.calibration = fit_calibration(model, matrix, held_out, options.threads);
-  const std::vector<std::size_t> unit =
-      fold_units(matrix, counted(matrix.size()), options.fold_unit);
-  out.reject = fit_reject(matrix, out.profile, held_out.own, unit, options.threads);
-  out.reject.false_reject = false_reject;
-  const std::vector<Novelty> scores = held_out_scores(model, matrix, held_out, out, options);
-  for (std::size_t k = 0; k < reject_kinds; ++k) {
-    std::vector<double> one;
-    for (const Novelty& score : scores) one.push_back(score[k]);
-    out.reject.threshold[k] = upper_threshold(std::move(one), false_reject);
-  }
-  return out;
+  VoteAids begun;
+  begun.profile = std::move(*profile);
+  begun.calibration.sigmoid = fit_sigmoids(model, decisions, options.threads);
+  const HeldOut held_out =
+      held_out_answers(model, matrix, decisions, begun.calibration, options.threads);
+  return with_held_out(std::move(begun), held_out, matrix, decisions.own, options, false_reject);
 }
 
 Result<Answer> answer(const FabricModel& model, const VoteAids& aids,

@@ -21,15 +21,31 @@ struct VoteAids {
   RejectRule reject;
 };
 
+/// Answers on training rows by what was trained without them. One place per row asked.
+struct HeldOut {
+  std::vector<std::size_t> row;  ///< of the training matrix
+  std::vector<std::size_t> winner;
+  std::vector<std::vector<double>> probability;  ///< per class, not sharpened
+};
+
+/// What held-out answers teach: the sharpness, between 1/8 and 8, under which the true classes
+/// `own` (per training row) are most likely, and the reject rule with its thresholds. `aids` has
+/// the profile and, of cores, the sigmoids. Nothing held out: the sharpness stays, nothing is
+/// refused.
+VoteAids with_held_out(VoteAids aids, const HeldOut& held_out, const FeatureMatrix& matrix,
+                       std::span<const std::size_t> own, const TrainOptions& options,
+                       double false_reject);
+
 /// `matrix` and `options` are those of the training. Cores are trained once more per fold, with the
-/// parameters they have. Refuses what cross_decisions() refuses, and a share `false_reject` of
+/// parameters they have; up to 4 million decisions, of at least 200 rows, evenly spread, enter
+/// sharpness and thresholds. Refuses what cross_decisions() refuses, and a share `false_reject` of
 /// known trials to refuse outside (0, 1).
 Result<VoteAids> learn_aids(const FabricModel& model, const FeatureMatrix& matrix,
                             const TrainOptions& options, double false_reject = 0.05);
 
 /// The same from decisions that are there already.
 Result<VoteAids> learn_aids(const FabricModel& model, const FeatureMatrix& matrix,
-                            const CrossDecisions& held_out, const TrainOptions& options,
+                            const CrossDecisions& decisions, const TrainOptions& options,
                             double false_reject = 0.05);
 
 /// Everything known about one trial.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "classifier/learn/parallel.hpp"
 #include "classifier/vote/coupling.hpp"
@@ -10,8 +9,6 @@
 namespace weft::classifier {
 namespace {
 
-constexpr std::size_t most_decisions = 4'000'000;
-constexpr std::size_t least_rows = 200;
 constexpr double least_probability = 1e-12;  // one trial must not decide the sharpness alone
 
 Sigmoid core_sigmoid(const CrossDecisions& held_out, const std::vector<std::size_t>& rows_a,
@@ -38,12 +35,6 @@ double log_loss(const std::vector<std::vector<double>>& coupled,
     sum -= std::log(std::max(p[truth[i]], least_probability));
   }
   return sum;
-}
-
-std::vector<std::size_t> every_class(std::size_t count) {
-  std::vector<std::size_t> out(count);
-  std::iota(out.begin(), out.end(), std::size_t{0});
-  return out;
 }
 
 }  // namespace
@@ -105,35 +96,15 @@ std::vector<double> probabilities(const Calibration& calibration, const Ballot& 
   return out;
 }
 
-std::vector<std::size_t> sampled_rows(std::size_t rows, std::size_t cores) {
-  const std::size_t most = std::max(least_rows, most_decisions / std::max<std::size_t>(cores, 1));
-  const std::size_t count = std::min(rows, most);
-  std::vector<std::size_t> out;
-  for (std::size_t i = 0; i < count; ++i) out.push_back(i * rows / count);
-  return out;
-}
-
-Calibration fit_calibration(const FabricModel& model, const FeatureMatrix& matrix,
-                            const CrossDecisions& held_out, std::size_t threads) {
-  const std::size_t classes = model.labels().size();
-  std::vector<std::vector<std::size_t>> rows(classes);
-  for (std::size_t r = 0; r < matrix.size(); ++r) rows[held_out.own[r]].push_back(r);
-  Calibration out;
-  out.sigmoid.resize(model.pairs().size());
-  parallel_for(model.pairs().size(), threads, [&](std::size_t i) {
+std::vector<Sigmoid> fit_sigmoids(const FabricModel& model, const CrossDecisions& held_out,
+                                  std::size_t threads) {
+  std::vector<std::vector<std::size_t>> rows(model.labels().size());
+  for (std::size_t r = 0; r < held_out.own.size(); ++r) rows[held_out.own[r]].push_back(r);
+  std::vector<Sigmoid> out(model.pairs().size());
+  parallel_for(out.size(), threads, [&](std::size_t i) {
     const Pair pair = model.pairs()[i];
-    out.sigmoid[i] = core_sigmoid(held_out, rows[pair.a], rows[pair.b], pair);
+    out[i] = core_sigmoid(held_out, rows[pair.a], rows[pair.b], pair);
   });
-  const std::vector<std::size_t> sample = sampled_rows(matrix.size(), model.pairs().size());
-  const std::vector<std::size_t> all = every_class(classes);
-  std::vector<std::vector<double>> coupled(sample.size());
-  std::vector<std::size_t> truth(sample.size());
-  parallel_for(sample.size(), threads, [&](std::size_t i) {
-    const std::size_t r = sample[i];
-    truth[i] = held_out.own[r];
-    coupled[i] = probabilities(out, classes, all, held_out.of_row(model, matrix.values.row(r), r));
-  });
-  out.sharpness = fit_sharpness(coupled, truth);
   return out;
 }
 

@@ -31,11 +31,9 @@ std::vector<double> probabilities(const Calibration& calibration, std::size_t al
 /// where the ballot has no decisions to couple (VoteKind::dag).
 std::vector<double> probabilities(const Calibration& calibration, const Ballot& ballot);
 
-/// Sigmoids from each core's held-out rows; then the sharpness, between 1/8 and 8, under which the
-/// true labels of the training rows are most likely, all decisions held out. Up to 4 million
-/// decisions enter it, of at least 200 rows, evenly spread.
-Calibration fit_calibration(const FabricModel& model, const FeatureMatrix& matrix,
-                            const CrossDecisions& held_out, std::size_t threads = 0);
+/// One per core, from its held-out rows.
+std::vector<Sigmoid> fit_sigmoids(const FabricModel& model, const CrossDecisions& held_out,
+                                  std::size_t threads = 0);
 
 /// Probabilities of sum 1 to a power, normalised again.
 void sharpen(std::vector<double>& p, double power);
@@ -44,8 +42,5 @@ void sharpen(std::vector<double>& p, double power);
 /// trial, at least one.
 double fit_sharpness(const std::vector<std::vector<double>>& probability,
                      const std::vector<std::size_t>& truth);
-
-/// Rows whose full decisions are worth computing: all, or evenly spread ones of a large model.
-std::vector<std::size_t> sampled_rows(std::size_t rows, std::size_t cores);
 
 }  // namespace weft::classifier

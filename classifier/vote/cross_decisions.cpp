@@ -74,17 +74,21 @@ Status check_training(const FabricModel& model, const FeatureMatrix& matrix) {
 
 }  // namespace
 
-std::vector<double> CrossDecisions::of_row(const FabricModel& model,
-                                           std::span<const double> features,
-                                           std::size_t row) const {
-  std::vector<double> out;
-  out.reserve(model.pairs().size());
-  for (std::size_t i = 0; i < model.pairs().size(); ++i) {
-    const auto [a, b] = model.pairs()[i];
-    out.push_back(own[row] == a   ? against(row, b)
-                  : own[row] == b ? -against(row, a)
-                                  : model.cores()[i].decide(features));
-  }
+// A core stays in the cache while every row asks it: all of a large model would not.
+Matrix CrossDecisions::of_rows(const FabricModel& model, const Matrix& values,
+                               std::span<const std::size_t> rows, std::size_t threads) const {
+  Matrix out(rows.size(), model.pairs().size());
+  parallel_blocks(out.cols(), threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      const auto [a, b] = model.pairs()[i];
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        const std::size_t r = rows[k];
+        out(k, i) = own[r] == a   ? against(r, b)
+                    : own[r] == b ? -against(r, a)
+                                  : model.cores()[i].decide(values.row(r));
+      }
+    }
+  });
   return out;
 }
 

@@ -19,10 +19,11 @@ struct CrossDecisions {
   /// favour of the own class; 0 in the own column.
   Matrix against;
 
-  /// All cores' decisions on a row, in the order of model.pairs(): held out where its own class
-  /// takes part; the other cores have never seen it.
-  [[nodiscard]] std::vector<double> of_row(const FabricModel& model,
-                                           std::span<const double> features, std::size_t row) const;
+  /// [rows asked about x cores]: all cores' decisions, in the order of model.pairs(), held out
+  /// where a row's own class takes part; the other cores have never seen it. `values` of the
+  /// training.
+  [[nodiscard]] Matrix of_rows(const FabricModel& model, const Matrix& values,
+                               std::span<const std::size_t> rows, std::size_t threads = 0) const;
 };
 
 /// Trains every core again on each of its folds with the parameters that it chose, and asks it for

@@ -1,10 +1,10 @@
 #include "classifier/vote/learner_answer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "classifier/baseline/class_folds.hpp"
+#include "classifier/fabric/pair_problem.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -59,14 +59,7 @@ Recipe recipe_of(const TrainedLearner& learner, TrainOptions& options) {
   return {learner.kind(), options.cap, learner.view().kind()};
 }
 
-// Answers on training rows by learners that had not seen them; empty where there are no folds.
-struct HeldOut {
-  std::vector<std::size_t> row;
-  std::vector<std::size_t> truth;
-  std::vector<std::size_t> winner;
-  std::vector<std::vector<double>> probability;
-};
-
+// Empty where there are no folds.
 Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& matrix,
                          const std::vector<std::size_t>& own, TrainOptions options) {
   const Recipe recipe = recipe_of(learner, options);
@@ -79,7 +72,6 @@ Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& mat
       auto said = ask(*part, matrix.values.row(r));
       if (!said) return pass(said.error(), matrix.files[r]);
       out.row.push_back(r);
-      out.truth.push_back(own[r]);
       out.winner.push_back(said->ballot.winner);
       out.probability.push_back(softmax(std::move(said->score)));
     }
@@ -95,23 +87,9 @@ Result<VoteAids> learn_without_cores(const TrainedLearner& learner, const Featur
   if (!own) return pass(own.error());
   const auto held = held_out(learner, matrix, *own, options);
   if (!held) return pass(held.error());
-  VoteAids out;
-  out.profile = std::move(*profile);
-  if (!held->row.empty()) out.calibration.sharpness = fit_sharpness(held->probability, held->truth);
-  const std::vector<std::size_t> unit = row_units(matrix, options.fold_unit);
-  out.reject = fit_reject(matrix, out.profile, *own, unit, options.threads);
-  out.reject.false_reject = false_reject;
-  std::array<std::vector<double>, reject_kinds> scores;
-  for (std::size_t i = 0; i < held->row.size(); ++i) {
-    std::vector<double> p = held->probability[i];
-    sharpen(p, out.calibration.sharpness);
-    const Novelty one = training_novelty(out.reject, out.profile, *own, unit, held->row[i],
-                                         held->winner[i], p[held->winner[i]]);
-    for (std::size_t k = 0; k < reject_kinds; ++k) scores[k].push_back(one[k]);
-  }
-  for (std::size_t k = 0; k < reject_kinds; ++k)
-    out.reject.threshold[k] = upper_threshold(std::move(scores[k]), false_reject);
-  return out;
+  VoteAids begun;
+  begun.profile = std::move(*profile);
+  return with_held_out(std::move(begun), *held, matrix, *own, options, false_reject);
 }
 
 Result<Answer> answer_of_cores(const TrainedLearner& learner, const std::optional<VoteAids>& aids,

@@ -32,7 +32,8 @@ struct Trained {
   classifier::Recipe recipe;
   std::vector<classifier::RecipeScore> scores;
   std::size_t rows = 0;
-  double train_s = 0.0;
+  double train_s = 0.0;      // choice and machine
+  double calibrate_s = 0.0;  // probabilities and the reject rule
   classifier::TrainOptions options;
 };
 
@@ -65,7 +66,7 @@ Result<std::string> model_text(const Trained& trained) {
                               {model.provenance, *trained.imprints, model.learner, model.aids}, out)
                         : classifier::save_model(model, out);
   if (!ok) return pass(ok.error());
-  return out.str();
+  return std::move(out).str();
 }
 
 json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained& trained) {
@@ -84,7 +85,8 @@ json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained&
            {"features", stored.learner.feature_names().size()},
            {"taxels", stored.setup.taxels},
            {"unconverged", trained.options.unconverged->load()},
-           {"train_s", trained.train_s}};
+           {"train_s", trained.train_s},
+           {"calibrate_s", trained.calibrate_s}};
   if (trained.imprints) {
     const ci::TaxelGrid& grid = trained.imprints->grid;
     out["kind"] = "imprints";
@@ -109,12 +111,12 @@ std::string machine_words(const StoredModel& stored, const classifier::Recipe& r
 
 std::string summary_text(const TrainArgs& args, const Trained& trained) {
   const StoredModel& stored = trained.model;
-  std::string out = args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
-                    (trained.imprints ? " classes of imprints, " : " fabrics, ") +
-                    machine_words(stored, trained.recipe) + ", trained on " +
-                    std::to_string(trained.rows) + " feature vectors of " +
-                    std::to_string(stored.learner.feature_names().size()) + " in " +
-                    duration(trained.train_s) + "\n";
+  std::string out =
+      args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
+      (trained.imprints ? " classes of imprints, " : " fabrics, ") +
+      machine_words(stored, trained.recipe) + ", trained on " + std::to_string(trained.rows) +
+      " feature vectors of " + std::to_string(stored.learner.feature_names().size()) + " in " +
+      duration(trained.train_s) + ", calibrated in " + duration(trained.calibrate_s) + "\n";
   std::vector<std::string> tried;
   for (const classifier::RecipeScore& score : trained.scores)
     tried.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
@@ -268,6 +270,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   const double train_s = steady_wall_seconds() - began_s;
   auto aids = classifier::learn_aids(trained->trained, chosen->features, options);
   if (!aids) return pass(aids.error(), args.dataset.string());
+  const double calibrate_s = steady_wall_seconds() - began_s - train_s;
   const BenchKind kind = chosen->dataset.info.kind;
   const std::string how = describe(args.training, trained->trained.labels().size());
   const Trained done{{std::move(trained->trained),
@@ -279,6 +282,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
                      std::move(trained->scores),
                      chosen->features.size(),
                      train_s,
+                     calibrate_s,
                      options};
   const auto text = model_text(done);
   if (!text) return pass(text.error());

@@ -7,6 +7,7 @@
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/fabric/pair_problem.hpp"
 #include "classifier/learn/svm.hpp"
 #include "tests/unit/classifier/support.hpp"
 

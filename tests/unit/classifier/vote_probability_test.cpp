@@ -275,7 +275,8 @@ TEST_CASE("held-out decisions are those of a core that never saw the fold") {
     const double f = core->decide(matrix.values.row(r));
     CHECK(held_out->against(r, problem.sign[i] > 0 ? 2 : 0) ==
           Approx(problem.sign[i] * f).margin(5e-3));  // two solvers, to their tolerance
-    CHECK(held_out->of_row(*model, matrix.values.row(r), r)[1] == Approx(f).margin(5e-3));
+    const std::vector<std::size_t> asked{r};
+    CHECK(held_out->of_rows(*model, matrix.values, asked)(0, 1) == Approx(f).margin(5e-3));
   }
 }
 
@@ -285,8 +286,11 @@ TEST_CASE("a core's decision on trials of a third class is its own") {
   REQUIRE(model);
   const auto held_out = cross_decisions(*model, matrix, {});
   REQUIRE(held_out);
-  const auto x = matrix.values.row(0);  // of class a; core 2 tells b from c
-  CHECK(held_out->of_row(*model, x, 0)[2] == model->cores()[2].decide(x));
+  const std::vector<std::size_t> asked{7, 0};  // of classes b and a; core 2 tells b from c
+  const Matrix f = held_out->of_rows(*model, matrix.values, asked);
+  CHECK(f(1, 2) == model->cores()[2].decide(matrix.values.row(0)));
+  CHECK(f(0, 2) == held_out->against(7, 2));
+  CHECK(f(0, 0) == -held_out->against(7, 0));
 }
 
 TEST_CASE("two trials per class and two classes still give probabilities") {
