@@ -151,6 +151,9 @@ FabricslideGroup group_of(const std::string& word) {
 Result<Dataset> import(const ImportArgs& args) {
   if (args.format == "fabricslide")
     return import_fabricslide(args.source, args.filter, group_of(args.group));
+  if (args.format == "icub20")
+    return import_icub20(args.source,
+                         args.order == "filed" ? Icub20Order::filed : Icub20Order::time);
   if (args.format == "imprints") return import_imprints(args.source);
   if (args.format == "imprint-table") {
     const auto shape = shape_from(args.shape);
@@ -232,10 +235,9 @@ Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
 
 void add_options(CLI::App& command, ImportArgs& args) {
   command
-      .add_option(
-          "SOURCE", args.source,
-          "manifest.csv with columns file,label,group; imprint-table: a table; fabricslide: "
-          "a folder")
+      .add_option("SOURCE", args.source,
+                  "manifest.csv with columns file,label,group; imprint-table, icub20: a table; "
+                  "fabricslide: a folder")
       ->required();
   command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
   command
@@ -243,8 +245,8 @@ void add_options(CLI::App& command, ImportArgs& args) {
                   "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
                   "imprint-table: an imprint a line, label,group,values; recordings: a manifest "
                   "of sound files and tables of sound and vibration")
-      ->check(CLI::IsMember({"manifest", "fabricslide", "imprints", "imprint-table", "recordings",
-                             "vibtac12", "lmt_sound", "hapmat"}))
+      ->check(CLI::IsMember({"manifest", "fabricslide", "icub20", "imprints", "imprint-table",
+                             "recordings", "vibtac12", "lmt_sound", "hapmat"}))
       ->capture_default_str();
   command
       .add_option("--channels", args.channels,
@@ -257,6 +259,11 @@ void add_options(CLI::App& command, ImportArgs& args) {
   command.add_option("--shape", args.shape, "imprint-table: rows x columns, such as 28x50");
   command.add_option("--group", args.group, "fabricslide: what makes the groups (repetition)")
       ->check(CLI::IsMember({"repetition", "pressure", "speed"}));
+  command
+      .add_option("--order", args.order,
+                  "icub20: steps of a slide in the order of time (time), in which the published "
+                  "table does not have them, or as they stand there (filed)")
+      ->check(CLI::IsMember({"time", "filed"}));
 }
 
 Result<int> run_import(const ImportArgs& args, Console& console) {
@@ -267,6 +274,8 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
     return fail(Errc::invalid_argument, "only a table needs a shape", "--shape", {}, args.shape);
   if (args.format != "fabricslide" && !args.group.empty())
     return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
+  if (args.format != "icub20" && !args.order.empty())
+    return fail(Errc::invalid_argument, "only icub20 has two orders", "--order", {}, args.order);
   if (makes_recordings(args.format)) return run_import_recordings(args, console);
   Result<Dataset> dataset = import(args);
   if (!dataset) return pass(dataset.error());

@@ -20,6 +20,7 @@ struct ImportArgs {
   std::string filter = "*";
   std::string shape;                                    ///< imprint-table: "28x50"
   std::string group;                                    ///< fabricslide: empty is "repetition"
+  std::string order;                                    ///< icub20: empty is "time"
   std::vector<std::string> channels = {"X", "Y", "Z"};  ///< vibtac12
 };
 void add_options(CLI::App& command, ImportArgs& args);

@@ -153,7 +153,7 @@ struct EndedEarly {
 struct DatasetInfo {
   BenchKind kind = BenchKind::unknown;
   std::string name;
-  std::string source;       ///< "campaign", "manifest", "fabricslide"
+  std::string source;       ///< "campaign", "manifest", "fabricslide", "icub20"
   std::string recipe_json;  ///< as written, empty for imported sets
   std::string rig_json;
   std::string recipe_sha256;  ///< of recipe_json; Recorder::create fills it when empty

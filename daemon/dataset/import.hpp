@@ -33,6 +33,25 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder,
                                    std::string_view filter = "*",
                                    FabricslideGroup group = FabricslideGroup::repetition);
 
+/// Which row of an icub20 slide comes first.
+enum class Icub20Order {
+  time,  ///< frames as the skin felt them
+  filed  ///< rows as they stand in the table
+};
+
+/// Reads a table `sample,label,fold,t,tx1..txN` with a line for each step of each slide, the steps
+/// of a slide together, t = 0, 1, 2, ... Label and group (the fold) as written, all phase M.
+/// Nothing gives a rate: a step is taken as 0.02 s.
+///
+/// As published, a row of that table is no frame of the skin. Its values stand in groups of ten,
+/// the taxels of one triangle of RoboSkin, and of a slide of J steps with I triangles a row the
+/// group i of row j is, in the order of time, number J i + j: frames were once taken for I series
+/// of J steps, and transposed. Neighbouring rows as filed have a correlation of -0.14, frames of
+/// 0.97, the highest of all ways to take such a step back that were tried; labels had no part in
+/// it.
+Result<Dataset> import_icub20(const std::filesystem::path& path,
+                              Icub20Order order = Icub20Order::time);
+
 /// What a sweep set beside each row of a feature table.
 struct FactorColumns {
   std::vector<std::string> names;           ///< none: no sweep, no columns

@@ -8,7 +8,14 @@
 namespace weft::daemon {
 namespace {
 
-constexpr double left = 62, top = 22, bottom = 40, right = 8, width = 96, height = 38;
+struct Margins {
+  double left = 62, top = 22, bottom = 40, right = 8;
+};
+struct CellSize {
+  double width = 96, height = 38;
+};
+constexpr Margins margins;
+constexpr CellSize cell_size;
 constexpr double lightest = 0.1, darkest = 0.95, light_on_dark = 0.72;
 
 struct Values {
@@ -43,16 +50,17 @@ void draw(svg::Canvas& canvas, const GridCell& cell, double shade, const svg::Bo
 
 std::string grid_map(const GridMap& map) {
   const auto columns = static_cast<double>(map.x.size()), rows = static_cast<double>(map.y.size());
-  svg::Canvas canvas(left + columns * width + right, top + rows * height + bottom, map.title,
-                     "heat");
-  canvas.text({left, 14}, map.stamp, "axis-title");
+  svg::Canvas canvas(margins.left + columns * cell_size.width + margins.right,
+                     margins.top + rows * cell_size.height + margins.bottom, map.title, "heat");
+  canvas.text({margins.left, 14}, map.stamp, "axis-title");
   const Values values = values_of(map);
   for (std::size_t r = 0; r < map.y.size(); ++r) {
-    const double y = top + (rows - 1 - static_cast<double>(r)) * height;
-    canvas.text({left - 6, y + height / 2 + 4}, map.y[r], "tick", svg::Anchor::end);
+    const double y = margins.top + (rows - 1 - static_cast<double>(r)) * cell_size.height;
+    canvas.text({margins.left - 6, y + cell_size.height / 2 + 4}, map.y[r], "tick",
+                svg::Anchor::end);
     for (std::size_t c = 0; c < map.x.size(); ++c) {
-      const svg::Box box{left + static_cast<double>(c) * width + 0.5, y + 0.5, width - 1,
-                         height - 1};
+      const svg::Box box{margins.left + static_cast<double>(c) * cell_size.width + 0.5, y + 0.5,
+                         cell_size.width - 1, cell_size.height - 1};
       if (map.cells[r][c])
         draw(canvas, *map.cells[r][c], values.shade(map.cells[r][c]->value), box);
       else
@@ -60,11 +68,14 @@ std::string grid_map(const GridMap& map) {
     }
   }
   for (std::size_t c = 0; c < map.x.size(); ++c)
-    canvas.text({left + (static_cast<double>(c) + 0.5) * width, top + rows * height + 15}, map.x[c],
-                "tick", svg::Anchor::middle);
-  canvas.text({left + columns * width / 2, top + rows * height + 32}, map.x_title, "axis-title",
-              svg::Anchor::middle);
-  canvas.text({12, top + rows * height / 2}, map.y_title, "axis-title", svg::Anchor::middle, true);
+    canvas.text({margins.left + (static_cast<double>(c) + 0.5) * cell_size.width,
+                 margins.top + rows * cell_size.height + 15},
+                map.x[c], "tick", svg::Anchor::middle);
+  canvas.text(
+      {margins.left + columns * cell_size.width / 2, margins.top + rows * cell_size.height + 32},
+      map.x_title, "axis-title", svg::Anchor::middle);
+  canvas.text({12, margins.top + rows * cell_size.height / 2}, map.y_title, "axis-title",
+              svg::Anchor::middle, true);
   return canvas.finish();
 }
 

@@ -5,7 +5,7 @@ namespace {
 
 // Blue and orange (Okabe and Ito 2008) stay apart for colour-blind readers; nothing is told by
 // colour alone. Dark values are lighter, not inverted.
-constexpr std::string_view sheet = R"css(
+constexpr std::string_view page_sheet = R"css(
 :root{color-scheme:light dark;--page:#f6f5f1;--card:#ffffff;--ink:#1d2327;--soft:#5a646b;--rule:#dcd9d0;
 --grid:#e4e2da;--blue:#0b66a8;--orange:#c8500a;--on:#ffffff;--green:#00795c;--pink:#a3487f;--badge:#ffe9b8;
 --badge-ink:#6b4300;--phase-S:#8a8f94;--phase-P:#d79a1e;--phase-M:#3a8ec4;--phase-E:#8a8f94;--phase-shade:.13}
@@ -89,7 +89,7 @@ main{max-width:none;padding:0}.scroll{overflow:visible}*{print-color-adjust:exac
 }  // namespace
 
 std::string_view style_sheet() {
-  return sheet;
+  return page_sheet;
 }
 
 }  // namespace weft::daemon

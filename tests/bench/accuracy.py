@@ -3,8 +3,8 @@
 
     accuracy.py WEFT [SHARED] [CASE ...]      prints a table, writes out/bench/accuracy.json
 
-fabricslide (7 fabrics), whole strokes and windows of 2.8 s; icub20 (20 materials), as filed and with its
-steps in the order of time (tests/scenario/real_data.py). scikit-learn: one-vs-one SVC on all
+fabricslide (7 fabrics), whole strokes and windows of 2.8 s; icub20 (20 materials), with its steps in the
+order of time and as filed (`weft dataset import --order`). scikit-learn: one-vs-one SVC on all
 features with weft's C x gamma grid by five folds that keep recordings together (groups where a group is left out), LDA with
 automatic shrinkage, random forest of 300 trees. Nothing is chosen on test trials: the figure of weft is `best`, chosen by
 cross-validation on the training part; scikit-learn's is its best on the test part, which favours it.
@@ -42,8 +42,8 @@ CASES = {
     "windows-10mm/s": ("slow", REPETITION, RMS + WINDOW, 0.95),
     "pressure-out": ("pressure", LEFT_OUT, RMS, 0.87),
     "speed-out": ("speed", LEFT_OUT, RMS, 0.96),
-    "icub20": ("icub20-manifest", FOLDS, [], 0.96),
-    "icub20-in-order": ("icub20-in-order", FOLDS, [], 0.96),
+    "icub20": ("icub20-time", FOLDS, [], 0.96),
+    "icub20-as-filed": ("icub20-filed", FOLDS, [], 0.96),
     "strokes-no-level": ("repetition", REPETITION, RMS + ["--remove-level", "motion"], 0),
     "windows-no-level": ("repetition", REPETITION, RMS + WINDOW + ["--remove-level", "motion"], 0),
     "windows-10mm/s-no-level": ("slow", REPETITION, RMS + WINDOW + ["--remove-level", "motion"], 0),
@@ -64,9 +64,8 @@ def import_data(weft, data, kind, d):
     if out.exists():
         return out
     if kind.startswith("icub20"):
-        maker = HERE.parent / "scenario/real_data.py"
-        subprocess.run([sys.executable, maker, kind, data / "icub20", d / kind], check=True)
-        run(weft, "dataset", "import", d / kind / "manifest.csv", "-o", out)
+        order = kind.removeprefix("icub20-")
+        run(weft, "dataset", "import", "--format", "icub20", data / "icub20/icub20.csv", "-o", out, "--order", order)
     else:
         group, files = ("repetition", SLOW) if kind == "slow" else (kind, "*")
         run(weft, "dataset", "import", "--format", "fabricslide", data / "fabricslide", "-o", out, "--group", group,
