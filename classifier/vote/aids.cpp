@@ -10,7 +10,7 @@
 namespace weft::classifier {
 namespace {
 
-constexpr std::size_t most_decisions = 4'000'000;
+constexpr std::size_t most_decisions = 4'000'000;  // at a time; in all but for least_rows
 constexpr std::size_t least_rows = 200;
 
 std::vector<std::size_t> counted(std::size_t count) {
@@ -28,6 +28,7 @@ std::vector<std::size_t> sampled_rows(std::size_t rows, std::size_t cores) {
   return out;
 }
 
+// Some rows at a time: the decisions of all on a large model would be gigabytes.
 HeldOut held_out_answers(const FabricModel& model, const FeatureMatrix& matrix,
                          const CrossDecisions& decisions, const Calibration& calibration,
                          std::size_t threads) {
@@ -35,13 +36,19 @@ HeldOut held_out_answers(const FabricModel& model, const FeatureMatrix& matrix,
   out.row = sampled_rows(matrix.size(), model.pairs().size());
   out.winner.resize(out.row.size());
   out.probability.resize(out.row.size());
-  const Matrix decision = decisions.of_rows(model, matrix.values, out.row, threads);
   const std::vector<std::size_t> classes = counted(model.labels().size());
-  parallel_for(out.row.size(), threads, [&](std::size_t i) {
-    const auto f = decision.row(i);
-    out.winner[i] = count_votes(model.pairs(), {f.begin(), f.end()}, classes.size()).winner;
-    out.probability[i] = probabilities(calibration, classes.size(), classes, f);
-  });
+  const std::size_t batch = std::max<std::size_t>(1, most_decisions / model.pairs().size());
+  for (std::size_t from = 0; from < out.row.size(); from += batch) {
+    const std::size_t count = std::min(batch, out.row.size() - from);
+    const Matrix decision =
+        decisions.of_rows(model, matrix.values, std::span(out.row).subspan(from, count), threads);
+    parallel_for(count, threads, [&](std::size_t i) {
+      const auto f = decision.row(i);
+      out.winner[from + i] =
+          count_votes(model.pairs(), {f.begin(), f.end()}, classes.size()).winner;
+      out.probability[from + i] = probabilities(calibration, classes.size(), classes, f);
+    });
+  }
   return out;
 }
 

@@ -261,8 +261,8 @@ void add_options(CLI::App& command, ImportArgs& args) {
       ->check(CLI::IsMember({"repetition", "pressure", "speed"}));
   command
       .add_option("--order", args.order,
-                  "icub20: steps of a slide in the order of time (time), in which the published "
-                  "table does not have them, or as they stand there (filed)")
+                  "icub20: the values of a slide as frames in the order of time (time), in which "
+                  "the published table does not have them, or its rows as they stand (filed)")
       ->check(CLI::IsMember({"time", "filed"}));
 }
 

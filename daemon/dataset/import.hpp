@@ -33,14 +33,15 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder,
                                    std::string_view filter = "*",
                                    FabricslideGroup group = FabricslideGroup::repetition);
 
-/// Which row of an icub20 slide comes first.
+/// How the values of an icub20 slide make frames.
 enum class Icub20Order {
-  time,  ///< frames as the skin felt them
+  time,  ///< as the skin felt them
   filed  ///< rows as they stand in the table
 };
 
 /// Reads a table `sample,label,fold,t,tx1..txN` with a line for each step of each slide, the steps
-/// of a slide together, t = 0, 1, 2, ... Label and group (the fold) as written, all phase M.
+/// of a slide together, t = 0, 1, 2, ..., in the order of time as many in each slide. Label and
+/// group (the fold) as written, all phase M.
 /// Nothing gives a rate: a step is taken as 0.02 s.
 ///
 /// As published, a row of that table is no frame of the skin. Its values stand in groups of ten,

@@ -1,9 +1,11 @@
 // A public set of slides over 20 materials, felt by the RoboSkin of an iCub.
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include "daemon/dataset/import.hpp"
 #include "daemon/dataset/trial_csv.hpp"
+#include "daemon/dataset/utf8.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -73,24 +75,51 @@ void put_in_order_of_time(classifier::Trial& trial) {
   trial.counts = std::move(frames);
 }
 
-Result<std::vector<Slide>> read_slides(CsvReader& csv) {
+// The slide that the current line begins.
+Result<Slide> begun(const CsvReader& csv, const Columns& columns, std::set<std::string>& seen) {
+  const auto& [sample, label, fold, t] = columns.of;
+  const std::vector<std::string>& line = csv.fields();
+  for (const std::size_t column : {sample, label, fold}) {
+    if (line[column].empty()) return csv.complaint("a name is empty");
+    if (!is_utf8(line[column])) return csv.complaint("a name is not UTF-8", "UTF-8 text");
+  }
+  if (!seen.insert(line[sample]).second)
+    return csv.complaint("slide " + line[sample] + " comes back", "its steps together");
+  Slide out;
+  out.trial.file = line[sample];
+  out.trial.label = line[label];
+  out.trial.group = line[fold];
+  out.trial.taxels = columns.taxels.size();
+  return out;
+}
+
+// A step that is missing would move all values behind it to other taxels.
+Status check_steps(const CsvReader& csv, const std::vector<Slide>& slides, Icub20Order order) {
+  if (order == Icub20Order::filed || slides.empty()) return {};
+  const classifier::Trial& last = slides.back().trial;
+  const std::size_t steps = slides.front().trial.samples();
+  if (last.samples() == steps) return {};
+  return csv.complaint("slide " + last.file + " has another number of steps than the first",
+                       std::to_string(steps), std::to_string(last.samples()));
+}
+
+Result<std::vector<Slide>> read_slides(CsvReader& csv, Icub20Order order) {
   const auto columns = find_columns(csv);
   if (!columns) return pass(columns.error());
   std::vector<Slide> out;
+  std::set<std::string> seen;
   auto more = csv.next();
   for (; more && *more; more = csv.next()) {
-    const auto& [sample, label, fold, t] = columns->of;
-    const std::vector<std::string>& line = csv.fields();
-    if (out.empty() || out.back().trial.file != line[sample]) {
-      classifier::Trial& trial = out.emplace_back().trial;
-      trial.file = line[sample];
-      trial.label = line[label];
-      trial.group = line[fold];
-      trial.taxels = columns->taxels.size();
+    if (out.empty() || out.back().trial.file != csv.fields()[columns->of[0]]) {
+      if (auto done = check_steps(csv, out, order); !done) return pass(done.error());
+      auto slide = begun(csv, *columns, seen);
+      if (!slide) return pass(slide.error());
+      out.push_back(std::move(*slide));
     }
     if (auto done = read_step(csv, *columns, out.back()); !done) return pass(done.error());
   }
   if (!more) return pass(more.error());
+  if (auto done = check_steps(csv, out, order); !done) return pass(done.error());
   if (out.empty()) return csv.complaint("a header but no slides");
   return out;
 }
@@ -100,11 +129,11 @@ Result<std::vector<Slide>> read_slides(CsvReader& csv) {
 Result<Dataset> import_icub20(const std::filesystem::path& path, Icub20Order order) {
   auto csv = CsvReader::open(path);
   if (!csv) return pass(csv.error());
-  auto slides = read_slides(*csv);
+  auto slides = read_slides(*csv, order);
   if (!slides) return pass(slides.error());
   Dataset dataset;
   dataset.info.kind = BenchKind::real;
-  dataset.info.name = "icub20";
+  dataset.info.name = order == Icub20Order::time ? "icub20" : "icub20 as filed";
   dataset.info.source = "icub20";
   dataset.info.software_version = WEFT_VERSION;
   for (Slide& slide : *slides) {

@@ -1,4 +1,4 @@
-// Comma-separated files: as lines, as a trial and as a manifest.
+// Comma-separated files: as lines, as a trial, as a manifest and as a table of slides.
 
 #include <cmath>
 
@@ -42,5 +42,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   weft::fuzz::read_lines(file.path());
   weft::fuzz::read_dataset(weft::daemon::import_trial(file.path()));
   weft::fuzz::read_dataset(weft::daemon::import_manifest(file.path()));
+  weft::fuzz::read_dataset(weft::daemon::import_icub20(file.path()));
   return 0;
 }

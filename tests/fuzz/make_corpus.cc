@@ -74,6 +74,10 @@ void write_tables(const std::filesystem::path& folder) {
   write(folder / "trial", "t_s,phase,ch1,ch2\n0,S,1,2\n0.027,P,1,2\n0.054,M,3,4.5\n0.1,E,1e3,2\n");
   write(folder / "motion_only", "t_s,ch1\n0,1\n1,2\n");
   write(folder / "excel", "\xEF\xBB\xBF\"t_s\", \"ch1\" ,ch2\r\n\r\n0,\"1\",2\r\n-1e-3,-,3\r\n");
+  write(folder / "icub20",
+        "sample,label,fold,t,tx1,tx2,tx3,tx4,tx5,tx6,tx7,tx8,tx9,tx10\n"
+        "0,16,0,0,0.8,0,2.3,2.5,45.4,105.6,38.7,1.6,0,0.6\n0,16,0,1,1.4,1.3,0,0,5,52.5,0,0,0,0\n"
+        "1,3,2,0,0,0,0,1,2,3,4,5,6,7\n1,3,2,1,0,0,0,1,2,3,4,5,6,7\n");
   write(folder / "manifest", "file,label,group\nno.csv,denim,1\n\"a \"\"b\"\".csv\",silk,2\n");
 }
 

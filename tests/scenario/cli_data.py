@@ -280,6 +280,8 @@ def bad_manifests(t, d):
     t.refuses("dataset", "import", "gone.csv", "-o", "bad.h5", cwd=d, says=["gone.csv"])
     t.refuses("dataset", "import", "manifest.csv", "-o", "no/such/folder/d.h5", cwd=d, says=["no/such/folder"])
     t.refuses("dataset", "import", "manifest.csv", "-o", "x.h5", "--filter", "a*", cwd=d, says=["--filter"])
+    t.refuses("dataset", "import", "manifest.csv", "-o", "x.h5", "--order", "time", cwd=d, says=["--order", "icub20"])
+    t.refuses("dataset", "import", "--format", "icub20", "manifest.csv", "-o", "x.h5", cwd=d, says=["manifest.csv:1", "sample"])
     t.refuses("dataset", "import", "--format", "fabricslide", "nowhere", "-o", "x.h5", cwd=d, says=["nowhere"])
     t.refuses("dataset", "import", "--format", "matlab", ".", "-o", "x.h5", cwd=d, says=["--format"], status=2)
 

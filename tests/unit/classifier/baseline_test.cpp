@@ -230,8 +230,8 @@ TEST_CASE("Few trials are tried in five rounds, each over other folds") {
 }
 
 TEST_CASE("A hundred trials are tried in one round") {
-  for (const std::size_t rows : {33U, 34U}) {
-    const FeatureMatrix data = gaussian_classes(3, rows, 4, 3, 7);
+  for (const auto& [classes, rows] : {std::pair{3U, 33U}, std::pair{4U, 25U}}) {
+    const FeatureMatrix data = gaussian_classes(classes, rows, 4, 3, 7);
     const auto chosen = train_learner(data, Learner::cores_best, {}).value();
     const std::size_t rounds = data.size() < 100 ? 5 : 1;
     CHECK(chosen.scores.front().rounds == rounds);
@@ -261,6 +261,16 @@ TEST_CASE("The first of the candidates with the fewest errors is taken, tried on
   const auto cores = train_learner(data, Learner::cores_best, {});
   REQUIRE(cores);
   CHECK(std::holds_alternative<FabricModel>(cores->trained.machine()));
+  const auto first = std::ranges::min_element(cores->scores, {}, &RecipeScore::errors);
+  CHECK(std::ranges::count(cores->scores, first->errors, &RecipeScore::errors) > 1);
+  CHECK(first->recipe == cores->recipe);
+}
+
+TEST_CASE("Where nothing can be tried the simplest candidate is taken") {
+  const auto chosen = train_learner(gaussian_classes(3, 2, 4, 3, 7), Learner::best, {});
+  REQUIRE(chosen);
+  for (const RecipeScore& score : chosen->scores) CHECK((score.tested == 0 && score.errors == 0));
+  CHECK(chosen->recipe == Recipe{Learner::lda, 20});
 }
 
 TEST_CASE("Compression brings a tail that hides everything else back into sight") {

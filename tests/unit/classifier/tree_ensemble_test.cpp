@@ -183,7 +183,7 @@ FeatureMatrix steps_among_noise(std::size_t rows, std::uint64_t seed) {
   return out;
 }
 
-TEST_CASE("The choice takes trees where they are clearly right more often, and only then") {
+TEST_CASE("The choice takes trees where they have the fewest errors, and only then") {
   const FeatureMatrix steps = steps_among_noise(160, 51);
   const auto chosen = train_learner(steps, Learner::best, {});
   REQUIRE(chosen);

@@ -85,6 +85,7 @@ TEST_CASE("slides of the icub20 table come in the order of time, or as filed") {
     for (std::size_t t = 0; t < steps; ++t)
       for (std::size_t c = 0; c < taxels; ++c) CHECK(trial.row(t)[c] == felt(t, c));
   }
+  CHECK(filed->info.name != dataset->info.name);
   CHECK(filed->trials[0].row(1)[0] == felt(0, 10));  // the second triangle of the first frame
   CHECK(filed->trials[0].row(0)[10] == felt(0, 50));
 }
@@ -105,10 +106,28 @@ TEST_CASE("an icub20 table that is none is refused with its line") {
   const auto line = [&](std::size_t n) { return file.string() + ":" + std::to_string(n); };
   CHECK(where(whole + slide("7,16,0")) == line(7));  // twice
   CHECK(where(whole + slide("8,3,2").substr(slide("8,3,2").find('\n') + 1)) == line(7));
+  CHECK(where(whole + slide("8,3,2") + slide("7,16,0")) == line(12));  // comes back
+  for (const char* names : {",3,2", "8,,2", "8,3,", "8,\xff,2", "8,3,\xff", "\xff,3,2"})
+    CHECK(where(whole + slide(names)) == line(7));
   std::string other = whole;
   other.replace(other.find("\n7,16,0,1") + 3, 2, "17");
   CHECK(where(other) == line(3));
   CHECK(import_icub20(folder / "absent.csv").error().code == Errc::not_found);
+}
+
+TEST_CASE("a slide that lost a step cannot be put in the order of time, but read as filed") {
+  const TemporaryFolder folder;
+  const auto file = folder / "icub20.csv";
+  const std::string cut = slide("7,16,0").substr(0, slide("7,16,0").rfind("\n7,") + 1);
+  for (const std::string& text :
+       {slide("6,1,0") + cut, cut + slide("8,1,0"), slide("6,1,0") + cut + slide("8,1,0")}) {
+    write_file(file, header() + text);
+    const auto put = import_icub20(file);
+    REQUIRE_FALSE(put);
+    CHECK(put.error().message.find("number of steps") != std::string::npos);
+    CHECK(put.error().where.starts_with(file.string() + ":"));
+    CHECK(import_icub20(file, Icub20Order::filed));
+  }
 }
 
 TEST_CASE("the real icub20 set is read whole, and its skin slides on from frame to frame") {
