@@ -5,6 +5,7 @@
 
 #include "classifier/fabric/core_text.hpp"
 #include "classifier/fabric/matrix_text.hpp"
+#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -59,6 +60,17 @@ FeatureView read_view(LineReader& in, View view, std::size_t features) {
   if (view == View::normal_scores)
     return FeatureView(FeatureView::Table(NormalScores(read_ranks(in, features))));
   return {};
+}
+
+// Some at a time: the numbers of many cores take seconds, their texts gigabytes.
+void write_cores(LineWriter& out, const std::vector<FabricCore>& cores) {
+  constexpr std::size_t batch = 1024;
+  std::vector<std::string> text;
+  for (std::size_t from = 0; from < cores.size(); from += text.size()) {
+    text.resize(std::min(batch, cores.size() - from));
+    parallel_for(text.size(), 0, [&](std::size_t i) { text[i] = core_text(cores[from + i]); });
+    for (const std::string& lines : text) out.lines(lines);
+  }
 }
 
 void write_lda(LineWriter& out, const ShrinkageLda& lda) {
@@ -175,7 +187,7 @@ void write_learner(LineWriter& out, const TrainedLearner& learner) {
   if (const auto* svc = std::get_if<MultiClassSvc>(&learner.machine()))
     return write_svc(out, svc->parts());
   if (const auto* trees = std::get_if<TreeEnsemble>(&learner.machine())) return trees->write(out);
-  for (const FabricCore& core : learner.cores()->cores()) write_core(out, core);
+  write_cores(out, learner.cores()->cores());
 }
 
 std::optional<TrainedLearner> read_learner(LineReader& in, const LearnerHead& head,

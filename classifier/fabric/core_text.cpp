@@ -60,7 +60,8 @@ Reducer read_reducer(LineReader& in, std::size_t features) {
 
 }  // namespace
 
-void write_core(LineWriter& out, const FabricCore& core) {
+std::string core_text(const FabricCore& core) {
+  LineWriter out;
   write_info(out, core.info());
   const Reducer& reducer = core.reducer();
   out.count("inputs", reducer.columns().size());
@@ -70,6 +71,7 @@ void write_core(LineWriter& out, const FabricCore& core) {
   write_matrix(out, "support_vectors", core.support());
   out.numbers("coefficients", core.coefficient());
   out.number("bias", core.bias());
+  return out.str();
 }
 
 FabricCore read_core(LineReader& in, std::size_t features) {
@@ -80,12 +82,6 @@ FabricCore read_core(LineReader& in, std::size_t features) {
   std::vector<double> coefficient = in.numbers("coefficients", support.rows());
   const double bias = in.number("bias");
   return {std::move(info), std::move(reducer), std::move(support), std::move(coefficient), bias};
-}
-
-std::string core_text(const FabricCore& core) {
-  LineWriter text;
-  write_core(text, core);
-  return text.str();
 }
 
 Result<FabricCore> core_from_text(std::string_view text, std::size_t features) {

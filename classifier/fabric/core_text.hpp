@@ -11,12 +11,11 @@
 
 namespace weft::classifier {
 
-void write_core(LineWriter& out, const FabricCore& core);
+/// The lines of a core.
+std::string core_text(const FabricCore& core);
 /// `in` keeps the first problem. `features`: length of a full feature vector.
 FabricCore read_core(LineReader& in, std::size_t features);
-
-/// The same as a text of its own: for cores that travel between processes. Errors: corrupt.
-std::string core_text(const FabricCore& core);
+/// Of such a text by itself: for cores that travel between processes. Errors: corrupt.
 Result<FabricCore> core_from_text(std::string_view text, std::size_t features);
 
 }  // namespace weft::classifier

@@ -21,6 +21,8 @@ class LineWriter {
   void numbers(std::string_view keyword, std::span<const double> values);
   void counts(std::string_view keyword, std::span<const std::size_t> values);
   void count(std::string_view keyword, std::size_t value) { counts(keyword, {&value, 1}); }
+  /// What another writer has written.
+  void lines(std::string_view text) { out_ += text; }
 
   [[nodiscard]] const std::string& str() const { return out_; }
 

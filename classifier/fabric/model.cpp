@@ -106,6 +106,15 @@ Result<Vote> FabricModel::classify(std::span<const double> features) const {
   return count_votes(pairs_, std::move(decision), labels_.size());
 }
 
+Matrix FabricModel::decisions(const Matrix& rows, std::size_t threads) const {
+  Matrix out(rows.rows(), cores_.size());
+  parallel_blocks(cores_.size(), threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i)
+      for (std::size_t r = 0; r < rows.rows(); ++r) out(r, i) = cores_[i].decide(rows.row(r));
+  });
+  return out;
+}
+
 Result<std::vector<Vote>> FabricModel::classify(const FeatureMatrix& matrix,
                                                 std::size_t threads) const {
   if (auto ok = check(matrix); !ok) return pass(ok.error());

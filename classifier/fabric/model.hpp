@@ -52,6 +52,9 @@ class FabricModel {
   /// Votes on one feature vector, columns as feature_names(). Refuses another length and values not
   /// finite.
   [[nodiscard]] Result<Vote> classify(std::span<const double> features) const;
+  /// [rows x cores]: what every core says of every row. A core is asked for all rows before the
+  /// next, so that it stays in the cache: all of a large model would not.
+  [[nodiscard]] Matrix decisions(const Matrix& rows, std::size_t threads = 0) const;
   /// Votes on every row. Refuses columns that are not those of the training.
   [[nodiscard]] Result<std::vector<Vote>> classify(const FeatureMatrix& matrix,
                                                    std::size_t threads = 0) const;

@@ -4,12 +4,14 @@
 #include <array>
 #include <istream>
 #include <iterator>
+#include <memory>
 #include <ostream>
 #include <string_view>
 
 #include "classifier/fabric/line_text.hpp"
 #include "classifier/fabric/provenance_text.hpp"
 #include "classifier/fabric/sealed_text.hpp"
+#include "classifier/learn/parallel.hpp"
 #include "classifier/vote/learnt_text.hpp"
 
 namespace weft::classifier {
@@ -135,6 +137,26 @@ Result<Body> body_of(std::string_view text) {
   return Body{*body, rest->head};
 }
 
+// [trials x features] of trials that the model may take; one extractor a thread.
+Result<Matrix> features_of(const FeatureSetup& setup, std::span<const Trial> trials,
+                           std::size_t threads) {
+  Matrix out(trials.size(), FeatureLayout(setup.taxels, setup.phases).size());
+  std::vector<Status> done(trials.size());
+  parallel_workers(trials.size(), threads, [&] {
+    auto extractor = std::make_shared<FeatureExtractor>(setup.options);
+    return [&, extractor](std::size_t i) {
+      done[i] = check_trial(setup, trials[i]);
+      if (!done[i]) return;
+      const auto features = extractor->extract(trials[i]);
+      if (features) std::ranges::copy(*features, out.row(i).begin());
+      if (!features) done[i] = pass(features.error());
+    };
+  });
+  for (const Status& status : done)
+    if (!status) return pass(status.error());
+  return out;
+}
+
 }  // namespace
 
 Status save_model(const StoredModel& stored, std::ostream& out) {
@@ -176,12 +198,17 @@ Status check_trial(const FeatureSetup& setup, const Trial& trial) {
   return {};
 }
 
-Result<Answer> classify(const StoredModel& stored, const Trial& trial, const VoteOptions& options) {
-  if (auto ok = check_trial(stored.setup, trial); !ok) return pass(ok.error());
-  const auto features = extract(trial, stored.setup.options);
+Result<std::vector<Answer>> classify(const StoredModel& stored, std::span<const Trial> trials,
+                                     const VoteOptions& options, std::size_t threads) {
+  const auto features = features_of(stored.setup, trials, threads);
   if (!features) return pass(features.error());
-  auto out = answer(stored.learner, stored.aids, *features, options);
-  if (!out) return pass(out.error(), trial.file);
+  auto said = answers(stored.learner, stored.aids, *features, options, threads);
+  std::vector<Answer> out;
+  out.reserve(said.size());
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    if (!said[i]) return pass(said[i].error(), trials[i].file);
+    out.push_back(std::move(*said[i]));
+  }
   return out;
 }
 

@@ -64,8 +64,9 @@ Result<ModelHead> load_model_head(std::string_view beginning);
 /// phases than the training had.
 Status check_trial(const FeatureSetup& setup, const Trial& trial);
 
-/// The answer on one such trial.
-Result<Answer> classify(const StoredModel& stored, const Trial& trial,
-                        const VoteOptions& options = {});
+/// The answers on such trials, without Ballot::decision. The first trial that cannot be answered
+/// is refused by its name.
+Result<std::vector<Answer>> classify(const StoredModel& stored, std::span<const Trial> trials,
+                                     const VoteOptions& options = {}, std::size_t threads = 0);
 
 }  // namespace weft::classifier

@@ -115,8 +115,12 @@ Result<Answer> answer(const FabricModel& model, const VoteAids& aids,
   options.profile = &aids.profile;
   auto ballot = vote(model, features, options);
   if (!ballot) return pass(ballot.error());
+  return with_aids(std::move(*ballot), aids, features);
+}
+
+Answer with_aids(Ballot ballot, const VoteAids& aids, std::span<const double> features) {
   Answer out;
-  out.ballot = std::move(*ballot);
+  out.ballot = std::move(ballot);
   out.probability = probabilities(aids.calibration, out.ballot);
   const double p = out.probability.empty() ? 1.0 : out.probability[out.ballot.winner];
   out.novelty = novelty(aids.reject, aids.profile, features, out.ballot.winner, p);

@@ -60,4 +60,7 @@ struct Answer {
 Result<Answer> answer(const FabricModel& model, const VoteAids& aids,
                       std::span<const double> features, VoteOptions options = {});
 
+/// The same of a vote on these features that was held already.
+Answer with_aids(Ballot ballot, const VoteAids& aids, std::span<const double> features);
+
 }  // namespace weft::classifier

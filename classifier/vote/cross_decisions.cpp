@@ -74,21 +74,17 @@ Status check_training(const FabricModel& model, const FeatureMatrix& matrix) {
 
 }  // namespace
 
-// A core stays in the cache while every row asks it: all of a large model would not.
 Matrix CrossDecisions::of_rows(const FabricModel& model, const Matrix& values,
                                std::span<const std::size_t> rows, std::size_t threads) const {
-  Matrix out(rows.size(), model.pairs().size());
-  parallel_blocks(out.cols(), threads, [&](std::size_t from, std::size_t to) {
-    for (std::size_t i = from; i < to; ++i) {
-      const auto [a, b] = model.pairs()[i];
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        const std::size_t r = rows[k];
-        out(k, i) = own[r] == a   ? against(r, b)
-                    : own[r] == b ? -against(r, a)
-                                  : model.cores()[i].decide(values.row(r));
-      }
+  const std::size_t classes = model.labels().size();
+  Matrix out = model.decisions(values.take(rows), threads);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const std::size_t c = own[rows[k]];
+    for (std::size_t other = 0; other < classes; ++other) {
+      if (other < c) out(k, pair_index(other, c, classes)) = -against(rows[k], other);
+      if (other > c) out(k, pair_index(c, other, classes)) = against(rows[k], other);
     }
-  });
+  }
   return out;
 }
 

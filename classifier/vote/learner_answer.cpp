@@ -5,6 +5,7 @@
 
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/fabric/pair_problem.hpp"
+#include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -102,6 +103,34 @@ Result<Answer> answer_of_cores(const TrainedLearner& learner, const std::optiona
   return Answer{std::move(*ballot), {}, {}, false};
 }
 
+constexpr std::size_t most_decisions = 4'000'000;  // at a time
+
+// Rows from `from` on, as many as `out` has places, asked of all cores.
+void ask_all_cores(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
+                   VoteKind kind, const Matrix& rows, std::size_t from,
+                   std::span<Result<Answer>> out, std::size_t threads) {
+  const FabricModel& model = *learner.cores();
+  Matrix own(out.size(), model.feature_names().size());
+  parallel_for(out.size(), threads, [&](std::size_t i) {
+    const auto prepared = learner.prepared(rows.row(from + i));
+    if (prepared) std::ranges::copy(*prepared, own.row(i).begin());
+    if (!prepared) out[i] = pass(prepared.error());
+  });
+  const Matrix decisions = model.decisions(own, threads);
+  parallel_for(out.size(), threads, [&](std::size_t i) {
+    if (!out[i]) return;
+    const auto f = decisions.row(i);
+    auto ballot = count_all(model, {f.begin(), f.end()}, kind);
+    if (!ballot) {
+      out[i] = pass(ballot.error());
+      return;
+    }
+    out[i] = aids ? with_aids(std::move(*ballot), *aids, own.row(i))
+                  : Answer{std::move(*ballot), {}, {}, false};
+    out[i]->ballot.decision = {};
+  });
+}
+
 }  // namespace
 
 Result<VoteAids> learn_aids(const TrainedLearner& learner, const FeatureMatrix& matrix,
@@ -134,6 +163,26 @@ Result<Answer> answer(const TrainedLearner& learner, const std::optional<VoteAid
   out.novelty = novelty(aids->reject, aids->profile, features, out.ballot.winner,
                         out.probability[out.ballot.winner]);
   out.none_of_these = aids->reject.refuses(out.novelty);
+  return out;
+}
+
+std::vector<Result<Answer>> answers(const TrainedLearner& learner,
+                                    const std::optional<VoteAids>& aids, const Matrix& rows,
+                                    const VoteOptions& options, std::size_t threads) {
+  std::vector<Result<Answer>> out(rows.rows());
+  const FabricModel* cores = learner.cores();
+  const bool all = options.kind == VoteKind::majority || options.kind == VoteKind::soft;
+  if (cores == nullptr || !all) {
+    parallel_for(out.size(), threads, [&](std::size_t r) {
+      out[r] = answer(learner, aids, rows.row(r), options);
+      if (out[r]) out[r]->ballot.decision = {};
+    });
+    return out;
+  }
+  const std::size_t batch = std::max<std::size_t>(1, most_decisions / cores->cores().size());
+  for (std::size_t from = 0; from < out.size(); from += batch)
+    ask_all_cores(learner, aids, options.kind, rows, from,
+                  std::span(out).subspan(from, std::min(batch, out.size() - from)), threads);
   return out;
 }
 

@@ -11,10 +11,7 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kind_words{"majority", "soft", "dag", "shortlist"};
 
-Result<double> decide(const FabricModel& model, std::size_t core,
-                      std::span<const double> features) {
-  const double f = model.cores()[core].decide(features);
-  if (std::isfinite(f)) return f;
+tl::unexpected<Error> not_finite() {
   return fail(Errc::range, "a core's decision is not finite", "vote", {}, {},
               "The trial is absurdly far from every training trial");
 }
@@ -27,9 +24,9 @@ Result<Ballot> count_among(const FabricModel& model, std::span<const double> fea
   std::vector<double> decision;
   decision.reserve(pairs.size());
   for (const Pair& pair : pairs) {
-    const auto f = decide(model, pair_index(classes[pair.a], classes[pair.b], all), features);
-    if (!f) return pass(f.error());
-    decision.push_back(*f);
+    const std::size_t core = pair_index(classes[pair.a], classes[pair.b], all);
+    decision.push_back(model.cores()[core].decide(features));
+    if (!std::isfinite(decision.back())) return not_finite();
   }
   Vote among = count_votes(pairs, std::move(decision), classes.size());
   Ballot out{classes[among.winner],
@@ -45,22 +42,14 @@ Result<Ballot> count_among(const FabricModel& model, std::span<const double> fea
   return out;
 }
 
-std::vector<std::size_t> every_class(const FabricModel& model) {
-  std::vector<std::size_t> out(model.labels().size());
-  std::iota(out.begin(), out.end(), std::size_t{0});
-  return out;
-}
-
-Result<Ballot> soft_vote(const FabricModel& model, std::span<const double> features) {
-  auto out = count_among(model, features, every_class(model));
-  if (!out) return out;
+std::size_t softest(const Vote& vote) {
   const auto merit = [&](std::size_t k) {
-    return std::tuple(std::nearbyint(out->support[k] * 1e9), out->votes[k]);
+    return std::tuple(std::nearbyint(vote.support[k] * 1e9), vote.votes[k]);
   };
-  out->winner = 0;
-  for (std::size_t k = 1; k < out->votes.size(); ++k)
-    if (merit(k) > merit(out->winner)) out->winner = k;
-  return out;
+  std::size_t winner = 0;
+  for (std::size_t k = 1; k < vote.votes.size(); ++k)
+    if (merit(k) > merit(winner)) winner = k;
+  return winner;
 }
 
 Result<Ballot> dag_vote(const FabricModel& model, std::span<const double> features) {
@@ -68,13 +57,13 @@ Result<Ballot> dag_vote(const FabricModel& model, std::span<const double> featur
   Ballot out{0, std::vector<int>(classes), std::vector<double>(classes), 0, {}, {}};
   std::size_t first = 0, last = classes - 1;
   while (first < last) {
-    const auto f = decide(model, pair_index(first, last, classes), features);
-    if (!f) return pass(f.error());
-    out.support[first] += std::tanh(*f);
-    out.support[last] -= std::tanh(*f);
-    ++out.votes[*f > 0.0 ? first : last];
+    const double f = model.cores()[pair_index(first, last, classes)].decide(features);
+    if (!std::isfinite(f)) return not_finite();
+    out.support[first] += std::tanh(f);
+    out.support[last] -= std::tanh(f);
+    ++out.votes[f > 0.0 ? first : last];
     ++out.cores;
-    *f > 0.0 ? --last : ++first;
+    f > 0.0 ? --last : ++first;
   }
   out.winner = first;
   return out;
@@ -105,6 +94,18 @@ Result<VoteKind> vote_kind_from(std::string_view text) {
               "majority, soft, dag or shortlist", std::string(text));
 }
 
+Result<Ballot> count_all(const FabricModel& model, std::vector<double> decision, VoteKind kind) {
+  if (!std::ranges::all_of(decision, [](double f) { return std::isfinite(f); }))
+    return not_finite();
+  std::vector<std::size_t> every(model.labels().size());
+  std::iota(every.begin(), every.end(), std::size_t{0});
+  Vote vote = count_votes(model.pairs(), std::move(decision), every.size());
+  const std::size_t winner = kind == VoteKind::soft ? softest(vote) : vote.winner;
+  return Ballot{
+      winner,           std::move(vote.votes),   std::move(vote.support), model.pairs().size(),
+      std::move(every), std::move(vote.decision)};
+}
+
 Status check_features(const FabricModel& model, std::span<const double> features) {
   const std::vector<std::string>& names = model.feature_names();
   if (features.size() != names.size())
@@ -121,17 +122,12 @@ Status check_features(const FabricModel& model, std::span<const double> features
 Result<Ballot> vote(const FabricModel& model, std::span<const double> features,
                     const VoteOptions& options) {
   if (auto ok = check_features(model, features); !ok) return pass(ok.error());
-  switch (options.kind) {
-    case VoteKind::soft:
-      return soft_vote(model, features);
-    case VoteKind::dag:
-      return dag_vote(model, features);
-    case VoteKind::shortlist:
-      return shortlist_vote(model, features, options);
-    case VoteKind::majority:
-      break;
-  }
-  return count_among(model, features, every_class(model));
+  if (options.kind == VoteKind::dag) return dag_vote(model, features);
+  if (options.kind == VoteKind::shortlist) return shortlist_vote(model, features, options);
+  std::vector<double> decision;
+  decision.reserve(model.cores().size());
+  for (const FabricCore& core : model.cores()) decision.push_back(core.decide(features));
+  return count_all(model, std::move(decision), options.kind);
 }
 
 }  // namespace weft::classifier

@@ -53,6 +53,10 @@ constexpr std::size_t pair_index(std::size_t a, std::size_t b, std::size_t class
 Result<Ballot> vote(const FabricModel& model, std::span<const double> features,
                     const VoteOptions& options = {});
 
+/// The outcome of `decision`, all cores' in the order of model.pairs(), by VoteKind::majority or
+/// soft. Refuses a decision that is not finite.
+Result<Ballot> count_all(const FabricModel& model, std::vector<double> decision, VoteKind kind);
+
 /// Refuses another number of features than the model's, and values that are not finite, by name.
 Status check_features(const FabricModel& model, std::span<const double> features);
 

@@ -9,6 +9,7 @@
 #include "classifier/fabric/model_file.hpp"
 #include "classifier/fabric/sealed_text.hpp"
 #include "classifier/imprint/imprint_model.hpp"
+#include "classifier/live/staged_model.hpp"
 #include "classifier/vibro/recording_model.hpp"
 #include "daemon/cli/answer_words.hpp"
 #include "daemon/cli/dataset_file.hpp"
@@ -88,12 +89,11 @@ Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const
 Result<std::vector<AnsweredTrial>> answers(const StoredModel& stored,
                                            const std::vector<Trial>& trials,
                                            const classifier::VoteOptions& options) {
+  auto said = classifier::classify(stored, trials, options);
+  if (!said) return pass(said.error());
   std::vector<AnsweredTrial> out;
-  for (const Trial& trial : trials) {
-    auto one = classifier::classify(stored, trial, options);
-    if (!one) return pass(one.error());
-    out.push_back({trial.file, trial.label, std::move(*one)});
-  }
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    out.push_back({trials[i].file, trials[i].label, std::move((*said)[i])});
   return out;
 }
 
@@ -124,6 +124,10 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
     return run_classify_recordings(args, console);
   if (classifier::is_of_kind(beginning, classifier::imprint::imprint_model_header))
     return run_classify_imprints(args, console);
+  if (classifier::is_of_kind(beginning, classifier::staged_file_header))
+    return fail(Errc::unsupported, "a model for votes while a slide goes on", args.model.string(),
+                "a model of `weft train` without --live", {},
+                "Name it in a recipe's classify.live, or train again without --live");
   const Result<classifier::VoteKind> kind = classifier::vote_kind_from(args.vote);
   if (!kind) return pass(kind.error(), "--vote");
   const Result<StoredModel> stored = open_model(args.model);

@@ -13,13 +13,23 @@ void put(std::ostream& out, const json& object) {
   out << object.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
 }
 
+// What somebody called a fabric or a file could hold sequences that a terminal obeys.
+std::string harmless(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const bool obeyed = (c >= '\0' && c < ' ' && c != '\n' && c != '\t') || c == '\x7f';
+    out += obeyed ? '?' : c;
+  }
+  return out;
+}
+
 }  // namespace
 
 void print(Console& console, std::string_view text, const json& object) {
   if (console.json) {
     put(console.out, object);
   } else {
-    console.out << text;
+    console.out << harmless(text);
   }
   console.out.flush();
 }
@@ -36,13 +46,13 @@ json error_json(const Error& error) {
 }
 
 int report(Console& console, const Error& error) {
-  console.err << "weft: " << to_string(error) << '\n';
+  console.err << "weft: " << harmless(to_string(error)) << '\n';
   if (console.json) put(console.out, {{"error", error_json(error)}});
   return exit_failure;
 }
 
 int report_usage(Console& console, const std::string& message) {
-  console.err << "weft: " << message
+  console.err << "weft: " << harmless(message)
               << "\nweft: `weft --help` lists the commands and their options\n";
   if (console.json)
     put(console.out, {{"error", {{"code", "usage"}, {"message", message}, {"sentence", message}}}});

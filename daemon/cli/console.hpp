@@ -26,7 +26,8 @@ struct Console {
   int keyboard = -1;  ///< descriptor of standard input where it is a terminal
 };
 
-/// The outcome of a command in the form that was asked for. Text ends with a newline.
+/// The outcome of a command in the form that was asked for. Text ends with a newline; control
+/// characters in it, other than tabs and line breaks, come out as "?", in errors too.
 void print(Console& console, std::string_view text, const nlohmann::json& object);
 
 /// The parts of an error and its sentence.

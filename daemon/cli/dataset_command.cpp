@@ -9,6 +9,7 @@
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
+#include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/imprint/import_imprints.hpp"
@@ -276,6 +277,7 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
     return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
   if (args.format != "icub20" && !args.order.empty())
     return fail(Errc::invalid_argument, "only icub20 has two orders", "--order", {}, args.order);
+  if (auto ok = check_target(args.out); !ok) return pass(ok.error());
   if (makes_recordings(args.format)) return run_import_recordings(args, console);
   Result<Dataset> dataset = import(args);
   if (!dataset) return pass(dataset.error());
@@ -295,7 +297,7 @@ void add_options(CLI::App& command, ExportArgs& args) {
 }
 
 Result<int> run_export(const ExportArgs& args, Console& console) {
-  if (auto ok = refuse_same_file(args.campaign, args.out); !ok) return pass(ok.error());
+  if (auto ok = check_output(args.campaign, args.out); !ok) return pass(ok.error());
   const Result<CampaignContents> campaign = open_campaign(args.campaign);
   if (!campaign) return pass(campaign.error());
   if (campaign->progress.discarded)

@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 
 namespace weft::daemon::cli {
@@ -42,6 +43,11 @@ Status refuse_same_file(const std::filesystem::path& input, const std::filesyste
   if (!std::filesystem::equivalent(input, output, not_there)) return {};
   return fail(Errc::invalid_argument, "the output would take the place of the input",
               output.string(), {}, {}, "Choose another name");
+}
+
+Status check_output(const std::filesystem::path& input, const std::filesystem::path& output) {
+  if (auto ok = refuse_same_file(input, output); !ok) return ok;
+  return check_target(output);
 }
 
 }  // namespace weft::daemon::cli

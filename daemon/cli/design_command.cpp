@@ -43,7 +43,7 @@ std::string analysis_text(const SweepAnalysis& a) {
 }
 
 Status refuse_over(const std::filesystem::path& input, const std::filesystem::path& out) {
-  return out.empty() ? Status{} : refuse_same_file(input, out);
+  return out.empty() ? Status{} : check_output(input, out);
 }
 
 Status write_page(const std::filesystem::path& out, std::string_view title, BenchKind bench,

@@ -171,7 +171,7 @@ Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,
 Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
   if (is_about_recordings(args)) return run_evaluate_recordings(args, console);
   if (!args.report.empty())
-    if (Status ok = refuse_same_file(args.dataset, args.report); !ok) return pass(ok.error());
+    if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
   const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true, true);
   if (!chosen) return pass(chosen.error());
   const Result<Measured> measured = measure(args, *chosen);

@@ -302,7 +302,7 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
 
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
   if (!args.report.empty())
-    if (Status ok = refuse_same_file(args.dataset, args.report); !ok) return pass(ok.error());
+    if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
   const auto plan = plan_of(args);
   if (!plan) return pass(plan.error());
   const auto set = open_recordings(args.dataset);

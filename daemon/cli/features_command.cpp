@@ -56,7 +56,7 @@ void add_options(CLI::App& command, FeaturesArgs& args) {
 }
 
 Result<int> run_features(const FeaturesArgs& args, Console& console) {
-  if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
+  if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, false, true);
   if (!chosen) return pass(chosen.error());
   if (auto ok = export_features_csv(args.out, chosen->features,

@@ -154,7 +154,7 @@ void add_options(CLI::App& command, ImprintTablesArgs& args) {
 
 Result<int> run_imprint_tables(const ImprintTablesArgs& args, Console& console) {
   if (!args.out.empty())
-    if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
+    if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   auto options = table_options(args);
   if (!options) return pass(options.error());
   const auto dataset = open_dataset(args.dataset);

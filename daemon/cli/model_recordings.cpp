@@ -68,7 +68,7 @@ bool is_about_recordings(const TrainArgs& args) {
 }
 
 Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
-  if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
+  if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   const auto plan = plan_for(args);
   if (!plan) return pass(plan.error());
   const auto set = open_recordings(args.dataset);

@@ -29,11 +29,7 @@ Status check_outputs(const TradeClassifierArgs& args) {
   for (const std::filesystem::path& out : {args.out, args.data}) {
     if (out.empty()) continue;
     for (const auto& dataset : args.datasets)
-      if (Status ok = refuse_same_file(dataset, out); !ok) return ok;
-    const auto folder = out.parent_path();
-    if (!folder.empty() && !std::filesystem::is_directory(folder))
-      return fail(Errc::not_found, "no such folder to write into", out.string(), {},
-                  folder.string());
+      if (Status ok = check_output(dataset, out); !ok) return ok;
   }
   if (args.out.lexically_normal() == args.data.lexically_normal())
     return fail(Errc::invalid_argument, "page and data cannot be one file", "--data", {},

@@ -27,7 +27,7 @@ Status refuse_over_inputs(const TradeVibroArgs& args) {
   for (const std::filesystem::path& out : {args.out, args.data}) {
     if (out.empty()) continue;
     for (const auto& dataset : args.datasets)
-      if (Status ok = refuse_same_file(dataset, out); !ok) return ok;
+      if (Status ok = check_output(dataset, out); !ok) return ok;
   }
   if (args.out.lexically_normal() == args.data.lexically_normal())
     return fail(Errc::invalid_argument, "page and data cannot be one file", "--data", {},

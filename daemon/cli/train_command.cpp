@@ -241,7 +241,7 @@ Result<int> run_train(const TrainArgs& args, Console& console) {
   if (args.live) {
     const auto learner = classifier::learner_from(args.learner);
     if (!learner) return pass(learner.error(), "--learner");
-    if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
+    if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
     return run_train_live(args, *learner, console);
   }
   const Trainer here = [](const ChosenTrials& chosen, classifier::Learner learner,
@@ -257,7 +257,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (args.live)
     return fail(Errc::unsupported, "models for live votes are trained by one machine", "--live",
                 "weft train --live");
-  if (auto ok = refuse_same_file(args.dataset, args.out); !ok) return pass(ok.error());
+  if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
   auto imprints = imprint_setup(*chosen);

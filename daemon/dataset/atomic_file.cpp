@@ -71,6 +71,21 @@ Status replaceable(const std::filesystem::path& target) {
 
 }  // namespace
 
+Status check_target(const std::filesystem::path& target) {
+  if (target.empty())
+    return fail(Errc::invalid_argument, "no name for the output", {}, "a file", "nothing");
+  const std::filesystem::path file = meant(target);
+  if (auto may = replaceable(file); !may) return may;
+  const std::filesystem::path folder = folder_of(file);
+  std::error_code unseen;
+  if (!std::filesystem::is_directory(folder, unseen))
+    return fail(Errc::not_found, "no such folder to write into", target.string(), {},
+                folder.string());
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return system_error("cannot write into the folder", folder);
+  return {};
+}
+
 Status sync_folder(const std::filesystem::path& folder) {
   if (const Descriptor opened(folder, O_RDONLY); opened.ok() && !opened.sync())
     return system_error("cannot bring the folder to the disk", folder);

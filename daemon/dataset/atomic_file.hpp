@@ -29,6 +29,10 @@ class AtomicFile {
   bool published_ = false;
 };
 
+/// Whether an AtomicFile could be published there: for commands that work long before they write.
+/// Errors: invalid_argument (no name), not_found (no such folder), io.
+Status check_target(const std::filesystem::path& target);
+
 /// Who may read what is written.
 enum class Readers {
   as_umask,  ///< everybody, less what the process masks

@@ -82,12 +82,23 @@ Result<CsvReader> CsvReader::from_text(std::string name, std::string text) {
   if (!line) return pass(std::move(line).error());
   if (!*line) return fail(Errc::parse, "the file is empty", reader.name_, "a header line");
   reader.header_ = reader.fields_;
+  if (auto commas = reader.check_separator(); !commas) return pass(std::move(commas).error());
   for (std::size_t i = 0; i < reader.header_.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (reader.header_[i] == reader.header_[k])
         return reader.complaint("two columns of the same name", {},
                                 "'" + shortened(reader.header_[i]) + "'");
   return reader;
+}
+
+// A comma between digits may then be a decimal mark: such a file is not guessed at.
+Status CsvReader::check_separator() const {
+  const std::size_t other =
+      header_.size() > 1 ? std::string::npos : header_.front().find_first_of(";\t");
+  if (other == std::string::npos) return {};
+  return fail(Errc::parse, "not separated by commas", where(), "commas",
+              header_.front()[other] == ';' ? "semicolons" : "tabs",
+              "Export it again with commas between fields and points as decimal marks");
 }
 
 Result<bool> CsvReader::next() {

@@ -42,6 +42,7 @@ class CsvReader {
 
  private:
   Result<bool> next_line();
+  [[nodiscard]] Status check_separator() const;
   Status split(std::string_view line);
 
   std::string name_;

@@ -25,19 +25,34 @@ constexpr auto make_reflected_table16() {
   return table;
 }
 
-constexpr auto make_table32() {
-  std::array<std::uint32_t, 256> table{};
+// [k][n]: of byte n with k zero bytes behind it, so that eight bytes are one step.
+constexpr auto make_tables32() {
+  std::array<std::array<std::uint32_t, 256>, 8> tables{};
   for (std::uint32_t n = 0; n < 256; ++n) {
     std::uint32_t c = n;
     for (int k = 0; k < 8; ++k) c = (c & 1U) != 0 ? 0xEDB88320U ^ (c >> 1) : c >> 1;
-    table[n] = c;
+    tables[0][n] = c;
   }
-  return table;
+  for (std::size_t k = 1; k < tables.size(); ++k)
+    for (std::size_t n = 0; n < 256; ++n)
+      tables[k][n] = tables[0][tables[k - 1][n] & 0xFFU] ^ (tables[k - 1][n] >> 8);
+  return tables;
 }
 
 constexpr auto table16 = make_table16();
 constexpr auto reflected_table16 = make_reflected_table16();
-constexpr auto table32 = make_table32();
+constexpr auto tables32 = make_tables32();
+
+std::uint32_t little32(ByteView bytes) {
+  return bytes[0] | std::uint32_t{bytes[1]} << 8 | std::uint32_t{bytes[2]} << 16 |
+         std::uint32_t{bytes[3]} << 24;
+}
+
+// Of four bytes with `behind` bytes after them.
+std::uint32_t four_bytes(std::uint32_t word, std::size_t behind) {
+  return tables32[behind + 3][word & 0xFFU] ^ tables32[behind + 2][word >> 8 & 0xFFU] ^
+         tables32[behind + 1][word >> 16 & 0xFFU] ^ tables32[behind][word >> 24];
+}
 
 }  // namespace
 
@@ -55,7 +70,9 @@ std::uint16_t crc16_modbus(ByteView bytes, std::uint16_t seed) {
 
 std::uint32_t crc32(ByteView bytes, std::uint32_t seed) {
   std::uint32_t c = ~seed;
-  for (const std::uint8_t b : bytes) c = table32[(c ^ b) & 0xFFU] ^ (c >> 8);
+  for (; bytes.size() >= 8; bytes = bytes.subspan(8))
+    c = four_bytes(c ^ little32(bytes), 4) ^ four_bytes(little32(bytes.subspan(4)), 0);
+  for (const std::uint8_t b : bytes) c = tables32[0][(c ^ b) & 0xFFU] ^ (c >> 8);
   return ~c;
 }
 

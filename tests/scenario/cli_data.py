@@ -324,6 +324,30 @@ def damaged_files(t, d):
         (d / "bad_model").write_text(text)
         t.refuses("classify", "bad_model", "new.csv", cwd=d, says=["bad_model"])
     t.refuses("classify", "gone.weft", "new.csv", cwd=d, says=["gone.weft"])
+    t.succeeds("train", "d.h5", "-o", "live.weft", "--live", "--learner", "lda", cwd=d)
+    t.refuses("classify", "live.weft", "new.csv", cwd=d, says=["live.weft", "while a slide goes on", "classify.live"])
+
+
+def outputs_refused_before_the_work(t, d):
+    """What cannot be written is said before a training, and nothing is left behind."""
+    (d / "a_folder").mkdir()
+    before = sorted(p.name for p in d.iterdir())
+    for out, says in (("a_folder", "a folder"), ("no/such/m.weft", "no such folder"), ("", "no name"), ("/dev/null", "a device")):
+        for command in (["train", "d.h5", "-o", out], ["features", "d.h5", "-o", out], ["dataset", "import", "manifest.csv", "-o", out],
+                        ["train", "d.h5", "-o", out, "--live"], ["evaluate", "d.h5", "--train-fraction", "0.5", "--report", out or "."]):
+            t.refuses(*command, cwd=d, says=[says if out or command[0] != "evaluate" else "a folder"])
+    t.expect(sorted(p.name for p in d.iterdir()) == before, "a refused output left something behind")
+
+
+def separators_and_control_characters(t, d):
+    for mark, name in ((";", "semicolons"), ("\t", "tabs")):
+        (d / "other.csv").write_text((d / "new.csv").read_text().replace(",", mark))
+        t.refuses("classify", "m.weft", "other.csv", cwd=d, says=["other.csv:1", "commas", name])
+    rows = (d / "manifest.csv").read_text().replace("wool", "wool\x1b]0;title\x07")
+    (d / "loud.csv").write_text(rows)
+    t.succeeds("dataset", "import", "loud.csv", "-o", "loud.h5", cwd=d)
+    said = subprocess.run([t.weft, "dataset", "info", "loud.h5"], cwd=d, capture_output=True, timeout=60)
+    t.expect(said.returncode == 0 and b"wool?]0;title?" in said.stdout and b"\x1b" not in said.stdout, f"control characters: {said.stdout}")
 
 
 def mismatches(t, d):
@@ -372,6 +396,8 @@ def main():
         lonely_label(t, d, rows)
         inputs_are_kept(t, d)
         damaged_files(t, d)
+        outputs_refused_before_the_work(t, d)
+        separators_and_control_characters(t, d)
         mismatches(t, d)
     finally:
         shutil.rmtree(work)

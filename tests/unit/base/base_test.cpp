@@ -23,6 +23,25 @@ TEST_CASE("CRCs give the catalogue's check values") {
   CHECK(crc32(ascii("6789"), crc32(ascii("12345"))) == 0xCBF43926U);
 }
 
+TEST_CASE("a CRC-32 does not depend on where a text is cut, and is that of single bits") {
+  Bytes text;
+  for (unsigned i = 0; i < 61; ++i) text.push_back(static_cast<std::uint8_t>(i * i + 7 * i));
+  const auto bit_by_bit = [](ByteView bytes) {
+    std::uint32_t c = ~0U;
+    for (const std::uint8_t b : bytes) {
+      c ^= b;
+      for (int k = 0; k < 8; ++k) c = (c & 1U) != 0 ? 0xEDB88320U ^ (c >> 1) : c >> 1;
+    }
+    return ~c;
+  };
+  for (std::size_t length = 0; length <= text.size(); ++length) {
+    const ByteView whole = ByteView(text).first(length);
+    CHECK(crc32(whole) == bit_by_bit(whole));
+    for (std::size_t cut = 0; cut <= length; ++cut)
+      CHECK(crc32(whole.subspan(cut), crc32(whole.first(cut))) == crc32(whole));
+  }
+}
+
 TEST_CASE("a reader that runs out turns bad and stays bad") {
   const Bytes three{1, 2, 3};
   LittleReader in(three);

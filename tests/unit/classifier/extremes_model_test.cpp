@@ -54,7 +54,10 @@ TEST_CASE("Extremes: 1024 taxels with all phases are learnt, asked and stored") 
     const auto again = load_model(file);
     REQUIRE(again);
     for (const Trial& trial : asked) {
-      const auto said = classify(model, trial), same = classify(*again, trial);
+      const auto features = extract(trial, model.setup.options);
+      REQUIRE(features);
+      const auto said = answer(model.learner, model.aids, *features);
+      const auto same = answer(again->learner, again->aids, *features);
       REQUIRE((said && same));
       CHECK(model.learner.labels()[said->ballot.winner] == trial.label);
       CHECK(same->ballot.winner == said->ballot.winner);

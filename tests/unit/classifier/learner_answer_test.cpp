@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -64,6 +65,66 @@ TEST_CASE("Cores trained in shares decide bit for bit as in one piece, whatever 
       CHECK((*cores)[i].decide(*own) == whole->cores()->cores()[i].decide(*own));
   }
   CHECK_FALSE(train_task(data, {Reduction::all, View::plain, 99}, options));
+}
+
+// All but the decisions, which answers() of many rows leaves out.
+void check_same(const Result<Answer>& many, const Result<Answer>& one) {
+  REQUIRE(many.has_value() == one.has_value());
+  if (!one) {
+    CHECK(to_string(many.error()) == to_string(one.error()));
+    return;
+  }
+  CHECK(many->ballot.winner == one->ballot.winner);
+  CHECK(many->ballot.votes == one->ballot.votes);
+  CHECK(many->ballot.support == one->ballot.support);
+  CHECK(many->ballot.cores == one->ballot.cores);
+  CHECK(many->ballot.classes == one->ballot.classes);
+  CHECK(many->ballot.decision.empty());
+  CHECK(many->probability == one->probability);
+  CHECK(many->novelty == one->novelty);
+  CHECK(many->none_of_these == one->none_of_these);
+}
+
+TEST_CASE("Many rows are answered as each row is, whatever is asked, however many threads ask") {
+  const FeatureMatrix data = gaussian_classes(4, 10, 6, 1.2, 21);
+  Matrix rows = gaussian_classes(4, 7, 6, 1.2, 22).values;
+  rows(5, 2) = std::nan("");
+  rows(9, 0) = std::numeric_limits<double>::infinity();
+  const auto learner = GENERATE(Learner::pvalue, Learner::pca, Learner::lda, Learner::svc);
+  const bool with_aids = GENERATE(true, false);
+  const auto trained = train_recipe(data, {learner, 20, View::ranked}, {});
+  REQUIRE(trained);
+  std::optional<VoteAids> aids;
+  if (with_aids) aids = *learn_aids(*trained, data, {});
+  for (const VoteKind kind :
+       {VoteKind::majority, VoteKind::soft, VoteKind::dag, VoteKind::shortlist}) {
+    const VoteOptions options{.kind = kind, .shortlist = 3};
+    for (const std::size_t threads : {1U, 3U}) {
+      const auto said = answers(*trained, aids, rows, options, threads);
+      REQUIRE(said.size() == rows.rows());
+      CHECK_FALSE(said[5]);
+      for (std::size_t r = 0; r < said.size(); ++r) {
+        CAPTURE(to_string(learner), with_aids, to_string(kind), r);
+        check_same(said[r], answer(*trained, aids, rows.row(r), options));
+      }
+    }
+  }
+  const Matrix narrow(2, 5);
+  for (const auto& said : answers(*trained, aids, narrow)) CHECK_FALSE(said);
+  CHECK(answers(*trained, aids, Matrix()).empty());
+}
+
+TEST_CASE("More rows than are asked at a time are all answered") {
+  const FeatureMatrix data = gaussian_classes(40, 3, 6, 3.0, 23);
+  const auto trained = train_recipe(data, {Learner::all}, {});
+  REQUIRE(trained);
+  const Matrix rows = gaussian_classes(40, 130, 6, 3.0, 24).values;  // 780 cores: 5128 at a time
+  const auto said = answers(*trained, {}, rows);
+  REQUIRE(said.size() == 5200);
+  for (std::size_t r = 0; r < said.size(); r += 3) {
+    REQUIRE(said[r]);
+    CHECK(said[r]->ballot.winner == *trained->classify(rows.row(r)));
+  }
 }
 
 TEST_CASE("Probabilities of every learner are distributions, and say more of nearer classes") {

@@ -228,11 +228,13 @@ TEST_CASE("at each stage the vote is that of the trial as far as it has come") {
     for (std::size_t k = 0; k < votes.size(); ++k) {
       const LiveStage& stage = model->stages[k];
       CHECK(votes[k].slide_s == Approx(static_cast<double>(stage.motion_frames) / rate_hz));
-      const auto said = classify(stage.model, begun_slide(trial, stage.motion_frames));
+      const std::vector<Trial> begun{begun_slide(trial, stage.motion_frames)};
+      const auto said = classify(stage.model, begun);
       REQUIRE(said);
-      CHECK(votes[k].winner == said->ballot.winner);
-      CHECK(votes[k].probability == said->probability);
-      CHECK(votes[k].none_of_these == said->none_of_these);
+      const Answer& whole = said->front();
+      CHECK(votes[k].winner == whole.ballot.winner);
+      CHECK(votes[k].probability == whole.probability);
+      CHECK(votes[k].none_of_these == whole.none_of_these);
     }
     CHECK(model->last().learner.labels()[votes.back().winner] == trial.label);
   }

@@ -45,8 +45,10 @@ TEST_CASE("a stored model of any learner answers bit for bit as the one that was
         CHECK(after->learner.view().kind() == view);
         CHECK(saved(*after) == text);
         for (const Trial& trial : cloths(3, 9)) {
-          const auto a = classify(before, trial);
-          const auto b = classify(*after, trial);
+          const auto features = extract(trial, before.setup.options);
+          REQUIRE(features);
+          const auto a = answer(before.learner, before.aids, *features);
+          const auto b = answer(after->learner, after->aids, *features);
           REQUIRE((a && b));
           CHECK(bits_of(*a) == bits_of(*b));
           CHECK(a->probability.empty() != with_aids);
@@ -59,11 +61,14 @@ TEST_CASE("a stored learner answers as the learner itself, and knows the cloths"
     CAPTURE(to_string(kind));
     const StoredModel stored = trained(kind, View::ranked, true);
     std::size_t right = 0;
-    for (const Trial& trial : cloths(3, 9)) {
-      const auto said = classify(stored, trial);
-      REQUIRE(said);
-      CHECK(said->ballot.winner == *stored.learner.classify(*extract(trial, {})));
-      right += stored.learner.labels()[said->ballot.winner] == trial.label ? 1 : 0;
+    const std::vector<Trial> trials = cloths(3, 9);
+    const auto said = classify(stored, trials);
+    REQUIRE(said);
+    REQUIRE(said->size() == trials.size());
+    for (std::size_t i = 0; i < trials.size(); ++i) {
+      const std::size_t winner = (*said)[i].ballot.winner;
+      CHECK(winner == *stored.learner.classify(*extract(trials[i], {})));
+      right += stored.learner.labels()[winner] == trials[i].label ? 1 : 0;
     }
     CHECK(right >= 25);  // of 27
   }
@@ -72,7 +77,7 @@ TEST_CASE("a stored learner answers as the learner itself, and knows the cloths"
 TEST_CASE("a learner without cores refuses kinds of vote that are for cores") {
   const StoredModel stored = trained(Learner::lda);
   for (const VoteKind kind : {VoteKind::soft, VoteKind::dag, VoteKind::shortlist}) {
-    const auto said = classify(stored, cloths(1, 1)[0], {.kind = kind});
+    const auto said = classify(stored, cloths(1, 1), {.kind = kind});
     REQUIRE_FALSE(said);
     CHECK(to_string(said.error()).find("lda") != std::string::npos);
   }
@@ -171,13 +176,14 @@ TEST_CASE("another version and another file are told apart from damage") {
 
 TEST_CASE("a trial of another sensor or with other phases is refused by name") {
   const StoredModel stored = trained(Learner::pvalue);
-  Trial fewer_phases = cloths(1, 1)[0];
-  for (Phase& phase : fewer_phases.phase)
+  std::vector<Trial> trials = cloths(1, 2);
+  for (Phase& phase : trials[1].phase)
     if (phase == Phase::end) phase = Phase::none;
-  const auto phases = classify(stored, fewer_phases);
+  const auto phases = classify(stored, trials);
   REQUIRE_FALSE(phases);
   CHECK(to_string(phases.error()).find("expected SPME, got SPM") != std::string::npos);
-  Trial other_sensor = motion_trial({{1, 2}, {3, 4}});
+  CHECK(phases.error().where == trials[1].file);
+  const std::vector<Trial> other_sensor{motion_trial({{1, 2}, {3, 4}})};
   CHECK(to_string(classify(stored, other_sensor).error()).find("expected 3 taxels, got 2") !=
         std::string::npos);
 }
