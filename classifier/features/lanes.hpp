@@ -15,8 +15,9 @@
 
 #define WEFT_INLINE [[gnu::always_inline]] inline
 // One copy of a function for each named kind of processor and one for all others, chosen when the
-// program starts. clang 14 names such clones so that its own linker does not find them.
-#if defined(__x86_64__) && !defined(__clang__)
+// program starts: before the thread sanitizer is there, which crashes. clang 14 names such clones
+// so that its own linker does not find them.
+#if defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define WEFT_CLONES(...) [[gnu::target_clones(__VA_ARGS__, "default")]]
 #else
 #define WEFT_CLONES(...)

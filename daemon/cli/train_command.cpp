@@ -58,15 +58,11 @@ Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen
 }
 
 // The model file of fabrics, or of imprints.
-Result<std::string> model_text(const Trained& trained) {
+Status write_model(const Trained& trained, std::ostream& out) {
   const StoredModel& model = trained.model;
-  std::ostringstream out;
-  const Status ok = trained.imprints
-                        ? ci::save_imprint_model(
-                              {model.provenance, *trained.imprints, model.learner, model.aids}, out)
-                        : classifier::save_model(model, out);
-  if (!ok) return pass(ok.error());
-  return std::move(out).str();
+  if (!trained.imprints) return classifier::save_model(model, out);
+  return ci::save_imprint_model({model.provenance, *trained.imprints, model.learner, model.aids},
+                                out);
 }
 
 json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained& trained) {
@@ -284,9 +280,9 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
                      train_s,
                      calibrate_s,
                      options};
-  const auto text = model_text(done);
-  if (!text) return pass(text.error());
-  if (auto ok = write_text_file(args.out, *text); !ok) return pass(ok.error());
+  const auto written =
+      write_streamed_file(args.out, [&](std::ostream& out) { return write_model(done, out); });
+  if (!written) return pass(written.error());
   print(console,
         bench_banner(chosen->dataset.info) + summary_text(args, done) + unconverged_text(options),
         summary_json(args, chosen->dataset.info, done));

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 
 namespace weft::daemon {
 namespace {
@@ -126,6 +127,18 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text,
     if (readers == Readers::owner && !file.set_mode(0600))  // before there is anything in it
       return system_error("cannot set the file's mode", path);
     if (!file.write_all(text)) return system_error("cannot write the file", path);
+  }
+  return atomic.publish();
+}
+
+Status write_streamed_file(const std::filesystem::path& path,
+                           const std::function<Status(std::ostream&)>& write) {
+  AtomicFile atomic(path);
+  {
+    std::ofstream file(atomic.temporary(), std::ios::binary | std::ios::trunc);
+    if (!file) return system_error("cannot create the file", path);
+    if (auto ok = write(file); !ok) return pass(ok.error(), path.string());
+    if (!file.flush()) return system_error("cannot write the file", path);
   }
   return atomic.publish();
 }

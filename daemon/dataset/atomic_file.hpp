@@ -2,6 +2,8 @@
 // Output that appears whole or not at all.
 
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <string_view>
 
 #include "protocols/base/result.hpp"
@@ -41,6 +43,10 @@ enum class Readers {
 /// Writes `text` to `path` through an AtomicFile.
 Status write_text_file(const std::filesystem::path& path, std::string_view text,
                        Readers readers = Readers::as_umask);
+
+/// The same of what `write` puts into a stream: for what should not be in memory twice.
+Status write_streamed_file(const std::filesystem::path& path,
+                           const std::function<Status(std::ostream&)>& write);
 
 /// A rename in a folder, or a removal, is on the disk only when this has returned. Errors: io.
 Status sync_folder(const std::filesystem::path& folder);

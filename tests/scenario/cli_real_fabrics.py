@@ -7,7 +7,7 @@ fabricslide, seven fabrics: repetition 0 trains, repetition 1 tests, whole strok
 published figure is 0.96 (k-NN; Wang et al. 2022, doi 10.3389/fnbot.2022.808222); windows must reach it with the reduction
 that cross-validation chooses. Each pressure and each speed is left out in turn too. icub20, twenty materials: folds 0 to 2 train,
 fold 3 tests, with its steps in the order of time and as filed. FLOORS are what `best`, chosen on the training part, must keep, shares of all test
-trials: the issue's aim for speeds, elsewhere a little below the figures of classifier/README.md, so that a loss is noticed.
+trials: the issue's aim for speeds, elsewhere a little below the figures of classifier/MEASURED.md, so that a loss is noticed.
 """
 import json
 import pathlib
