@@ -4,12 +4,13 @@
     cloth.py WEFT SOURCE_ROOT [PART ...]      prints tables, writes out/bench/cloth.json
 
 paper    accuracy of every learner on M1, M2 and both side by side, beside the figures the paper prints (Tables II, IV; section IV-B)
+curve    accuracy against the number of training trials of each fabric
 length   12.5 to 120 mm along the weft, and 50 mm along weft and warp each
 causes   M1 with parts of the plant left out: spread of trials, waviness, noise of the pads, texture
 groups   which features carry it: between-fabric share of the variance, and a machine for each pair (scikit-learn) on some columns alone
 pairs    which fabrics are taken for each other, against what they differ in (sim/fabrics.json); Mantel's test
 
-Every figure is of the plant model and of no cloth. 17 fabrics, 20 trials of each, 40 % train (8 of each), 30 random splits. The first three
+Every figure is of the plant model and of no cloth. 17 fabrics, 20 trials of each, 40 % train (8 of each), 30 random splits. The first four
 parts repeat the demo's campaign under WEFT_CLOTH_SEEDS (5) seeds, the demo's first: means over campaigns with Student's 95 % interval, for
 one campaign differs from the next by several points. Campaigns of one seed touch the same patches of cloth, so differences are taken seed by
 seed. groups and pairs are of the demo's campaign.
@@ -30,6 +31,7 @@ from scipy.stats import t as student
 
 SEEDS = [2016 + k for k in range(int(os.environ.get("WEFT_CLOTH_SEEDS", 5)))]
 REPEATS = 30
+TRIALS = (2, 3, 4, 6, 8, 12)
 LEARNERS = ("pvalue", "pca", "all", "lda", "svc", "trees")
 PAPER = {("M1", "pvalue"): "98", ("M1", "pca"): "89", ("M1", "all"): "89", ("M2", "pvalue"): "99", ("M2", "pca"): "99"}
 
@@ -70,17 +72,23 @@ class Cloth:
                  "--no-error-check")
         return place / "out/dataset.h5"
 
+    def learning_curve(self, data, exploration, learners):
+        """{learner: {trials of each: share right}} on test parts that stay the same."""
+        points = self.run("evaluate", data, "--exploration", exploration, "--train-fraction", 0.6, "--repeats", 5, "--threads", 1,
+                          "--curve-draws", 2, "--learning-curve", ",".join(map(str, TRIALS)), "--learner", ",".join(learners))["learning_curve"]
+        return {k: {p["trials"]: p["accuracy"][k]["mean"] for p in points} for k in learners}
+
     def evaluate(self, data, exploration, learners):
         found = self.run("evaluate", data, "--exploration", exploration, "--train-fraction", 0.4, "--repeats", REPEATS, "--threads", 1,
                          "--learner", ",".join(learners))["results"]
         return {k: found[k]["accuracy"] for k in learners}
 
-    def over_seeds(self, explorations, asked, learners, rig=None, fabrics=None):
-        """{exploration: {learner: [share right, one per seed]}} of campaigns of `explorations`, evaluated on each of `asked`."""
+    def over_seeds(self, explorations, asked, learners, rig=None, fabrics=None, measure=None):
+        """{exploration: {learner: [share right, one per seed]}} of campaigns of `explorations`, measured on each of `asked`."""
         def one(seed):
             with tempfile.TemporaryDirectory(dir=self.folder) as d:
                 data = self.campaign(seed, pathlib.Path(d), explorations, rig or self.rig, fabrics or self.fabrics)
-                return {e: self.evaluate(data, e, learners) for e in asked}
+                return {e: (measure or self.evaluate)(data, e, learners) for e in asked}
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             found = list(pool.map(one, SEEDS))
         return {e: {k: [f[e][k] for f in found] for k in learners} for e in asked}
@@ -128,6 +136,16 @@ def paper(cloth):
         if any(key[0] == e for key in PAPER):
             print_row([f"{e}, paper", *(PAPER.get((e, k), "-") for k in LEARNERS)])
     return out
+
+
+def curve(cloth):
+    learners = ("pvalue", "all", "lda")
+    found = cloth.over_seeds(cloth.recipe["explorations"], ("M1", "M2"), learners, measure=cloth.learning_curve)
+    print("Per cent right on 40 % of the trials, 5 random splits and 2 draws a campaign.\n")
+    print_head(["trials of each", *(f"{e} {k}" for e in found for k in learners)])
+    for n in TRIALS:
+        print_row([str(n), *(words([c[n] for c in found[e][k]]) for e in found for k in learners)])
+    return found
 
 
 def length(cloth):
@@ -222,7 +240,7 @@ def pairs(cloth):
 
 def main():
     weft, root = (str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(sys.argv[2]).resolve())
-    parts = {f.__name__: f for f in (paper, length, causes, groups, pairs)}
+    parts = {f.__name__: f for f in (paper, curve, length, causes, groups, pairs)}
     asked = sys.argv[3:] or list(parts)
     if unknown := [name for name in asked if name not in parts]:
         sys.exit(f"no such part: {', '.join(unknown)}; there are {', '.join(parts)}")
