@@ -20,6 +20,8 @@ json by_label(const Labels& labels, const std::vector<Number>& of_class) {
   return out;
 }
 
+constexpr std::size_t most_named = 10;  // of hundreds of fabrics nobody reads the last
+
 // The winner first, then the others that got votes, most votes first; nothing without votes.
 std::string votes_text(const Labels& labels, const classifier::Ballot& ballot) {
   if (ballot.votes.empty()) return {};
@@ -29,7 +31,10 @@ std::string votes_text(const Labels& labels, const classifier::Ballot& ballot) {
   std::ranges::stable_sort(order, std::greater<>(), [&](auto k) { return ballot.votes[k]; });
   order.insert(order.begin(), ballot.winner);
   std::string out = "  (votes:";
-  for (const std::size_t k : order) out += " " + labels[k] + " " + std::to_string(ballot.votes[k]);
+  for (std::size_t i = 0; i < std::min(order.size(), most_named); ++i)
+    out += " " + labels[order[i]] + " " + std::to_string(ballot.votes[order[i]]);
+  if (order.size() > most_named)
+    out += ", " + std::to_string(order.size() - most_named) + " more fabrics";
   return out + ")";
 }
 

@@ -21,7 +21,8 @@ struct AnsweredTrial {
 nlohmann::json answers_json(const classifier::TrainedLearner& learner, bool has_aids,
                             const std::vector<AnsweredTrial>& answered);
 
-/// "trial.csv: denim 97 %, or none of these  (votes: denim 3 silk 2)" and a line break.
+/// "trial.csv: denim 97 %, or none of these  (votes: denim 3 silk 2)" and a line break; the ten
+/// fabrics with most votes are named.
 std::string answer_line(const classifier::TrainedLearner& learner, const AnsweredTrial& answered);
 
 }  // namespace weft::daemon::cli

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "daemon/cli/answer_words.hpp"
 #include "daemon/cli/app.hpp"
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/progress.hpp"
@@ -287,6 +288,28 @@ TEST_CASE("a confusion matrix shows mistakes as numbers and zeros as dots") {
   CHECK(text.find("1 wool  3  1  .      75.0") != std::string::npos);
   CHECK(text.find("2 silk  .  4  .     100.0") != std::string::npos);
   CHECK(text.find("3 none  .  .  .         -") != std::string::npos);
+}
+
+TEST_CASE("of many fabrics the ten with most votes are named, the winner first") {
+  classifier::FeatureMatrix matrix;
+  matrix.names = {"mean.P"};
+  matrix.values = classifier::Matrix(26, 1);
+  for (std::size_t r = 0; r < 26; ++r) {
+    matrix.values(r, 0) = static_cast<double>(r);
+    matrix.labels.push_back(std::string(1, static_cast<char>('a' + r / 2)));
+    matrix.files.push_back(std::to_string(r));
+    matrix.groups.push_back("");
+  }
+  const auto learner = classifier::train_recipe(matrix, {classifier::Learner::lda}, {});
+  REQUIRE(learner);
+  AnsweredTrial trial{"t.csv", "", {}};
+  trial.answer.ballot.winner = 3;
+  for (int k = 0; k < 13; ++k) trial.answer.ballot.votes.push_back(k == 3 ? 12 : k);
+  CHECK(answer_line(*learner, trial) ==
+        "t.csv: d  (votes: d 12 m 12 l 11 k 10 j 9 i 8 h 7 g 6 f 5 e 4, 2 more fabrics)\n");
+  trial.answer.ballot.votes.assign(13, 0);
+  trial.answer.ballot.votes[3] = 2;
+  CHECK(answer_line(*learner, trial) == "t.csv: d  (votes: d 2)\n");
 }
 
 }  // namespace
