@@ -140,13 +140,13 @@ Result<Body> body_of(std::string_view text) {
 // [trials x features] of trials that the model may take; one extractor a thread.
 Result<Matrix> features_of(const FeatureSetup& setup, std::span<const Trial> trials,
                            std::size_t threads) {
+  for (const Trial& trial : trials)
+    if (auto ok = check_trial(setup, trial); !ok) return pass(ok.error());
   Matrix out(trials.size(), FeatureLayout(setup.taxels, setup.phases).size());
   std::vector<Status> done(trials.size());
   parallel_workers(trials.size(), threads, [&] {
     auto extractor = std::make_shared<FeatureExtractor>(setup.options);
     return [&, extractor](std::size_t i) {
-      done[i] = check_trial(setup, trials[i]);
-      if (!done[i]) return;
       const auto features = extractor->extract(trials[i]);
       if (features) std::ranges::copy(*features, out.row(i).begin());
       if (!features) done[i] = pass(features.error());

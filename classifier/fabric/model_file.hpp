@@ -64,8 +64,8 @@ Result<ModelHead> load_model_head(std::string_view beginning);
 /// phases than the training had.
 Status check_trial(const FeatureSetup& setup, const Trial& trial);
 
-/// The answers on such trials, without Ballot::decision. The first trial that cannot be answered
-/// is refused by its name.
+/// The answers on such trials, without Ballot::decision. Refuses, by name, a trial that
+/// check_trial() refuses, or whose features or answer cannot be had.
 Result<std::vector<Answer>> classify(const StoredModel& stored, std::span<const Trial> trials,
                                      const VoteOptions& options = {}, std::size_t threads = 0);
 

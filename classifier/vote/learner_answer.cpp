@@ -127,7 +127,7 @@ void ask_all_cores(const TrainedLearner& learner, const std::optional<VoteAids>&
     }
     out[i] = aids ? with_aids(std::move(*ballot), *aids, own.row(i))
                   : Answer{std::move(*ballot), {}, {}, false};
-    out[i]->ballot.decision = {};
+    out[i]->ballot.decision = std::vector<double>();  // {} would keep the memory
   });
 }
 
@@ -175,7 +175,7 @@ std::vector<Result<Answer>> answers(const TrainedLearner& learner,
   if (cores == nullptr || !all) {
     parallel_for(out.size(), threads, [&](std::size_t r) {
       out[r] = answer(learner, aids, rows.row(r), options);
-      if (out[r]) out[r]->ballot.decision = {};
+      if (out[r]) out[r]->ballot.decision = std::vector<double>();
     });
     return out;
   }

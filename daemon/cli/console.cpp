@@ -16,9 +16,13 @@ void put(std::ostream& out, const json& object) {
 // What somebody called a fabric or a file could hold sequences that a terminal obeys.
 std::string harmless(std::string_view text) {
   std::string out;
-  for (const char c : text) {
-    const bool obeyed = (c >= '\0' && c < ' ' && c != '\n' && c != '\t') || c == '\x7f';
-    out += obeyed ? '?' : c;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0;
+    const bool second_set = c == 0xC2 && next >= 0x80 && next < 0xA0;  // U+0080 to U+009F
+    const bool obeyed = (c < ' ' && c != '\n' && c != '\t') || c == 0x7F || second_set;
+    out += obeyed ? '?' : text[i];
+    i += second_set ? 1 : 0;
   }
   return out;
 }

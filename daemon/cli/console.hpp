@@ -27,7 +27,7 @@ struct Console {
 };
 
 /// The outcome of a command in the form that was asked for. Text ends with a newline; control
-/// characters in it, other than tabs and line breaks, come out as "?", in errors too.
+/// characters in it, other than tabs and line breaks, come out as "?", as they do in report().
 void print(Console& console, std::string_view text, const nlohmann::json& object);
 
 /// The parts of an error and its sentence.

@@ -135,10 +135,13 @@ Status write_streamed_file(const std::filesystem::path& path,
                            const std::function<Status(std::ostream&)>& write) {
   AtomicFile atomic(path);
   {
-    std::ofstream file(atomic.temporary(), std::ios::binary | std::ios::trunc);
-    if (!file) return system_error("cannot create the file", path);
-    if (auto ok = write(file); !ok) return pass(ok.error(), path.string());
+    const Descriptor created(atomic.temporary(), O_WRONLY | O_CREAT | O_TRUNC);
+    std::ofstream file(atomic.temporary(), std::ios::binary);
+    if (!created.ok() || !file) return system_error("cannot create the file", path);
+    errno = 0;
+    const Status written = write(file);
     if (!file.flush()) return system_error("cannot write the file", path);
+    if (!written) return pass(written.error(), path.string());
   }
   return atomic.publish();
 }

@@ -91,7 +91,8 @@ Result<CsvReader> CsvReader::from_text(std::string name, std::string text) {
   return reader;
 }
 
-// A comma between digits may then be a decimal mark: such a file is not guessed at.
+// Every table here has two columns or more. A comma between digits may be a decimal mark then: such
+// a file is not guessed at.
 Status CsvReader::check_separator() const {
   const std::size_t other =
       header_.size() > 1 ? std::string::npos : header_.front().find_first_of(";\t");

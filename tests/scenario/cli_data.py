@@ -329,12 +329,12 @@ def damaged_files(t, d):
 
 
 def outputs_refused_before_the_work(t, d):
-    """What cannot be written is said before a training, and nothing is left behind."""
+    """What cannot be written is said even before what cannot be read, and nothing is left behind."""
     (d / "a_folder").mkdir()
     before = sorted(p.name for p in d.iterdir())
     for out, says in (("a_folder", "a folder"), ("no/such/m.weft", "no such folder"), ("", "no name"), ("/dev/null", "a device")):
-        for command in (["train", "d.h5", "-o", out], ["features", "d.h5", "-o", out], ["dataset", "import", "manifest.csv", "-o", out],
-                        ["train", "d.h5", "-o", out, "--live"], ["evaluate", "d.h5", "--train-fraction", "0.5", "--report", out or "."]):
+        for command in (["train", "gone.h5", "-o", out], ["features", "gone.h5", "-o", out], ["dataset", "import", "gone.csv", "-o", out],
+                        ["train", "gone.h5", "-o", out, "--live"], ["evaluate", "gone.h5", "--train-fraction", "0.5", "--report", out or "."]):
             t.refuses(*command, cwd=d, says=[says if out or command[0] != "evaluate" else "a folder"])
     t.expect(sorted(p.name for p in d.iterdir()) == before, "a refused output left something behind")
 
@@ -343,11 +343,11 @@ def separators_and_control_characters(t, d):
     for mark, name in ((";", "semicolons"), ("\t", "tabs")):
         (d / "other.csv").write_text((d / "new.csv").read_text().replace(",", mark))
         t.refuses("classify", "m.weft", "other.csv", cwd=d, says=["other.csv:1", "commas", name])
-    rows = (d / "manifest.csv").read_text().replace("wool", "wool\x1b]0;title\x07")
+    rows = (d / "manifest.csv").read_text().replace("wool", "wool\x1b]0;title\x07\u009b2J")
     (d / "loud.csv").write_text(rows)
     t.succeeds("dataset", "import", "loud.csv", "-o", "loud.h5", cwd=d)
     said = subprocess.run([t.weft, "dataset", "info", "loud.h5"], cwd=d, capture_output=True, timeout=60)
-    t.expect(said.returncode == 0 and b"wool?]0;title?" in said.stdout and b"\x1b" not in said.stdout, f"control characters: {said.stdout}")
+    t.expect(said.returncode == 0 and b"wool?]0;title??2J" in said.stdout and b"\x1b" not in said.stdout, f"control characters: {said.stdout}")
 
 
 def mismatches(t, d):

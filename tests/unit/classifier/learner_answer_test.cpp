@@ -79,7 +79,7 @@ void check_same(const Result<Answer>& many, const Result<Answer>& one) {
   CHECK(many->ballot.support == one->ballot.support);
   CHECK(many->ballot.cores == one->ballot.cores);
   CHECK(many->ballot.classes == one->ballot.classes);
-  CHECK(many->ballot.decision.empty());
+  CHECK(many->ballot.decision.capacity() == 0);
   CHECK(many->probability == one->probability);
   CHECK(many->novelty == one->novelty);
   CHECK(many->none_of_these == one->none_of_these);
