@@ -35,7 +35,7 @@ void DenseSmo::set_rows(std::span<const int> sign) {
       if ((sign[i] > 0) == positive) order_.push_back(i);
   }
   set_start(sign);
-  rounded_.assign(n_ * width_, 0.0);
+  rounded_.assign(width_ * width_, 0.0);
   coefficient_.assign(n_, 0.0);
 }
 

@@ -76,7 +76,8 @@ class DenseSmo {
   std::size_t n_ = 0;
   std::size_t width_ = 0;           // n rounded up to whole vector blocks
   std::vector<std::size_t> order_;  // position in the problem -> caller's row
-  std::vector<double> rounded_;     // [n x width] kernel as float values
+  // [width x width] kernel as float values; rows of the padding are looked at where no row may move
+  std::vector<double> rounded_;
 
   // The problem under way; positions move when it shrinks.
   std::vector<double> swapped_;  // copy of rounded_ after the first exchange
