@@ -10,7 +10,6 @@
 namespace weft::classifier {
 namespace {
 
-constexpr std::size_t most_decisions = 4'000'000;  // at a time; in all but for least_rows
 constexpr std::size_t least_rows = 200;
 
 std::vector<std::size_t> counted(std::size_t count) {
@@ -20,9 +19,8 @@ std::vector<std::size_t> counted(std::size_t count) {
 }
 
 // Rows whose full decisions are worth computing: all, or evenly spread ones of a large model.
-std::vector<std::size_t> sampled_rows(std::size_t rows, std::size_t cores) {
-  const std::size_t most = std::max(least_rows, most_decisions / std::max<std::size_t>(cores, 1));
-  const std::size_t count = std::min(rows, most);
+std::vector<std::size_t> sampled_rows(std::size_t rows, const FabricModel& model) {
+  const std::size_t count = std::min(rows, std::max(least_rows, rows_at_a_time(model)));
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < count; ++i) out.push_back(i * rows / count);
   return out;
@@ -33,11 +31,11 @@ HeldOut held_out_answers(const FabricModel& model, const FeatureMatrix& matrix,
                          const CrossDecisions& decisions, const Calibration& calibration,
                          std::size_t threads) {
   HeldOut out;
-  out.row = sampled_rows(matrix.size(), model.pairs().size());
+  out.row = sampled_rows(matrix.size(), model);
   out.winner.resize(out.row.size());
   out.probability.resize(out.row.size());
   const std::vector<std::size_t> classes = counted(model.labels().size());
-  const std::size_t batch = std::max<std::size_t>(1, most_decisions / model.pairs().size());
+  const std::size_t batch = rows_at_a_time(model);
   for (std::size_t from = 0; from < out.row.size(); from += batch) {
     const std::size_t count = std::min(batch, out.row.size() - from);
     const Matrix decision =

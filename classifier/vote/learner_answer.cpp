@@ -103,8 +103,6 @@ Result<Answer> answer_of_cores(const TrainedLearner& learner, const std::optiona
   return Answer{std::move(*ballot), {}, {}, false};
 }
 
-constexpr std::size_t most_decisions = 4'000'000;  // at a time
-
 // Rows from `from` on, as many as `out` has places, asked of all cores.
 void ask_all_cores(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
                    VoteKind kind, const Matrix& rows, std::size_t from,
@@ -179,7 +177,7 @@ std::vector<Result<Answer>> answers(const TrainedLearner& learner,
     });
     return out;
   }
-  const std::size_t batch = std::max<std::size_t>(1, most_decisions / cores->cores().size());
+  const std::size_t batch = rows_at_a_time(*cores);
   for (std::size_t from = 0; from < out.size(); from += batch)
     ask_all_cores(learner, aids, options.kind, rows, from,
                   std::span(out).subspan(from, std::min(batch, out.size() - from)), threads);

@@ -106,6 +106,11 @@ Result<Ballot> count_all(const FabricModel& model, std::vector<double> decision,
       std::move(every), std::move(vote.decision)};
 }
 
+std::size_t rows_at_a_time(const FabricModel& model) {
+  constexpr std::size_t most_decisions = 4'000'000;
+  return std::max<std::size_t>(1, most_decisions / model.cores().size());
+}
+
 Status check_features(const FabricModel& model, std::span<const double> features) {
   const std::vector<std::string>& names = model.feature_names();
   if (features.size() != names.size())

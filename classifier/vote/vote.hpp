@@ -57,6 +57,10 @@ Result<Ballot> vote(const FabricModel& model, std::span<const double> features,
 /// soft. Refuses a decision that is not finite.
 Result<Ballot> count_all(const FabricModel& model, std::vector<double> decision, VoteKind kind);
 
+/// How many rows' decisions are worth having in memory at a time: at most 4 million decisions, 32
+/// MB.
+std::size_t rows_at_a_time(const FabricModel& model);
+
 /// Refuses another number of features than the model's, and values that are not finite, by name.
 Status check_features(const FabricModel& model, std::span<const double> features);
 

@@ -333,9 +333,10 @@ def outputs_refused_before_the_work(t, d):
     (d / "a_folder").mkdir()
     before = sorted(p.name for p in d.iterdir())
     for out, says in (("a_folder", "a folder"), ("no/such/m.weft", "no such folder"), ("", "no name"), ("/dev/null", "a device")):
-        for command in (["train", "gone.h5", "-o", out], ["features", "gone.h5", "-o", out], ["dataset", "import", "gone.csv", "-o", out],
-                        ["train", "gone.h5", "-o", out, "--live"], ["evaluate", "gone.h5", "--train-fraction", "0.5", "--report", out or "."]):
-            t.refuses(*command, cwd=d, says=[says if out or command[0] != "evaluate" else "a folder"])
+        for command in (["train", "gone.h5"], ["train", "gone.h5", "--live"], ["features", "gone.h5"], ["dataset", "import", "gone.csv"]):
+            t.refuses(*command, "-o", out, cwd=d, says=[says])
+        if out:  # without a name there is no page
+            t.refuses("evaluate", "gone.h5", "--train-fraction", "0.5", "--report", out, cwd=d, says=[says])
     t.expect(sorted(p.name for p in d.iterdir()) == before, "a refused output left something behind")
 
 

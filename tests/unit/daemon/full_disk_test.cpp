@@ -4,10 +4,15 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <csignal>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/services.hpp"
+#include "daemon/dataset/atomic_file.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
 namespace full_disk_test {
@@ -97,6 +102,33 @@ TEST_CASE("a wish for the line that cannot be kept changes nothing") {
   CHECK(lines_of(bench.store, "queue_started") == 0);
   REQUIRE(bench.desk->start_line("ada"));
   CHECK(lines_of(bench.store, "queue_started") == 1);
+}
+
+TEST_CASE("a file that is streamed to a full disk says why, and leaves the old one") {
+  const TemporaryFolder folder;
+  const auto path = folder / "model.weft";
+  const auto writes = [](std::string text) {
+    return [text = std::move(text)](std::ostream& out) -> Status {
+      out << text;
+      if (out.flush()) return {};
+      return fail(Errc::io, "cannot write the model");  // as the writers of models do
+    };
+  };
+  REQUIRE(write_streamed_file(path, writes("old\n")));
+  {
+    const FullDisk full;
+    const Status refused = write_streamed_file(path, writes(std::string(100'000, 'x')));
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().where == path.string());
+    CHECK(refused.error().got == std::strerror(EFBIG));
+  }
+  const Status refused = write_streamed_file(
+      path, [](std::ostream&) -> Status { return fail(Errc::range, "not to be written"); });
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message == "not to be written");
+  std::ifstream in(path);
+  CHECK(std::string(std::istreambuf_iterator<char>(in), {}) == "old\n");
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
 TEST_CASE("leases and tokens whose line of the journal cannot be kept are as they were") {
