@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "classifier/vibro/learn/booster_check.hpp"
 #include "classifier/vibro/learn/xgboost_library.hpp"
 #endif
 
@@ -158,11 +159,13 @@ std::unique_ptr<Classifier> read_boosted(LineReader& in, std::size_t features,
                                          std::size_t classes) {
   const std::string text = in.text("booster");
   if (!have_xgboost()) in.refuse(not_there().value().message + ", which the model is of");
+  const auto checked = checked_booster(text, features, classes);
+  if (!checked) in.refuse(checked.error().message, checked.error().expected, checked.error().got);
   BoosterHandle handle = nullptr;
   if (!in.ok() || xgboost().create(nullptr, 0, &handle) != 0) return nullptr;
   BoosterHandleOwner booster(handle);
   Status ok = done(xgboost().set_parameter(handle, "verbosity", "0"));
-  if (ok) ok = done(xgboost().load(handle, text.data(), text.size()));
+  if (ok) ok = done(xgboost().load(handle, checked->data(), checked->size()));
   if (ok) ok = done(xgboost().set_parameter(handle, "nthread", "1"));
   auto out = std::make_unique<Boosted>(std::move(booster));
   const std::size_t told = ok ? out->shares(std::vector<double>(features, 0.0)).size() : 0;

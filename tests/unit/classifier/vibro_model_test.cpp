@@ -135,6 +135,43 @@ TEST_CASE(
       "not one of these");
 }
 
+// The library would follow these wherever they lead.
+TEST_CASE("Stored boosters whose trees lead nowhere are refused before XGBoost reads them") {
+  if (!available(Method::xgb)) return;
+  const std::string booster = saved(trained(Method::xgb).value());
+  REQUIRE(loaded(booster));
+  struct Damage {
+    std::string from, to, says;
+  };
+  const std::vector<Damage> damages = {
+      {R"("left_children":[1,)", R"("left_children":[99999999,)", "leads nowhere"},
+      {R"("left_children":[1,)", R"("left_children":[0,)", "leads nowhere"},
+      {R"("left_children":[1,)", R"("left_children":[2,)", "leads nowhere"},
+      {R"("left_children":[1,)", R"("left_children":[-1,)", "leads nowhere"},
+      {R"("left_children":[1,)", R"("left_children":[1.5,)", "no nodes"},
+      {R"("left_children":[1,)", R"("left_children":[1,-1,)", "unlike lengths"},
+      {R"("right_children":[2,)", R"("right_children":[true,)", "not whole numbers"},
+      {R"("split_indices":[)", R"("split_indices":[1)", "beyond the last"},
+      {R"("split_type":[0,)", R"("split_type":[1,)", "by categories"},
+      {R"("categories":[])", R"("categories":[1])", "by categories"},
+      {R"("num_nodes":")", R"("num_nodes":"1)", "counts its nodes"},
+      {R"("tree_info":[0,)", R"("tree_info":[3,)", "beyond the last"},
+      {R"("tree_info":[0,)", R"("tree_info":[)", "counts its trees"},
+      {R"("num_trees":")", R"("num_trees":"1)", "counts its trees"},
+      {R"("num_parallel_tree":"1")", R"("num_parallel_tree":"0")", "whole rounds"},
+      {R"("name":"gbtree")", R"("name":"gblinear")", "another kind"},
+      {R"("name":"multi:softprob")", R"("name":"reg:linear")", "another kind"},
+      {R"("trees":[{)", R"("trees":[[{)", "not one of these"},  // no JSON
+      {R"("attributes":{})", R"("attributes":)" + std::string(100'000, '['), "not one of these"},
+      {"\nbooster {", "\nbooster binf", "not one of these"},  // the library's older format
+  };
+  for (const auto& [from, to, says] : damages) {
+    INFO(from << " becomes " << to.substr(0, 40));
+    REQUIRE(booster.find(from) != std::string::npos);
+    check_corrupt(with(booster, from, to), says);
+  }
+}
+
 TEST_CASE(
     "A model file of recordings that is damaged, cut short or of another version is refused") {
   const std::string text = saved(trained(Method::lda).value());

@@ -1,0 +1,179 @@
+#include "classifier/vibro/learn/booster_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace weft::classifier::vibro {
+namespace {
+
+using nlohmann::json;
+using Numbers = std::vector<std::int64_t>;
+
+constexpr int deepest = 32;  // of a booster's own text: 7
+
+tl::unexpected<Error> refused(std::string message, std::string expected = {},
+                              std::string got = {}) {
+  return fail(Errc::corrupt, std::move(message), {}, std::move(expected), std::move(got));
+}
+
+// The library's reader calls itself for each bracket: none may lead it down without end.
+json parsed(std::string_view text) {
+  bool too_deep = false;
+  json out = json::parse(
+      text,
+      [&too_deep](int depth, json::parse_event_t, json&) {
+        too_deep = too_deep || depth > deepest;
+        return !too_deep;
+      },
+      false);
+  return too_deep ? json() : out;
+}
+
+const json& at(const json& in, const char* path) {
+  static const json nothing;
+  const json::json_pointer where(path);
+  return in.contains(where) ? in[where] : nothing;
+}
+
+// Parameters are numbers written as texts.
+bool says(const json& in, const char* path, std::size_t number) {
+  const json& value = at(in, path);
+  return value.is_string() && value.get_ref<const std::string&>() == std::to_string(number);
+}
+
+// None where it is no list of whole numbers.
+Numbers whole_numbers(const json& list) {
+  Numbers out;
+  if (!list.is_array()) return out;
+  for (const json& value : list) {
+    if (!value.is_number_integer()) return {};
+    out.push_back(value.get<std::int64_t>());
+  }
+  return out;
+}
+
+bool all_numbers(const json& list, std::size_t count) {
+  return list.is_array() && list.size() == count &&
+         std::ranges::all_of(list, [](const json& v) { return v.is_number() || v.is_boolean(); });
+}
+
+Status check_lengths(const json& tree, std::size_t nodes) {
+  constexpr std::array lists = {
+      "/base_weights", "/default_left",   "/left_children",    "/loss_changes",  "/parents",
+      "/split_type",   "/right_children", "/split_conditions", "/split_indices", "/sum_hessian"};
+  for (const char* list : lists)
+    if (!all_numbers(at(tree, list), nodes))
+      return refused("lists of a tree of the booster are of unlike lengths",
+                     std::to_string(nodes) + " numbers",
+                     std::to_string(at(tree, list).size()) + " of " + (list + 1));
+  if (!says(tree, "/tree_param/num_nodes", nodes))
+    return refused("a tree of the booster counts its nodes wrongly", std::to_string(nodes),
+                   at(tree, "/tree_param/num_nodes").dump());
+  return {};
+}
+
+// The root has no parent and no node has two, so every way down ends.
+Status check_branches(const Numbers& left, const Numbers& right) {
+  const auto nodes = static_cast<std::int64_t>(left.size());
+  std::vector<bool> has_parent(left.size());
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (left[i] == -1 && right[i] == -1) continue;
+    for (const std::int64_t child : {left[i], right[i]}) {
+      if (child < 1 || child >= nodes || has_parent[static_cast<std::size_t>(child)])
+        return refused("a node of the booster leads nowhere",
+                       "two nodes of its own of " + std::to_string(nodes), std::to_string(child));
+      has_parent[static_cast<std::size_t>(child)] = true;
+    }
+  }
+  return {};
+}
+
+Status check_tree(const json& tree, std::size_t features) {
+  const Numbers left = whole_numbers(at(tree, "/left_children"));
+  const Numbers right = whole_numbers(at(tree, "/right_children"));
+  const Numbers feature = whole_numbers(at(tree, "/split_indices"));
+  const Numbers kind = whole_numbers(at(tree, "/split_type"));
+  if (left.empty()) return refused("a tree of the booster has no nodes");
+  if (auto ok = check_lengths(tree, left.size()); !ok) return ok;
+  if (right.size() != left.size() || feature.size() != left.size() || kind.size() != left.size())
+    return refused("nodes of the booster are not whole numbers");
+  if (auto ok = check_branches(left, right); !ok) return ok;
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (left[i] == -1) continue;
+    if (feature[i] < 0 || feature[i] >= static_cast<std::int64_t>(features))
+      return refused("a feature of the booster is beyond the last",
+                     "less than " + std::to_string(features), std::to_string(feature[i]));
+  }
+  for (const char* list :
+       {"/categories", "/categories_nodes", "/categories_segments", "/categories_sizes"})
+    if (!at(tree, list).empty()) return refused("the booster splits by categories", "numbers");
+  if (std::ranges::any_of(kind, [](std::int64_t k) { return k != 0; }))
+    return refused("the booster splits by categories", "numbers");
+  return {};
+}
+
+// Each tree adds to the class that it names.
+Status check_classes(const json& model, std::size_t trees, std::size_t classes) {
+  const Numbers of_tree = whole_numbers(at(model, "/tree_info"));
+  if (of_tree.size() != trees || !says(model, "/gbtree_model_param/num_trees", trees))
+    return refused("the booster counts its trees wrongly", std::to_string(trees),
+                   std::to_string(of_tree.size()));
+  for (const std::int64_t c : of_tree)
+    if (c < 0 || c >= static_cast<std::int64_t>(classes))
+      return refused("a class of the booster is beyond the last",
+                     "less than " + std::to_string(classes), std::to_string(c));
+  return {};
+}
+
+// Trees of a round, of all classes together, follow one another; from 2.0 on the file says where
+// rounds begin.
+Status check_rounds(const json& model, std::size_t trees, std::size_t classes) {
+  constexpr std::array at_a_time = {std::size_t{1}, std::size_t{100}};  // of fit_xgb, fit_xgbrf
+  const bool known = std::ranges::any_of(at_a_time, [&](std::size_t parallel) {
+    return says(model, "/gbtree_model_param/num_parallel_tree", parallel) &&
+           trees % (parallel * classes) == 0;
+  });
+  if (!known)
+    return refused("the booster has no whole rounds of trees", "1 or 100 trees of each class",
+                   at(model, "/gbtree_model_param/num_parallel_tree").dump());
+  const json& begins = at(model, "/iteration_indptr");
+  const Numbers from = whole_numbers(begins);
+  if (!begins.is_null() && (from.size() < 2 || from.front() != 0 || !std::ranges::is_sorted(from) ||
+                            from.back() != static_cast<std::int64_t>(trees)))
+    return refused("rounds of the booster lead nowhere");
+  return {};
+}
+
+Status check_learner(const json& learner, std::size_t features, std::size_t classes) {
+  if (!says(learner, "/learner_model_param/num_feature", features) ||
+      !says(learner, "/learner_model_param/num_class", classes) ||
+      !says(learner, "/objective/softmax_multiclass_param/num_class", classes))
+    return refused("the booster is not one of these features and labels",
+                   std::to_string(features) + " features, " + std::to_string(classes) + " labels");
+  if (at(learner, "/objective/name") != "multi:softprob" ||
+      at(learner, "/gradient_booster/name") != "gbtree")
+    return refused("the booster is of another kind", "gbtree of multi:softprob");
+  const json& model = at(learner, "/gradient_booster/model");
+  const json& trees = at(model, "/trees");
+  if (!trees.is_array() || trees.empty()) return refused("the booster has no trees");
+  for (const json& tree : trees)
+    if (auto ok = check_tree(tree, features); !ok) return ok;
+  if (auto ok = check_classes(model, trees.size(), classes); !ok) return ok;
+  return check_rounds(model, trees.size(), classes);
+}
+
+}  // namespace
+
+Result<std::string> checked_booster(std::string_view text, std::size_t features,
+                                    std::size_t classes) {
+  const json booster = parsed(text);
+  if (auto ok = check_learner(at(booster, "/learner"), features, classes); !ok)
+    return pass(std::move(ok).error());
+  return booster.dump();
+}
+
+}  // namespace weft::classifier::vibro
