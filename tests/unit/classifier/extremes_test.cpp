@@ -7,6 +7,7 @@
 
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/extract.hpp"
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::extremes_test {
@@ -344,9 +345,9 @@ TEST_CASE(
     }
   }
   fill(2'000'000, 3);
-  const std::size_t before = testing::allocations();
+  const std::size_t before = allocations();
   const auto refused = extract(trial);
-  CHECK(testing::allocations() - before < 30);
+  CHECK(allocations() - before < 30);
   REQUIRE_FALSE(refused);
   CHECK(refused.error().message == "phase M is too long");
   CHECK(refused.error().got == "2000000");

@@ -5,6 +5,7 @@
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/learn/exponential.hpp"
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::fabric_test {
@@ -193,9 +194,9 @@ TEST_CASE("A core's packed decision is that of the plain loops, bit for bit, wit
       const auto model = train(matrix, {.reduction = r}).value();
       for (const FabricCore& core : model.cores()) {
         for (std::size_t row = 0; row < matrix.size(); ++row) {
-          const std::size_t before = testing::allocations();
+          const std::size_t before = allocations();
           const double f = core.decide(matrix.values.row(row));
-          if (columns < 1000) CHECK(testing::allocations() == before);
+          if (columns < 1000) CHECK(allocations() == before);
           CHECK(f == plain_decision(core, matrix.values.row(row)));
         }
       }

@@ -7,6 +7,7 @@
 
 #include "classifier/features/fourier.hpp"
 #include "classifier/features/spectrum.hpp"
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 #include "tests/unit/classifier/slow_features.hpp"
 
@@ -163,9 +164,9 @@ TEST_CASE("Tables of recent lengths are kept, older ones made again with the sam
   for (std::size_t n = 100; n < 99 + SpectrumCache::most; ++n) CHECK(cache.of(n).length() == n);
   CHECK(&cache.of(50) == first);
   for (std::size_t n = 100; n < 100 + SpectrumCache::most; ++n) CHECK(cache.of(n).length() == n);
-  const std::size_t before = testing::allocations();
+  const std::size_t before = allocations();
   CHECK(cache.of(50).length() == 50);
-  CHECK(testing::allocations() > before);  // made again
+  CHECK(allocations() > before);  // made again
 }
 
 TEST_CASE("Tables of a long motion leave when the next ones would not fit beside them") {
@@ -176,9 +177,9 @@ TEST_CASE("Tables of a long motion leave when the next ones would not fit beside
   CHECK(&cache.of(60) == small);
   CHECK(cache.of(300'000).length() == 300'000);
   CHECK(&cache.of(60) == small);
-  const std::size_t before = testing::allocations();
+  const std::size_t before = allocations();
   CHECK(cache.of(1'000'000).length() == 1'000'000);
-  CHECK(testing::allocations() > before);  // made again
+  CHECK(allocations() > before);  // made again
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "classifier/features/extract.hpp"
 #include "classifier/features/feature_stream.hpp"
 #include "classifier/live/staged_model.hpp"
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
 namespace weft::classifier::features_stream_test {
@@ -51,10 +52,10 @@ TEST_CASE("Trials of lengths that it knows cost an extractor no allocation") {
   FeatureExtractor extractor;
   const std::vector<Trial> trials = {slide(19, 90, 1), slide(19, 131, 2), slide(19, 89, 3)};
   for (const Trial& trial : trials) REQUIRE(extractor.extract(trial));
-  const std::size_t before = testing::allocations();
+  const std::size_t before = allocations();
   bool fine = true;
   for (const Trial& trial : trials) fine = fine && extractor.extract(trial).has_value();
-  const std::size_t after = testing::allocations();
+  const std::size_t after = allocations();
   CHECK(fine);
   CHECK(after == before);
 }
@@ -77,9 +78,9 @@ TEST_CASE("Looks at every stage of a second slide cost a stream no allocation") 
   };
   CHECK(looks() == seconds.size());
   CHECK(seconds.size() == 12);
-  const std::size_t before = testing::allocations();
+  const std::size_t before = allocations();
   const std::size_t seen = looks();
-  const std::size_t after = testing::allocations();
+  const std::size_t after = allocations();
   CHECK(seen == seconds.size());
   CHECK(after == before);
 }

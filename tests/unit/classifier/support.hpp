@@ -62,9 +62,6 @@ inline FeatureMatrix gaussian_classes(std::size_t classes, std::size_t per_class
   return out;
 }
 
-/// Calls of operator new since the start of the program.
-std::size_t allocations();
-
 /// |a - b| relative to the larger; 0 when both are 0.
 inline double relative_difference(double a, double b) {
   const double top = std::max(std::abs(a), std::abs(b));

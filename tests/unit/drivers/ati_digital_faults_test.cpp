@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/ati_digital_support.hpp"
 
 namespace ati_digital_faults_test {

@@ -113,7 +113,4 @@ inline Bytes operator+(Bytes a, const Bytes& b) {
   return a;
 }
 
-/// Allocations of this program so far (allocations.cpp).
-std::size_t allocations();
-
 }  // namespace weft::testing

@@ -5,6 +5,7 @@
 
 #include "drivers/imprint_array/imprint_array.hpp"
 #include "protocols/imprint/imprint.hpp"
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
 namespace imprint_array_test {

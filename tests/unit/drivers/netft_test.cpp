@@ -3,6 +3,7 @@
 
 #include "drivers/ati_netft/ati_netft.hpp"
 #include "protocols/rdt/rdt.hpp"
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
 namespace netft_test {

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/stage_bench.hpp"
 
 namespace stage_motion_test {

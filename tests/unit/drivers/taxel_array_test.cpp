@@ -4,6 +4,7 @@
 #include "drivers/taxel_array/taxel_array.hpp"
 #include "protocols/taxel/cpm_finger.hpp"
 #include "protocols/taxel/taxel.hpp"
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
 namespace taxel_array_test {

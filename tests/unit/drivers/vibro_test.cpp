@@ -6,6 +6,7 @@
 
 #include "drivers/api/plugin_convert.hpp"
 #include "protocols/vibro/vibro.hpp"
+#include "tests/unit/allocations.hpp"
 #include "tests/unit/drivers/fakes.hpp"
 
 namespace vibro_test {

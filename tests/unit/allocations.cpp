@@ -1,10 +1,8 @@
-// Counts what is allocated: the features promise nothing in steady state.
+#include "tests/unit/allocations.hpp"
 
 #include <atomic>
 #include <cstdlib>
 #include <new>
-
-#include "tests/unit/classifier/support.hpp"
 
 namespace {
 
@@ -23,7 +21,7 @@ std::size_t rounded(std::size_t size, std::align_val_t line) {
 
 }  // namespace
 
-std::size_t weft::classifier::testing::allocations() {
+std::size_t weft::allocations() {
   return count;
 }
 
