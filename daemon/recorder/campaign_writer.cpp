@@ -16,8 +16,8 @@ constexpr const char* insert_chunk_sql =
 /// NORMAL: an operating system that goes down may take the latest commits with it. A bench in real
 /// time, whose trials do not come again, has sync_commits().
 constexpr const char* connection_sql =
-    "PRAGMA page_size=16384; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
-    "PRAGMA foreign_keys=ON";
+    "PRAGMA page_size=16384; PRAGMA synchronous=NORMAL; PRAGMA foreign_keys=ON";
+constexpr const char* log_sql = "PRAGMA journal_mode=WAL";
 
 /// How long a statement waits for those who look at the file at that moment: who opens it first, or
 /// while it is made, holds it for the moment of that. Where the file is made or reopened nothing
@@ -99,6 +99,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
   if (!database) return pass(std::move(database).error());
   database->wait_for_others(for_a_look);
   Status done = database->execute(connection_sql);
+  if (done) done = database->execute(log_sql);
   // One transaction: a file that a kill left behind has all of this or nothing at all.
   if (done) done = database->execute("BEGIN");
   if (done) done = make_tables(*database);
@@ -110,6 +111,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
   if (done) done = writer->fold_log();
   if (done) done = writer->prepare();
   if (!done) return pass(std::move(done).error());
+  writer->may_write_ = true;
   return writer;
 }
 
@@ -118,12 +120,32 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesy
   if (!database) return pass(std::move(database).error());
   database->wait_for_others(for_a_look);
   Status done = database->execute(connection_sql);
-  if (done) done = database->execute(log_expected_schema_sql);
-  if (done) done = database->execute(log_there_again_sql);
   std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
   if (done) done = writer->prepare();
+  if (done) done = writer->take_log();
   if (!done) return pass(std::move(done).error());
   return writer;
+}
+
+// The log of a host that was killed is this one's at once.
+Status CampaignWriter::take_log() {
+  auto mode = database_.prepare("PRAGMA journal_mode");
+  if (!mode) return pass(mode.error());
+  const auto row = mode->step();
+  if (!row) return pass(row.error());
+  const bool has_log = *row && mode->text(0) == "wal";
+  mode = {};
+  return has_log ? begin_writing() : Status{};
+}
+
+// Until then a file that is whole, and maybe certified, stays as it is to the byte.
+Status CampaignWriter::begin_writing() {
+  if (may_write_) return {};
+  may_write_ = true;
+  Status done = database_.execute(log_sql);
+  if (done) done = database_.execute(log_expected_schema_sql);
+  if (done) done = database_.execute(log_there_again_sql);
+  return guard(done);
 }
 
 Status CampaignWriter::prepare() {
@@ -158,6 +180,7 @@ Status CampaignWriter::guard(Status status) {
 Status CampaignWriter::begin() {
   if (failure_) return tl::unexpected<Error>(*failure_);
   if (in_transaction_) return {};
+  if (Status done = begin_writing(); !done) return done;
   if (Status done = guard(database_.execute("BEGIN")); !done) return done;
   in_transaction_ = true;
   return {};

@@ -41,7 +41,8 @@ class CampaignWriter {
   static Result<std::unique_ptr<CampaignWriter>> create(const std::filesystem::path& path,
                                                         const CampaignHeader& header);
 
-  /// Goes on with a file that create() made; nothing on record changes until resumed().
+  /// Goes on with a file that create() made. A file that was finished keeps every byte until the
+  /// first call that writes.
   static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
 
   /// From here on a commit is on the disk when it returns, and a power cut takes none of it.
@@ -66,6 +67,8 @@ class CampaignWriter {
  private:
   explicit CampaignWriter(sqlite::Database database) : database_(std::move(database)) {}
   Status prepare();
+  Status take_log();
+  Status begin_writing();
   Status begin();
   Status run(sqlite::Statement& statement);
   /// Of a sweep, for the trial that began last.
@@ -80,6 +83,7 @@ class CampaignWriter {
   sqlite::Statement insert_trial_, update_trial_, insert_chunk_, insert_journal_, insert_device_;
   int log_pages_ = 0;       ///< after the last commit
   std::int64_t trial_ = 0;  ///< row of the trial that began last
+  bool may_write_ = false;
   bool in_transaction_ = false;
   std::optional<Error> failure_;
 };

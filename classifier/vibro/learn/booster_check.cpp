@@ -160,8 +160,12 @@ Status check_learner(const json& learner, std::size_t features, std::size_t clas
   const json& model = at(learner, "/gradient_booster/model");
   const json& trees = at(model, "/trees");
   if (!trees.is_array() || trees.empty()) return refused("the booster has no trees");
-  for (const json& tree : trees)
-    if (auto ok = check_tree(tree, features); !ok) return ok;
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    if (at(trees[i], "/id") != i)  // the library reads trees side by side, each into its own place
+      return refused("trees of the booster are out of order", std::to_string(i),
+                     at(trees[i], "/id").dump());
+    if (auto ok = check_tree(trees[i], features); !ok) return ok;
+  }
   if (auto ok = check_classes(model, trees.size(), classes); !ok) return ok;
   return check_rounds(model, trees.size(), classes);
 }

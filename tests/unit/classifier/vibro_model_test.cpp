@@ -153,6 +153,7 @@ TEST_CASE("Stored boosters whose trees lead nowhere are refused before XGBoost r
       {R"("right_children":[2,)", R"("right_children":[true,)", "not whole numbers"},
       {R"("split_indices":[)", R"("split_indices":[1)", "beyond the last"},
       {R"("split_type":[0,)", R"("split_type":[1,)", "by categories"},
+      {R"("id":1,)", R"("id":0,)", "out of order"},
       {R"("categories":[])", R"("categories":[1])", "by categories"},
       {R"("num_nodes":")", R"("num_nodes":"1)", "counts its nodes"},
       {R"("tree_info":[0,)", R"("tree_info":[3,)", "beyond the last"},

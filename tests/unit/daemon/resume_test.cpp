@@ -163,6 +163,32 @@ TEST_CASE("a resume says first what is left, and changes nothing by that") {
   CHECK(again.error().message.find("nothing is left") != std::string::npos);
 }
 
+TEST_CASE("a resume that is stopped before what is left changes nothing, and can be resumed") {
+  const TemporaryFolder folder;
+  CampaignRequest request = request_for(folder);
+  CHECK(stopped_after_two(request).trials_complete == 2);
+  const auto file = request.out / "campaign.sqlite";
+  const std::string before = test::read_file(file);
+  CampaignHooks hooks;
+  std::atomic<bool> stop = false;
+  hooks.stop = &stop;
+  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 1; };
+  request.resume = true;
+  const auto stopped = run_campaign(request, hooks);
+  const bool told = stopped && stopped->error;
+  const std::string why = told      ? to_string(*stopped->error)
+                          : stopped ? ""
+                                    : to_string(stopped.error());
+  CHECK(why.find("Nothing was changed: resume it again") != std::string::npos);
+  CHECK((test::read_file(file) == before));
+  CHECK_FALSE(std::filesystem::exists(file.string() + "-wal"));
+  check_holds(request.out);
+  CHECK(verify(request.out)->certified);
+  CHECK(preview_resume(request)->left == 2);
+  resumed(request);
+  check_whole(request.out, 1);
+}
+
 TEST_CASE("a resume refuses another recipe, rig or seed, a bench of another past, and damage") {
   const TemporaryFolder folder;
   CampaignRequest request = request_for(folder);
