@@ -275,6 +275,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     stored.cleanup = "skipped";
     stored.rig_fact = "unknown";
     stored.error = to_string(summary.error());
+    if (stored.resume) count_trials(run);  // it may have ended while the past was played
   }
   run.at_work = false;
   refuse_faults(run);
@@ -300,9 +301,10 @@ void RunDesk::note_rejected(Run& run, const TrialProgress& line) {
 
 /// Of a run that the daemon's death cut: its file knows.
 void RunDesk::count_trials(Run& run) {
-  const auto found = load_progress(run.view.stored.folder / campaign_file_name);
-  run.view.trials_done = found ? found->done : 0;
-  if (found) run.view.trials_planned = found->planned;
+  if (const auto found = load_progress(run.view.stored.folder / campaign_file_name)) {
+    run.view.trials_done = found->done;
+    run.view.trials_planned = found->planned;
+  }
   keep(run);
 }
 

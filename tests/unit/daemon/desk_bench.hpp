@@ -53,6 +53,7 @@ struct DeskBench {
   CampaignRequest request;
   Posted posted;
   control::RunStore store;
+  bool abort_after_first_line = false;  ///< every run, on its own thread
   std::unique_ptr<control::RunDesk> desk;
 
   explicit DeskBench(const TemporaryFolder& where, const std::string& recipe = tiny_recipe(2))
@@ -67,10 +68,20 @@ struct DeskBench {
             .now = [] { return control::RunMachine::Clock{}; },
             .utc_us = [] { return std::int64_t{0}; },
             .changed = {},
-            .stands = {}},
+            .stands = {},
+            .perform = [this](const CampaignRequest& wanted,
+                              const CampaignHooks& hooks) { return performed(wanted, hooks); }},
         store);
   }
 
+  Result<CampaignSummary> performed(const CampaignRequest& wanted, CampaignHooks hooks) {
+    if (!abort_after_first_line) return run_campaign(wanted, hooks);
+    hooks.progress = [&hooks, told = hooks.progress](const TrialProgress& line) {
+      told(line);
+      hooks.orders->give({Order::abort, "test"});
+    };
+    return run_campaign(wanted, hooks);
+  }
   control::RunView submit() {
     const auto run = desk->submit({request.recipe, {}, {}, "test"});
     if (!run) FAIL(to_string(run.error()));
@@ -87,15 +98,16 @@ struct DeskBench {
 };
 
 /// A folder in which a daemon died under its only run, some trials of which are on record.
-inline void leave_interrupted(const TemporaryFolder& folder) {
-  CampaignRequest request = request_in(folder, tiny_recipe(2));
+inline void leave_interrupted(const TemporaryFolder& folder, int repetitions = 2,
+                              std::uint64_t killed_at_write = 90) {
+  CampaignRequest request = request_in(folder, tiny_recipe(repetitions));
   request.error_check = false;
   control::StoredRun run;
   run.recipe = request.recipe;
   run.rig = request.rig;
   run.folder = request.out = folder / "R-000001";
   run.state = control::RunState::running;
-  REQUIRE(killed_at(request, {90, false}) == true);
+  REQUIRE(killed_at(request, {killed_at_write, false}) == true);
   control::RunStore store = std::move(control::RunStore::open(folder / "weftd.sqlite").value());
   REQUIRE(store.add(run));
 }

@@ -166,6 +166,24 @@ TEST_CASE("a run whose recovery came to nothing may be recovered again") {
   CHECK_FALSE(bench.desk->recover(id, "test"));
 }
 
+TEST_CASE("a run whose resume was aborted while the past was played counts what is on record") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder, 4, 150);
+  DeskBench bench(folder, test::tiny_recipe(4));
+  const std::string id = bench.desk->all().front().stored.id();
+  const std::size_t on_record = bench.desk->get(id).value().trials_done;
+  REQUIRE(on_record > 2);
+  bench.abort_after_first_line = true;
+  REQUIRE(bench.desk->recover(id, "test"));
+  const RunView aborted = bench.ended(id);
+  CHECK(aborted.machine.state == RunState::interrupted);
+  CHECK(aborted.stored.error.find("Nothing was changed: resume it again") != std::string::npos);
+  CHECK(aborted.trials_done == on_record);
+  bench.abort_after_first_line = false;
+  REQUIRE(bench.desk->recover(id, "test"));
+  CHECK(bench.ended(id).trials_done == 8);
+}
+
 TEST_CASE("a run that is withdrawn before it goes on is as interrupted as it was") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
