@@ -27,6 +27,7 @@
 #include "daemon/cli/trade_vibro_command.hpp"
 #include "daemon/cli/train_command.hpp"
 #include "daemon/cli/verify_command.hpp"
+#include "drivers/api/config.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -195,6 +196,32 @@ bool asks_for_json(std::span<const char* const> arguments) {
   return false;
 }
 
+std::string meant(const std::string& word, const CLI::App& group) {
+  std::vector<std::string> names;
+  for (const CLI::App* each : group.get_subcommands({})) names.push_back(each->get_name());
+  const std::string name = nearest_name(word, names);
+  return name.empty() ? "" : ". Did you mean " + name + "?";
+}
+
+// The library only says that a subcommand is missing; this says which word is none.
+std::string mistake(const CLI::App& root, std::span<const char* const> arguments,
+                    const CLI::ParseError& e) {
+  if (dynamic_cast<const CLI::RequiredError*>(&e) == nullptr) return e.what();
+  const CLI::App* group = &root;
+  std::string path = "weft";
+  for (const char* argument : arguments.subspan(1)) {
+    const std::string word = argument;
+    if (word.starts_with('-')) continue;
+    const auto known =
+        group->get_subcommands([&](const CLI::App* a) { return a->check_name(word); });
+    if (group->get_require_subcommand_min() == 0) break;
+    if (known.empty()) return "'" + word + "' is no subcommand of " + path + meant(word, *group);
+    group = known.front();
+    path += " " + word;
+  }
+  return e.what();
+}
+
 // The exit status when the command line itself ends the program: help, version or a mistake in it.
 std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Console& console) {
   try {
@@ -202,8 +229,9 @@ std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Cons
     return std::nullopt;
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return root.exit(e, console.out, console.err);
-    console.json = asks_for_json({argv, static_cast<std::size_t>(argc)});
-    return report_usage(console, e.what());
+    const std::span arguments(argv, static_cast<std::size_t>(argc));
+    console.json = asks_for_json(arguments);
+    return report_usage(console, mistake(root, arguments, e));
   }
 }
 

@@ -247,7 +247,12 @@ Result<int> run_watch(const WatchArgs& args, Console& console) {
   if (!id) return pass(id.error());
   const auto opened = call(*daemon, "sub.open", {{"topics", {"run:" + *id}}, {"mode", "latest"}});
   if (!opened) return pass(opened.error());
-  json run = opened->at("snapshot").value("run:" + *id, json::object());
+  json run = opened->at("snapshot").value("run:" + *id, json());
+  if (run.is_null()) {
+    const auto told = run_told(*daemon, *id);  // refuses what is no run
+    if (!told) return pass(told.error());
+    run = *told;
+  }
   for (;;) {
     print(console, run_line(run), run);
     console.out.flush();
@@ -264,6 +269,8 @@ Result<int> run_log(const LogArgs& args, Console& console) {
   if (!daemon) return pass(daemon.error());
   const auto log = call(*daemon, "log.tail", {{"run", args.run}, {"most", args.most}});
   if (!log) return pass(log.error());
+  if (log->at("lines").empty() && !args.run.empty())
+    if (const auto told = run_told(*daemon, args.run); !told) return pass(told.error());
   std::string text;
   for (const json& line : log->at("lines"))
     text += std::to_string(line.value("t_us", std::int64_t{0})) + "  " + line.value("run", "") +

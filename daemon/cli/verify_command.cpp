@@ -81,7 +81,9 @@ Result<int> run_verify(const VerifyArgs& args, Console& console) {
   const bool lacks = lacks_hand_over(*report, args.path);
   std::string text = verify_text(*report);
   if (lacks)
-    text += "Its recipe asks for a hand-over, and there is none: weft run --resume makes it up.\n";
+    text +=
+        "Its recipe asks for a hand-over, and there is none yet: weftd is about to make it, or, "
+        "where nothing works in the folder any more, weft run --resume makes it up.\n";
   json told = verify_json(*report);
   told["command"] = "verify";
   told["campaign_file"] = report->campaign.string();

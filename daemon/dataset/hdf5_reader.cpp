@@ -29,6 +29,9 @@ bool is_scalar(const Handle& attribute) {
 
 Result<Reader> Reader::open(const std::filesystem::path& path) {
   std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    return fail(Errc::not_found, "a folder where a data set file is due", path.string(), {}, {},
+                "A campaign's data set is the file dataset.h5 in its folder");
   if (!std::filesystem::is_regular_file(path, ignored))
     return fail(Errc::not_found, "no such data set file", path.string());
   if (H5Fis_hdf5(path.c_str()) <= 0)

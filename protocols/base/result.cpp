@@ -44,6 +44,16 @@ Error&& Error::in(std::string_view context) && {
   return std::move(*this);
 }
 
+namespace {
+
+// A message may be made of sentences already.
+std::string as_sentence(std::string text) {
+  if (text.empty() || (text.back() != '?' && text.back() != '.')) text += '.';
+  return text;
+}
+
+}  // namespace
+
 std::string to_string(const Error& error) {
   std::string text = error.where.empty() ? error.message : error.where + ": " + error.message;
   if (!error.expected.empty() || !error.got.empty()) {
@@ -53,10 +63,8 @@ std::string to_string(const Error& error) {
     if (!error.got.empty()) text += "got " + error.got;
     text += ")";
   }
-  text += ".";
-  if (error.hint.empty()) return text;
-  const bool ended = error.hint.back() == '?' || error.hint.back() == '.';
-  return text + " " + error.hint + (ended ? "" : ".");
+  text = as_sentence(std::move(text));
+  return error.hint.empty() ? text : text + " " + as_sentence(error.hint);
 }
 
 tl::unexpected<Error> fail(Errc code, std::string message, std::string where, std::string expected,

@@ -331,6 +331,7 @@ def damaged_files(t, d):
 def outputs_refused_before_the_work(t, d):
     """What cannot be written is said even before what cannot be read, and nothing is left behind."""
     (d / "a_folder").mkdir()
+    t.refuses("dataset", "info", "a_folder", cwd=d, says=["a folder where a data set file is due", "dataset.h5 in its folder"])
     before = sorted(p.name for p in d.iterdir())
     for out, says in (("a_folder", "a folder"), ("no/such/m.weft", "no such folder"), ("", "no name"), ("/dev/null", "a device")):
         for command in (["train", "gone.h5"], ["train", "gone.h5", "--live"], ["features", "gone.h5"], ["dataset", "import", "gone.csv"]):

@@ -153,7 +153,10 @@ def refusals(t, d):
     trade = ["trade", "classifier", "recorded.h5"]
     t.refuses(*trade, "-o", "x.html", "--vary", "learnr", cwd=d, says=["--vary", "learnr", "Did you mean learner?"], status=2)
     t.refuses(*trade, cwd=d, says=["--output"], status=2)
-    t.refuses("trade", "bicycle", cwd=d, says=["subcommand"], status=2)
+    t.refuses("trade", "bicycle", cwd=d, says=["'bicycle' is no subcommand of weft trade"], status=2)
+    t.refuses("trade", cwd=d, says=["A subcommand is required"], status=2)
+    t.refuses("trade", "clasifier", cwd=d, says=["'clasifier' is no subcommand of weft trade", "Did you mean classifier?"], status=2)
+    t.refuses("tarde", "classifier", cwd=d, says=["'tarde' is no subcommand of weft. Did you mean trade?"], status=2)
     t.refuses(*trade, "-o", "recorded.h5", cwd=d, says=["the output would take the place of the input"])
     t.refuses(*trade, "-o", "x.html", "--data", "recorded.h5", cwd=d, says=["the output would take the place of the input"])
     t.refuses(*trade, "-o", "x.html", "--data", "./x.html", cwd=d, says=["page and data cannot be one file"])

@@ -255,6 +255,9 @@ def commands(folder, daemon):
     assert "rig.latched" in weft("status")
     assert json.loads(weft("call", "rig.reset", '{"reason": "by hand"}')) == {"latched": False}
     assert "submitted" in weft("log")
+    for of_a_run in ("watch", "log", "pause"):
+        refused = subprocess.run([WEFT, of_a_run, "R-000099", "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
+        assert refused.returncode == 1 and "no such run" in refused.stderr and not refused.stdout, refused
     weft("pause", status=1)
 
 

@@ -67,6 +67,8 @@ TEST_CASE("an error reads as a sentence with its place in front") {
   Error e = Error{Errc::range, "speed too high", "/speed_mm_s", "<= 4", "5", "Lower it"};
   CHECK(to_string(std::move(e).in("m1.json")) ==
         "m1.json: /speed_mm_s: speed too high (expected <= 4, got 5). Lower it.");
+  CHECK(to_string(Error{Errc::range, "Too high. Too low.", "rig", {}, {}, "Look there."}) ==
+        "rig: Too high. Too low. Look there.");
   CHECK(to_string(Error{Errc::range, "too high", {}, {}, {}, "Is it in mm?"}) ==
         "too high. Is it in mm?");
 }
