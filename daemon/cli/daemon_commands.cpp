@@ -54,6 +54,13 @@ Result<int> waited(Client& daemon, const json& run, Console& console) {
   return ended->value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 
+// A run that is put in line behind a latch moves as soon as the latch is taken away.
+void tell_of_latch(Client& daemon, Console& console) {
+  const auto rig = call(daemon, "rig.state");
+  if (rig && rig->value("rig", "") == "latched")
+    console.err << "weft: the rig is latched: the run begins by itself once it is reset\n";
+}
+
 }  // namespace
 
 void add_options(CLI::App& command, StatusArgs& args) {
@@ -165,6 +172,7 @@ Result<int> run_start(const StartArgs& args, Console& console) {
   const auto run =
       under_lease(*daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
   if (!run) return pass(run.error());
+  if (run->value("state", "") == "queued") tell_of_latch(*daemon, console);
   if (args.wait) return waited(*daemon, *run, console);
   print(console, run_line(*run), *run);
   return exit_ok;
@@ -256,12 +264,17 @@ Result<int> run_watch(const WatchArgs& args, Console& console) {
   for (;;) {
     print(console, run_line(run), run);
     console.out.flush();
-    if (run.contains("outcome"))
-      return run.value("outcome", "") == "complete" ? exit_ok : exit_failure;
+    if (run.contains("outcome")) break;
     const auto event = daemon->next_event();
     if (!event) return pass(event.error());
     run.merge_patch(json::parse(*event).at("delta"));
   }
+  // The fourth fact, where there is one.
+  const auto ended = call(*daemon, "run.wait", {{"run", *id}, {"hand_over", true}});
+  if (!ended) return pass(ended.error());
+  if (ended->value("handover", json()) != run.value("handover", json()))
+    print(console, run_line(*ended), *ended);
+  return run.value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 
 Result<int> run_log(const LogArgs& args, Console& console) {

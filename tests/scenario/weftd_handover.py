@@ -56,6 +56,12 @@ def start(client, name):
     return run
 
 
+def watch(client, run):
+    done = subprocess.run([WEFT, "watch", run, "--socket", client.wire.getpeername()], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.returncode == 0, done
+    return done.stdout
+
+
 def until_hand_over(client, run, state):
     while True:
         event = client.event()
@@ -78,6 +84,7 @@ def handed_over(folder, client):
     assert [s for i, s in enumerate(told) if told[i - 1:i] != [s]] == ["waiting", "running", "done"], told
     assert any(e["delta"].get("handover", {}).get("what") for e in client.events), "no progress was told"
     client.call("sub.close", sub=sub)
+    assert "handed over: " in watch(client, start(client, "quick")).splitlines()[-1]
     handover, data = done["handover"], pathlib.Path(done["folder"])
     (model,) = handover["models"]
     assert handover["bench"] == "simulated" and handover["dataset_sha256"] == done["dataset_sha256"], handover
@@ -114,6 +121,8 @@ def nothing_partial(client):
         assert "handover" not in stopped and not (pathlib.Path(stopped["folder"]) / "handover").exists(), stopped
         assert client.refused("handover.start", run=run)["data"]["kind"] == "not_found"
     plain = client.call("run.wait", run=start(client, "plain"), hand_over=True)
+    watched = watch(client, plain["run"])
+    assert watched.count("complete, clean-up done") == 1 and "hand" not in watched, watched
     assert plain["outcome"] == "complete" and "handover" not in plain, plain
 
 

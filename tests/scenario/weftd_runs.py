@@ -253,6 +253,9 @@ def commands(folder, daemon):
     assert "complete, clean-up done, rig safe" in weft("start", "small", "--name", "shell", "--wait")
     assert weft("halt") == "rig latched\n"
     assert "rig.latched" in weft("status")
+    behind = subprocess.run([WEFT, "start", "small", "--name", "behind", "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert behind.returncode == 0 and "queued" in behind.stdout and "the rig is latched" in behind.stderr, behind
+    weft("queue", "remove", behind.stdout.split()[0])
     assert json.loads(weft("call", "rig.reset", '{"reason": "by hand"}')) == {"latched": False}
     assert "submitted" in weft("log")
     for of_a_run in ("watch", "log", "pause"):
