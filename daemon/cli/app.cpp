@@ -5,6 +5,7 @@
 #include <optional>
 #include <ostream>
 #include <span>
+#include <utility>
 
 #include "daemon/cli/align_command.hpp"
 #include "daemon/cli/check_command.hpp"
@@ -203,15 +204,28 @@ std::string meant(const std::string& word, const CLI::App& group) {
   return name.empty() ? "" : ". Did you mean " + name + "?";
 }
 
+// One that nobody knows here belongs to a subcommand that was not read.
+bool takes_value(const std::string& option, const CLI::App& root, const CLI::App& group) {
+  const CLI::Option* known = group.get_option_no_throw(option);
+  if (known == nullptr) known = root.get_option_no_throw(option);
+  return option.find('=') == std::string::npos &&
+         (known == nullptr || known->get_items_expected_max() > 0);
+}
+
 // The library only says that a subcommand is missing; this says which word is none.
 std::string mistake(const CLI::App& root, std::span<const char* const> arguments,
                     const CLI::ParseError& e) {
   if (dynamic_cast<const CLI::RequiredError*>(&e) == nullptr) return e.what();
   const CLI::App* group = &root;
   std::string path = "weft";
+  bool is_value = false;  // of the option before it
   for (const char* argument : arguments.subspan(1)) {
     const std::string word = argument;
-    if (word.starts_with('-')) continue;
+    if (std::exchange(is_value, false)) continue;
+    if (word.starts_with('-')) {
+      is_value = takes_value(word, root, *group);
+      continue;
+    }
     const auto known =
         group->get_subcommands([&](const CLI::App* a) { return a->check_name(word); });
     if (group->get_require_subcommand_min() == 0) break;

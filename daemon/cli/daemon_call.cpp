@@ -31,9 +31,9 @@ std::string hand_over_words(const json& told) {
   const std::string state = told.value("state", "");
   if (state != "done")
     return "\n  hand-over " + state +
-           (told.at("error").is_string() ? ": " + told.value("error", "") : "");
+           (told.value("error", json()).is_string() ? ": " + told.value("error", "") : "");
   std::string words;
-  for (const json& model : told.at("models"))
+  for (const json& model : told.value("models", json::array()))
     words += "\n  handed over: " + model.value("model", "") + ", accuracy " +
              percent(model.value("accuracy", 0.0), 1) + " % (" + told.value("bench", "") + ")";
   return words;

@@ -54,11 +54,23 @@ Result<int> waited(Client& daemon, const json& run, Console& console) {
   return ended->value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 
-// A run that is put in line behind a latch moves as soon as the latch is taken away.
+std::string hand_over_state(const json& run) {
+  return run.contains("handover") ? run.at("handover").value("state", "") : "";
+}
+
+// The fourth fact about an end, where there is one and it is not known yet. A daemon that is gone
+// tells none: the hand-over goes by itself, and what is said of the run stands.
+void tell_hand_over(Client& daemon, const json& run, Console& console) {
+  auto now = call(daemon, "run.get", {{"run", run.at("run")}});
+  if (now && (hand_over_state(*now) == "waiting" || hand_over_state(*now) == "running"))
+    now = call(daemon, "run.wait", {{"run", run.at("run")}, {"hand_over", true}});
+  if (now && hand_over_state(*now) != hand_over_state(run)) print(console, run_line(*now), *now);
+}
+
 void tell_of_latch(Client& daemon, Console& console) {
   const auto rig = call(daemon, "rig.state");
   if (rig && rig->value("rig", "") == "latched")
-    console.err << "weft: the rig is latched: the run begins by itself once it is reset\n";
+    console.err << "weft: the rig is latched: the run waits for its reset\n";
 }
 
 }  // namespace
@@ -269,11 +281,7 @@ Result<int> run_watch(const WatchArgs& args, Console& console) {
     if (!event) return pass(event.error());
     run.merge_patch(json::parse(*event).at("delta"));
   }
-  // The fourth fact, where there is one.
-  const auto ended = call(*daemon, "run.wait", {{"run", *id}, {"hand_over", true}});
-  if (!ended) return pass(ended.error());
-  if (ended->value("handover", json()) != run.value("handover", json()))
-    print(console, run_line(*ended), *ended);
+  tell_hand_over(*daemon, run, console);
   return run.value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 

@@ -138,14 +138,21 @@ Status CampaignWriter::take_log() {
   return has_log ? begin_writing() : Status{};
 }
 
-// Until then a file that is whole, and maybe certified, stays as it is to the byte.
+// A look that is over in a moment is waited for. Takes the lock that begin_writing() needs, and
+// lets go of it.
+Status CampaignWriter::nobody_reads() {
+  if (may_write_) return {};
+  Status done = database_.execute("BEGIN EXCLUSIVE");
+  return done ? database_.execute("ROLLBACK") : done;
+}
+
 Status CampaignWriter::begin_writing() {
   if (may_write_) return {};
   may_write_ = true;
   Status done = database_.execute(log_sql);
   if (done) done = database_.execute(log_expected_schema_sql);
   if (done) done = database_.execute(log_there_again_sql);
-  return guard(done);
+  return done ? fold_log() : guard(done);
 }
 
 Status CampaignWriter::prepare() {

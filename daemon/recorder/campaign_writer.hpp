@@ -41,9 +41,15 @@ class CampaignWriter {
   static Result<std::unique_ptr<CampaignWriter>> create(const std::filesystem::path& path,
                                                         const CampaignHeader& header);
 
-  /// Goes on with a file that create() made. A file that was finished keeps every byte until the
-  /// first call that writes.
+  /// Goes on with a file that create() made. One that was finished, in one piece, keeps every byte
+  /// until begin_writing().
   static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
+
+  /// Refuses a file that somebody reads without a pause; changes nothing.
+  Status nobody_reads();
+  /// Done by the first call that writes, where it was not done before: from here on the file has a
+  /// write-ahead log, and expects one.
+  Status begin_writing();
 
   /// From here on a commit is on the disk when it returns, and a power cut takes none of it.
   void sync_commits();
@@ -68,7 +74,6 @@ class CampaignWriter {
   explicit CampaignWriter(sqlite::Database database) : database_(std::move(database)) {}
   Status prepare();
   Status take_log();
-  Status begin_writing();
   Status begin();
   Status run(sqlite::Statement& statement);
   /// Of a sweep, for the trial that began last.

@@ -91,11 +91,15 @@ Status Recorder::Impl::write(Job job) {
 
 Status Recorder::Impl::go_on(TimePoint now) {
   if (resumed) return {};
-  if (continuation.before_writing)
-    if (Status ok = continuation.before_writing(); !ok) {
-      failure = ok.error();
-      return ok;
-    }
+  // Here, not on a thread of the writer: nothing moves yet, and the end is forgotten only of a file
+  // that can be written.
+  Status ok = writer->nobody_reads();
+  if (ok && continuation.before_writing) ok = continuation.before_writing();
+  if (ok) ok = writer->begin_writing();
+  if (!ok) {
+    failure = ok.error();
+    return ok;
+  }
   const bool plays_again = again.has_value();
   again.reset();
   resumed = true;

@@ -85,6 +85,7 @@ def handed_over(folder, client):
     assert any(e["delta"].get("handover", {}).get("what") for e in client.events), "no progress was told"
     client.call("sub.close", sub=sub)
     assert "handed over: " in watch(client, start(client, "quick")).splitlines()[-1]
+    assert watch(client, run).count("handed over: ") == 1, "told once of what is over"
     handover, data = done["handover"], pathlib.Path(done["folder"])
     (model,) = handover["models"]
     assert handover["bench"] == "simulated" and handover["dataset_sha256"] == done["dataset_sha256"], handover
@@ -131,6 +132,8 @@ def beside_others(daemon, client):
     client.call("sub.open", topics=["run:*"], mode="every")
     slow = start(client, "slow")
     until_hand_over(client, slow, "running")
+    beside = subprocess.Popen([WEFT, "watch", slow, "--socket", client.wire.getpeername()], stdout=subprocess.PIPE, text=True)
+    assert "hand-over running" in beside.stdout.readline() + beside.stdout.readline()
     next_run = start(client, "quick")
     ended = client.call("run.wait", run=next_run)
     assert ended["outcome"] == "complete" and ended["handover"]["state"] == "waiting", ended["handover"]
@@ -143,6 +146,8 @@ def beside_others(daemon, client):
     assert client.call("run.get", run=next_run)["handover"]["state"] == "cancelled"
     client.call("handover.cancel", run=slow)
     cancelled = client.call("run.wait", run=slow, hand_over=True)
+    told = beside.communicate(timeout=PATIENCE_S)[0]
+    assert beside.returncode == 0 and "hand-over cancelled" in told and "hand-over cancelled" in watch(client, slow), told
     assert (cancelled["outcome"], cancelled["handover"]["state"]) == ("complete", "cancelled"), cancelled
     assert cancelled["handover"]["by"].startswith("s-") and not (pathlib.Path(cancelled["folder"]) / "handover").exists()
     assert client.refused("handover.cancel", run=slow)["data"]["kind"] == "state.conflict"

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -45,6 +48,16 @@ bool says(const json& in, const char* path, std::size_t number) {
   return value.is_string() && value.get_ref<const std::string&>() == std::to_string(number);
 }
 
+// As XGBoost writes it, "5E-1"; from 3.1 on in brackets.
+bool is_finite_text(const json& in) {
+  if (!in.is_string()) return false;
+  std::string_view text = in.get_ref<const std::string&>();
+  if (text.starts_with('[') && text.ends_with(']')) text = text.substr(1, text.size() - 2);
+  float value = 0.0F;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+  return read.ec == std::errc() && read.ptr == text.data() + text.size() && std::isfinite(value);
+}
+
 // None where it is no list of whole numbers.
 Numbers whole_numbers(const json& list) {
   Numbers out;
@@ -56,9 +69,12 @@ Numbers whole_numbers(const json& list) {
   return out;
 }
 
+// The library keeps single precision.
 bool all_numbers(const json& list, std::size_t count) {
-  return list.is_array() && list.size() == count &&
-         std::ranges::all_of(list, [](const json& v) { return v.is_number() || v.is_boolean(); });
+  constexpr double largest = std::numeric_limits<float>::max();
+  return list.is_array() && list.size() == count && std::ranges::all_of(list, [](const json& v) {
+           return v.is_boolean() || (v.is_number() && std::abs(v.get<double>()) <= largest);
+         });
 }
 
 Status check_lengths(const json& tree, std::size_t nodes) {
@@ -67,7 +83,7 @@ Status check_lengths(const json& tree, std::size_t nodes) {
       "/split_type",   "/right_children", "/split_conditions", "/split_indices", "/sum_hessian"};
   for (const char* list : lists)
     if (!all_numbers(at(tree, list), nodes))
-      return refused("lists of a tree of the booster are of unlike lengths",
+      return refused("lists of a tree of the booster are of unlike lengths, or of no numbers",
                      std::to_string(nodes) + " numbers",
                      std::to_string(at(tree, list).size()) + " of " + (list + 1));
   if (!says(tree, "/tree_param/num_nodes", nodes))
@@ -76,16 +92,23 @@ Status check_lengths(const json& tree, std::size_t nodes) {
   return {};
 }
 
-// The root has no parent and no node has two, so every way down ends.
-Status check_branches(const Numbers& left, const Numbers& right) {
+// The root has no parent and no node has two, so every way down ends. Nodes that were pruned away
+// keep a parent that has no children any more.
+Status check_branches(const Numbers& left, const Numbers& right, const Numbers& parent) {
   const auto nodes = static_cast<std::int64_t>(left.size());
   std::vector<bool> has_parent(left.size());
   for (std::size_t i = 0; i < left.size(); ++i) {
+    if (i > 0 && (parent[i] < 0 || parent[i] >= nodes))
+      return refused("a node of the booster has a parent that is none",
+                     "less than " + std::to_string(nodes), std::to_string(parent[i]));
     if (left[i] == -1 && right[i] == -1) continue;
     for (const std::int64_t child : {left[i], right[i]}) {
       if (child < 1 || child >= nodes || has_parent[static_cast<std::size_t>(child)])
         return refused("a node of the booster leads nowhere",
                        "two nodes of its own of " + std::to_string(nodes), std::to_string(child));
+      if (parent[static_cast<std::size_t>(child)] != static_cast<std::int64_t>(i))
+        return refused("a node of the booster has another parent", std::to_string(i),
+                       std::to_string(parent[static_cast<std::size_t>(child)]));
       has_parent[static_cast<std::size_t>(child)] = true;
     }
   }
@@ -95,13 +118,15 @@ Status check_branches(const Numbers& left, const Numbers& right) {
 Status check_tree(const json& tree, std::size_t features) {
   const Numbers left = whole_numbers(at(tree, "/left_children"));
   const Numbers right = whole_numbers(at(tree, "/right_children"));
+  const Numbers parent = whole_numbers(at(tree, "/parents"));
   const Numbers feature = whole_numbers(at(tree, "/split_indices"));
   const Numbers kind = whole_numbers(at(tree, "/split_type"));
   if (left.empty()) return refused("a tree of the booster has no nodes");
   if (auto ok = check_lengths(tree, left.size()); !ok) return ok;
-  if (right.size() != left.size() || feature.size() != left.size() || kind.size() != left.size())
+  if (right.size() != left.size() || parent.size() != left.size() ||
+      feature.size() != left.size() || kind.size() != left.size())
     return refused("nodes of the booster are not whole numbers");
-  if (auto ok = check_branches(left, right); !ok) return ok;
+  if (auto ok = check_branches(left, right, parent); !ok) return ok;
   for (std::size_t i = 0; i < left.size(); ++i) {
     if (left[i] == -1) continue;
     if (feature[i] < 0 || feature[i] >= static_cast<std::int64_t>(features))
@@ -157,6 +182,9 @@ Status check_learner(const json& learner, std::size_t features, std::size_t clas
   if (at(learner, "/objective/name") != "multi:softprob" ||
       at(learner, "/gradient_booster/name") != "gbtree")
     return refused("the booster is of another kind", "gbtree of multi:softprob");
+  if (!is_finite_text(at(learner, "/learner_model_param/base_score")))
+    return refused("the booster begins at no number", "a finite base_score",
+                   at(learner, "/learner_model_param/base_score").dump());
   const json& model = at(learner, "/gradient_booster/model");
   const json& trees = at(model, "/trees");
   if (!trees.is_array() || trees.empty()) return refused("the booster has no trees");

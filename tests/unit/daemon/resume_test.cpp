@@ -267,6 +267,43 @@ TEST_CASE(
   check_whole(request.out, 2);
 }
 
+TEST_CASE("a resume beside somebody who reads the file without a pause leaves all as it was") {
+  const TemporaryFolder folder;
+  CampaignRequest request = request_for(folder);
+  const auto file = stopped_after_two(request).campaign_file;
+  const std::string before = test::read_file(file);
+  request.resume = true;
+  {
+    auto reader = sqlite::Database::open(file, sqlite::Mode::read_only);
+    REQUIRE(reader);
+    auto chunks = reader->prepare("SELECT data FROM chunk");
+    REQUIRE(chunks);
+    REQUIRE(chunks->step());
+    const auto refused = run_campaign(request, {});
+    REQUIRE_FALSE(refused);
+    CHECK(to_string(refused.error()).find("locked") != std::string::npos);
+  }
+  CHECK((test::read_file(file) == before));
+  CHECK(verify(request.out)->certified);
+  check_holds(request.out);
+  resumed(request);
+  check_whole(request.out, 1);
+}
+
+TEST_CASE("a resumed campaign that lost its log says so") {
+  const TemporaryFolder folder;
+  CampaignRequest request = request_for(folder, 4);
+  const auto file = stopped_after_two(request).campaign_file;
+  request.resume = true;
+  REQUIRE(killed_at(request, {60, false}) == true);
+  REQUIRE(loaded(file).trials.size() > 2);
+  CHECK(std::filesystem::remove(file.string() + "-wal"));
+  std::filesystem::remove(file.string() + "-shm");
+  const auto report = verify(request.out);
+  REQUIRE(report);
+  CHECK_FALSE(report->holds());
+}
+
 TEST_CASE("a folder whose campaign file was removed is not begun anew by a resume") {
   const TemporaryFolder folder;
   CampaignRequest request = request_for(folder);
