@@ -147,7 +147,7 @@ Result<std::unique_ptr<Classifier>> fit_xgb(const Training& training,
 Result<std::unique_ptr<Classifier>> fit_xgbrf(const Training& training,
                                               const MethodOptions& options) {
   return boost(training,
-               {{"num_parallel_tree", "100"},
+               {{"num_parallel_tree", std::to_string(trees_of_forest)},
                 {"learning_rate", "1"},
                 {"subsample", "0.8"},
                 {"colsample_bynode", "0.8"},

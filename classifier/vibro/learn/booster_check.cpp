@@ -157,13 +157,14 @@ Status check_classes(const json& model, std::size_t trees, std::size_t classes) 
 // Trees of a round, of all classes together, follow one another; from 2.0 on the file says where
 // rounds begin.
 Status check_rounds(const json& model, std::size_t trees, std::size_t classes) {
-  constexpr std::array at_a_time = {std::size_t{1}, std::size_t{100}};  // of fit_xgb, fit_xgbrf
+  constexpr std::array at_a_time = {std::size_t{1}, trees_of_forest};
   const bool known = std::ranges::any_of(at_a_time, [&](std::size_t parallel) {
     return says(model, "/gbtree_model_param/num_parallel_tree", parallel) &&
            trees % (parallel * classes) == 0;
   });
   if (!known)
-    return refused("the booster has no whole rounds of trees", "1 or 100 trees of each class",
+    return refused("the booster has no whole rounds of trees",
+                   "1 or " + std::to_string(trees_of_forest) + " trees of each class",
                    at(model, "/gbtree_model_param/num_parallel_tree").dump());
   const json& begins = at(model, "/iteration_indptr");
   const Numbers from = whole_numbers(begins);
