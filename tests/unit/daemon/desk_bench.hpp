@@ -97,9 +97,9 @@ struct DeskBench {
   }
 };
 
-/// A folder in which a daemon died under its only run, some trials of which are on record.
+/// A folder in which a daemon died under its only run, at least so many trials of which are on record.
 inline void leave_interrupted(const TemporaryFolder& folder, int repetitions = 2,
-                              std::uint64_t killed_at_write = 90) {
+                              std::size_t trials = 2) {
   CampaignRequest request = request_in(folder, tiny_recipe(repetitions));
   request.error_check = false;
   control::StoredRun run;
@@ -107,7 +107,7 @@ inline void leave_interrupted(const TemporaryFolder& folder, int repetitions = 2
   run.rig = request.rig;
   run.folder = request.out = folder / "R-000001";
   run.state = control::RunState::running;
-  REQUIRE(killed_at(request, {killed_at_write, false}) == true);
+  REQUIRE(killed_at(request, {.write = 10, .after_trials = trials}) == true);
   control::RunStore store = std::move(control::RunStore::open(folder / "weftd.sqlite").value());
   REQUIRE(store.add(run));
 }

@@ -41,7 +41,7 @@ TEST_CASE("a run whose recovery came to nothing may be recovered again") {
 
 TEST_CASE("a run whose resume was aborted while the past was played counts what is on record") {
   const TemporaryFolder folder;
-  leave_interrupted(folder, 4, 150);
+  leave_interrupted(folder, 4, 3);
   DeskBench bench(folder, test::tiny_recipe(4));
   const std::string id = bench.desk->all().front().stored.id();
   const std::size_t on_record = bench.desk->get(id).value().trials_done;

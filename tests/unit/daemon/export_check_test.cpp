@@ -24,7 +24,7 @@ namespace {
 CampaignRequest interrupted(const TemporaryFolder& folder) {
   CampaignRequest request = test::request_in(folder, test::tiny_recipe(2));
   request.error_check = false;
-  REQUIRE(test::killed_at(request, {90, false}) == true);
+  REQUIRE(test::killed_at(request, {.write = 10, .after_trials = 2}) == true);
   return request;
 }
 

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include "daemon/run/campaign.hpp"
 
@@ -21,12 +22,16 @@ namespace weft::daemon::test {
 struct KillPoint {
   std::uint64_t write = 0;  ///< from 1; 0: never
   bool torn = false;
+  /// Writes are counted once so many trials are on record: how many writes a trial takes depends on
+  /// how fast the machine is.
+  std::size_t after_trials = 0;
 };
 
 namespace killing {
 
-inline KillPoint point;
-inline std::atomic<std::uint64_t> writes = 0;  ///< by any thread
+inline constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
+inline bool torn = false;
+inline std::atomic<std::uint64_t> writes_left = never;  ///< of all threads
 inline sqlite3_vfs* below = nullptr;
 inline void (*synced)(const char* file) = nullptr;  ///< told once the disk has all of a file
 
@@ -42,7 +47,7 @@ inline sqlite3_file* real(sqlite3_file* file) {
 
 /// True where this is the one: then the process is over, perhaps after half of the write.
 inline bool is_last() {
-  return ++writes == point.write;
+  return --writes_left == 0;
 }
 inline void die() {
   raise(SIGKILL);
@@ -50,7 +55,7 @@ inline void die() {
 
 inline int write(sqlite3_file* file, const void* bytes, int count, sqlite3_int64 at) {
   if (is_last()) {
-    if (point.torn) real(file)->pMethods->xWrite(real(file), bytes, count / 2, at);
+    if (torn) real(file)->pMethods->xWrite(real(file), bytes, count / 2, at);
     die();
   }
   return real(file)->pMethods->xWrite(real(file), bytes, count, at);
@@ -125,7 +130,8 @@ inline int remove(sqlite3_vfs*, const char* name, int sync_folder) {
 /// From here on every database of this process is written through the layer.
 inline void begin(KillPoint at) {
   static sqlite3_vfs layer;
-  point = at;
+  torn = at.torn;
+  writes_left = at.write > 0 && at.after_trials == 0 ? at.write : never;
   below = sqlite3_vfs_find(nullptr);
   layer = *below;
   layer.zName = "killing";
@@ -171,7 +177,13 @@ inline std::optional<bool> killed_at(const CampaignRequest& request, KillPoint p
   const pid_t child = fork();
   if (child == 0) {
     killing::begin(point);
-    const auto summary = run_campaign(request, hooks);
+    CampaignHooks counting = hooks;
+    if (point.after_trials > 0)
+      counting.progress = [&](const TrialProgress& line) {
+        if (hooks.progress) hooks.progress(line);
+        if (line.done == point.after_trials) killing::writes_left = point.write;
+      };
+    const auto summary = run_campaign(request, counting);
     _exit(summary && summary->outcome == recipes::Outcome::complete ? 0 : 1);
   }
   int status = 0;
