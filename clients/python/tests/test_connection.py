@@ -1,3 +1,4 @@
+import threading
 import unittest
 
 from fake_daemon import PATIENCE_S, FakeDaemon
@@ -31,6 +32,19 @@ class Answers(unittest.TestCase):
                          (1012, "param.range", "/bind/force_n", 50, {"max": 10}, "ft.max_contact", False))
         for word in "force above", "/bind/force_n", "got 50", "ft.max_contact", "param.range":
             self.assertIn(word, str(error))
+        connection.close()
+
+    def test_who_waits_no_more_says_so(self):
+        taken_back = threading.Event()
+        daemon = FakeDaemon(run_wait=lambda params: None, **{"$/cancel": lambda params: taken_back.set()})
+        connection = daemon.connect()
+        waits, other = connection.request("run.wait", {}), connection.request("run.wait", {})
+        waits.cancel()
+        self.assertTrue(taken_back.wait(PATIENCE_S))
+        self.assertIn(("$/cancel", {"id": 1}), daemon.heard)
+        daemon.say({"jsonrpc": "2.0", "id": 1, "error": {"code": 1031, "message": "the caller waits no more", "data": {"kind": "request.cancelled"}}})
+        daemon.say({"jsonrpc": "2.0", "id": 2, "result": {}})
+        self.assertEqual(other.result(PATIENCE_S), {})
         connection.close()
 
     def test_who_waits_is_told_that_the_daemon_is_gone(self):

@@ -58,8 +58,17 @@ class Connection:
             self._last += 1
             number = self._last
             self._answers[number] = answer
+        answer.add_done_callback(lambda done: self._take_back(number) if done.cancelled() else None)
         self.send(f'{{"jsonrpc": "2.0", "id": {number}, {told[1:]}')
         return answer
+
+    def _take_back(self, number: int) -> None:
+        """Nobody waits here for that answer any more: the daemon need not either, which bears so many calls of a connection at once."""
+        with self._state:
+            waited = self._answers.pop(number, None) is not None
+        if waited:
+            with contextlib.suppress(ConnectionLost):
+                self.send(json.dumps({"jsonrpc": "2.0", "method": "$/cancel", "params": {"id": number}}))
 
     def send(self, line: str) -> None:
         """A line as it is. Errors: ConnectionLost."""
