@@ -9,6 +9,7 @@ function result = weft_rpc(method, params)
   request = struct('jsonrpc', '2.0', 'id', 1, 'method', method, 'params', params);
   folder = tempname();
   mkdir(folder);
+  system(sprintf('chmod 700 "%s"', folder));  % before the token is in it
   body = fullfile(folder, 'request.json');
   headers = fullfile(folder, 'headers');  % a token on a command line would be in everybody's list of processes
   write_text(body, jsonencode(request));
