@@ -12,6 +12,7 @@ extern "C" void on_stop_signal(int number) {
   int none = 0;
   const bool first = stop_number.compare_exchange_strong(none, number);
   stop_asked.store(true);
+  if (number == SIGHUP) return;
   signal(SIGINT, SIG_DFL);
   signal(SIGTERM, SIG_DFL);
   if (!first) raise(number);  // two threads were told at once; it ends when this one returns
@@ -26,6 +27,7 @@ void install(int number, struct sigaction& before) {
   sigemptyset(&action.sa_mask);
   sigaddset(&action.sa_mask, SIGINT);
   sigaddset(&action.sa_mask, SIGTERM);
+  sigaddset(&action.sa_mask, SIGHUP);
   sigaction(number, nullptr, &before);
   if (before.sa_handler != SIG_IGN) sigaction(number, &action, nullptr);
 }
@@ -37,11 +39,13 @@ StopSignals::StopSignals() {
   stop_number.store(0);
   install(SIGINT, before_interrupt_);
   install(SIGTERM, before_terminate_);
+  install(SIGHUP, before_hangup_);
 }
 
 StopSignals::~StopSignals() {
   sigaction(SIGINT, &before_interrupt_, nullptr);
   sigaction(SIGTERM, &before_terminate_, nullptr);
+  sigaction(SIGHUP, &before_hangup_, nullptr);
 }
 
 const std::atomic<bool>& StopSignals::asked() const {

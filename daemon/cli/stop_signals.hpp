@@ -1,6 +1,6 @@
 #pragma once
-// Ctrl-C and SIGTERM while a campaign runs: the first asks it to end tidily, the second ends the
-// process.
+// Ctrl-C, SIGTERM and a terminal that is closed while a campaign runs: the first asks it to end
+// tidily, a second Ctrl-C or SIGTERM ends the process.
 
 #include <signal.h>
 
@@ -8,8 +8,9 @@
 
 namespace weft::daemon::cli {
 
-/// While it lives, the first SIGINT or SIGTERM sets asked(), and both signals then have their
-/// default effect again. A signal that was ignored stays ignored. One at a time.
+/// While it lives, the first SIGINT, SIGTERM or SIGHUP sets asked(), and the first two then have
+/// their default effect again; of a closed terminal the kernel and the shell both tell, so SIGHUP
+/// never ends the process. A signal that was ignored, as by nohup, stays ignored. One at a time.
 class StopSignals {
  public:
   StopSignals();
@@ -24,6 +25,7 @@ class StopSignals {
  private:
   struct sigaction before_interrupt_ {};
   struct sigaction before_terminate_ {};
+  struct sigaction before_hangup_ {};
 };
 
 }  // namespace weft::daemon::cli

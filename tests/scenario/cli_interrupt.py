@@ -86,6 +86,7 @@ def main():
         (d / "recipe.json").write_text(json.dumps(recipe))
         stopped_tidily(t, d, rig, signal.SIGINT.value)
         stopped_tidily(t, d, rig, signal.SIGTERM.value)
+        stopped_tidily(t, d, rig, signal.SIGHUP.value)  # the terminal was closed
         stopped_at_once(t, d, rig)
     t.finish()
 
