@@ -67,6 +67,7 @@ struct Commands {
   AbortArgs abort;
   ReportArgs report;
   HaltArgs halt;
+  ResetArgs reset;
   EstopArgs estop;
   LogArgs log;
   CallArgs call;
@@ -158,6 +159,8 @@ void add_daemon_commands(CLI::App& root, Commands& all) {
   add(root, all, "abort", "ends a run now, the probe up", all.abort, run_abort);
   add(root, all, "halt", "stops all motion and latches the rig", all.halt, run_halt);
   add(root, all, "estop", "as halt, and only an engineer resets it", all.estop, run_estop);
+  add(root, all, "reset", "somebody has looked at the rig: it may move again", all.reset,
+      run_reset);
   add(root, all, "log", "the daemon's journal", all.log, run_log);
   add(root, all, "call", "any method of the daemon's API", all.call, run_call);
   add(root, all, "page", "a link to the daemon's page, good for a day", all.page, run_page);

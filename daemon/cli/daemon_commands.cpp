@@ -14,13 +14,36 @@ namespace {
 using client::Client;
 using nlohmann::json;
 
+/// The command by which a person takes it away; empty where none does.
+std::string way_out(const json& blocker) {
+  const std::string kind = blocker.value("kind", "");
+  if (kind == "rig.latched" || kind == "rig.unknown") return "weft reset REASON";
+  if (kind == "queue.paused") return "weft queue start";
+  return {};
+}
+
+std::string blocker_text(const json& blocker) {
+  const std::string way = way_out(blocker);
+  return blocker.value("hint", "") + (way.empty() ? "" : " (" + way + ")") + "\n";
+}
+
 std::string ready_text(const json& ready) {
   if (ready.value("ok", false)) return "ready\n";
   std::string text = "not ready:\n";
   for (const json& blocker : ready.value("blockers", json::array()))
     text += "  " + blocker.value("where", "") + ": " + blocker.value("kind", "") + ". " +
-            blocker.value("hint", "") + "\n";
+            blocker_text(blocker);
   return text;
+}
+
+/// What keeps a run in line that could begin, where a person's word is waited for.
+void tell_of_wait(Client& daemon, const json& run, Console& console) {
+  if (run.value("state", "") != "queued") return;
+  const auto ready = call(daemon, "system.ready");
+  if (!ready) return;  // the run is in line all the same
+  for (const json& blocker : ready->value("blockers", json::array()))
+    if (!way_out(blocker).empty())
+      console.err << "weft: the run waits in line. " << blocker_text(blocker);
 }
 
 struct Recovered {
@@ -43,6 +66,7 @@ Result<int> recovered_or_told(Client& daemon, const Recovered& what, bool previe
       under_lease(daemon, {"weft recover " + what.run + " " + what.choice, std::chrono::minutes(2)},
                   "run.recover", {{"run", what.run}, {"choice", what.choice}});
   if (!run) return pass(run.error());
+  tell_of_wait(daemon, *run, console);
   print(console, run_line(*run), *run);
   return exit_ok;
 }
@@ -65,12 +89,6 @@ void tell_hand_over(Client& daemon, const json& run, Console& console) {
   if (now && (hand_over_state(*now) == "waiting" || hand_over_state(*now) == "running"))
     now = call(daemon, "run.wait", {{"run", run.at("run")}, {"hand_over", true}});
   if (now && hand_over_state(*now) != hand_over_state(run)) print(console, run_line(*now), *now);
-}
-
-void tell_of_latch(Client& daemon, Console& console) {
-  const auto rig = call(daemon, "rig.state");
-  if (rig && rig->value("rig", "") == "latched")
-    console.err << "weft: the rig is latched: the run waits for its reset\n";
 }
 
 }  // namespace
@@ -117,6 +135,10 @@ void add_options(CLI::App& command, HaltArgs& args) {
 }
 void add_options(CLI::App& command, EstopArgs& args) {
   add_socket(command, args);
+}
+void add_options(CLI::App& command, ResetArgs& args) {
+  add_socket(command, args);
+  command.add_option("REASON", args.reason, "what was looked at, in a few words")->required();
 }
 void add_options(CLI::App& command, WatchArgs& args) {
   add_run(command, args);
@@ -184,7 +206,7 @@ Result<int> run_start(const StartArgs& args, Console& console) {
   const auto run =
       under_lease(*daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
   if (!run) return pass(run.error());
-  if (run->value("state", "") == "queued") tell_of_latch(*daemon, console);
+  tell_of_wait(*daemon, *run, console);
   if (args.wait) return waited(*daemon, *run, console);
   print(console, run_line(*run), *run);
   return exit_ok;
@@ -260,6 +282,17 @@ Result<int> run_estop(const EstopArgs& args, Console& console) {
   return latched(args, true, console);
 }
 
+Result<int> run_reset(const ResetArgs& args, Console& console) {
+  auto daemon = opened(args);
+  if (!daemon) return pass(daemon.error());
+  const auto reset = call(*daemon, "rig.reset", {{"reason", args.reason}});
+  if (!reset) return pass(reset.error());
+  const auto rig = call(*daemon, "rig.state");
+  if (!rig) return pass(rig.error());
+  print(console, "rig " + rig->value("rig", "") + "\n", *rig);
+  return exit_ok;
+}
+
 Result<int> run_watch(const WatchArgs& args, Console& console) {
   auto daemon = opened(args);
   if (!daemon) return pass(daemon.error());
@@ -273,6 +306,7 @@ Result<int> run_watch(const WatchArgs& args, Console& console) {
     if (!told) return pass(told.error());
     run = *told;
   }
+  tell_of_wait(*daemon, run, console);
   for (;;) {
     print(console, run_line(run), run);
     console.out.flush();

@@ -38,6 +38,9 @@ struct RecoverArgs : ResumeArgs {
 struct StopArgs : RunOrderArgs {};
 struct AbortArgs : RunOrderArgs {};
 struct HaltArgs : SocketArgs {};
+struct ResetArgs : SocketArgs {
+  std::string reason;
+};
 struct EstopArgs : SocketArgs {};
 struct WatchArgs : RunOrderArgs {};
 struct LogArgs : RunOrderArgs {
@@ -72,6 +75,7 @@ void add_options(CLI::App& command, RecoverArgs& args);
 void add_options(CLI::App& command, StopArgs& args);
 void add_options(CLI::App& command, AbortArgs& args);
 void add_options(CLI::App& command, HaltArgs& args);
+void add_options(CLI::App& command, ResetArgs& args);
 void add_options(CLI::App& command, EstopArgs& args);
 void add_options(CLI::App& command, WatchArgs& args);
 void add_options(CLI::App& command, LogArgs& args);
@@ -94,6 +98,8 @@ Result<int> run_confirm(const ConfirmArgs& args, Console& console);
 Result<int> run_stop(const StopArgs& args, Console& console);
 Result<int> run_abort(const AbortArgs& args, Console& console);
 Result<int> run_halt(const HaltArgs& args, Console& console);
+/// Somebody has looked at the rig: it may move again.
+Result<int> run_reset(const ResetArgs& args, Console& console);
 Result<int> run_estop(const EstopArgs& args, Console& console);
 /// A line for each change, until the run has ended.
 Result<int> run_watch(const WatchArgs& args, Console& console);

@@ -39,11 +39,11 @@ std::string export_text(const CheckedExport& one) {
     case ExportState::outdated:
       return one.name + " was made when " + std::to_string(one.done) +
              " trials were complete, and " + std::to_string(one.done_now) +
-             " are: data.export makes it anew.\n";
+             " are: weft export makes it anew.\n";
     case ExportState::discarded:
       return one.name + " was made before the campaign was discarded: remove it.\n";
     case ExportState::missing:
-      return one.name + " was removed: data.export makes it anew.\n";
+      return one.name + " was removed: weft export makes it anew.\n";
     case ExportState::current:
     case ExportState::altered:  // a finding
       break;

@@ -197,7 +197,7 @@ Status Recorder::refuse_existing(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return {};
   return fail(Errc::wrong_state, "the campaign file exists already", path.string(), {}, {},
-              "Choose another folder or move the file away");
+              "--resume goes on with it; another campaign needs another folder");
 }
 
 Result<Recorder> Recorder::create(const std::filesystem::path& path, const CampaignHeader& header) {
