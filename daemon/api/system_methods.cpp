@@ -68,7 +68,7 @@ void add_standing_blocker(const control::RigStanding& standing, json& blockers) 
   if (standing.fact == Fact::unknown)
     blockers.push_back(blocker("rig.unknown", standing.why,
                                "Nobody knows where that run left the rig: look at it, then "
-                               "rig.reset, or go on with the run where it was interrupted"));
+                               "rig.reset, or, where the run is interrupted, go on with it"));
 }
 
 void add_rig_file_blocker(const Services& services, json& blockers) {

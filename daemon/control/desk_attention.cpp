@@ -59,7 +59,7 @@ Result<RunView> RunDesk::confirm(std::string_view id, std::string_view step, std
   const nlohmann::json payload{{"step", asked}};
   note(run->view.stored.id(), "confirmed", by, payload.dump());
   apply(*run, *next, by);
-  return run->view;
+  return shown(*run);
 }
 
 }  // namespace weft::daemon::control

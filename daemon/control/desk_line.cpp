@@ -53,6 +53,60 @@ void RunDesk::line_is(RunLine next, std::string_view by) {
   if (around_.lined) around_.lined(line_, by);
 }
 
+Status RunDesk::becomes(Run& run, StoredRun stored, const RunMachine& machine,
+                        std::string_view by) {
+  stored.state = machine.state;
+  RunLine next = line_;
+  ++next.revision;
+  std::erase(next.runs, stored.number);
+  if (machine.state == RunState::queued) next.put(stored.number, 0);
+  const nlohmann::json payload{{"state", to_string(machine.state)}};
+  const Status kept = store_.together([&] {
+    Status done = store_.update(stored);
+    if (done) done = store_.keep(next);
+    return done ? store_.journal(around_.utc_us(), stored.id(), "state", by, payload.dump()) : done;
+  });
+  if (!kept) return kept;
+  run.view.stored = std::move(stored);
+  run.view.machine = machine;
+  if (run.is_over()) run.view.attention.reset();
+  run.kept = line_kept_ = true;
+  line_ = std::move(next);
+  if (around_.lined) around_.lined(line_, by);
+  return {};
+}
+
+Status RunDesk::withdraw(std::string_view id, std::string_view by) {
+  Run* run = find(id);
+  if (run == nullptr)
+    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
+  if (run->state() != RunState::queued)
+    return fail(Errc::wrong_state, "the run has begun", "/params/run", "queued",
+                std::string(to_string(run->state())), "run.stop or run.abort ends it");
+  StoredRun stored = run->view.stored;
+  const bool goes_on = stored.resume;
+  if (!goes_on) {
+    stored.outcome = "stopped";
+    stored.cleanup = "skipped";
+    stored.rig_fact = to_string(standing_.fact);  // nothing was moved
+  }
+  if (Status kept = becomes(*run, std::move(stored), on_ended(goes_on).next, by); !kept)
+    return kept;
+  if (trusted_ == run->view.stored.id()) trusted_.clear();
+  tell(*run, by);
+  tell_end(*run);
+  return {};
+}
+
+void RunDesk::hold_after(const Run& run) {
+  if (line_.runs.empty() || line_.held()) return;
+  RunLine next = line_;
+  next.held_by = after_failure;
+  const nlohmann::json payload{{"run", run.view.stored.id()}};
+  note("", "queue_paused", after_failure, payload.dump());
+  line_is(std::move(next), after_failure);
+}
+
 Status RunDesk::move(std::string_view id, std::size_t place, std::string_view by) {
   const Run* const run = find(id);
   if (run == nullptr)

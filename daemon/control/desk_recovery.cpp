@@ -23,6 +23,16 @@ Result<ResumePreview> preview_of(Recovery choice, const CampaignRequest& request
   return fail(Errc::invalid_argument, "no such choice");
 }
 
+/// One that recorded something would begin anew, somewhere else, where its folder is gone.
+Status is_where_it_was(const StoredRun& run) {
+  std::error_code unseen;
+  const std::filesystem::path campaign = run.folder / campaign_file_name;
+  if (run.trials_done.value_or(0) == 0 || std::filesystem::exists(campaign, unseen)) return {};
+  return fail(Errc::not_found, "the campaign of this run is not there any more", campaign.string(),
+              std::to_string(*run.trials_done) + " trials on record", {},
+              "Put its folder back, or discard the run");
+}
+
 /// A file that is damaged cannot be marked, and nothing makes a data set of it either. What may be
 /// put right keeps the run from being discarded.
 Result<CampaignSummary> discarded(const std::filesystem::path& folder, std::string_view by) {
@@ -43,13 +53,21 @@ std::string_view to_string(Recovery choice) {
   return names[static_cast<std::size_t>(choice)];
 }
 
+std::string RunDesk::way_on(const Run& run) {
+  const StoredRun& stored = run.view.stored;
+  if (run.state() != RunState::ended || stored.outcome == "complete" || run.view.trials_done == 0)
+    return {};
+  return "What is left of its campaign: weft run " + stored.recipe.string() + " --rig " +
+         stored.rig.string() + " --out " + stored.folder.string() + " --resume";
+}
+
 Result<RunDesk::Run*> RunDesk::interrupted(std::string_view id) const {
   Run* const run = find(id);
   if (run == nullptr)
     return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
   if (run->state() != RunState::interrupted)
     return fail(Errc::wrong_state, "only an interrupted run is recovered", "/params/run",
-                "interrupted", std::string(to_string(run->state())));
+                "interrupted", std::string(to_string(run->state())), way_on(*run));
   if (run->settling)
     return fail(Errc::wrong_state, "somebody is about to end this run", "/params/run");
   return run;
@@ -75,6 +93,7 @@ void RunDesk::look(Run& run) {
           return preview_of(choice, *request, [&stop] { return stop.stop_requested(); });
         });
         around_.post([this, &run, choice, left] {
+          run.looker.join();  // this was its last word
           for (auto& each : std::exchange(run.curious, {}))
             if (each.choice == choice)
               each.told(left);
@@ -101,15 +120,18 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by, const
   const auto found = interrupted(id);
   if (!found) return pass(found.error());
   Run& run = **found;
-  StoredRun& stored = run.view.stored;
   if (!checked) return pass(checked.error());
+  StoredRun stored = run.view.stored;
+  if (Status there = is_where_it_was(stored); !there) return pass(there.error());
   stored.resume = true;
-  stored.outcome = stored.cleanup = stored.rig_fact = stored.error = stored.dataset_sha256 = "";
+  const bool left_rig_so = standing_ == RigStanding{RigStanding::Fact::unknown, stored.id()};
+  const RunMachine queued{RunState::queued, RunMachine::Clock::max()};
+  if (Status kept = becomes(run, std::move(stored), queued, by); !kept) return pass(kept.error());
   plan_known(run, known_of(checked->plan));
-  if (standing_ == RigStanding{RigStanding::Fact::unknown, stored.id()}) trusted_ = stored.id();
-  apply(run, {{RunState::queued, RunMachine::Clock::max()}, {}, false}, by);
+  if (left_rig_so) trusted_ = run.view.stored.id();
+  tell(run, by);
   begin_next();
-  return run.view;
+  return shown(run);
 }
 
 void RunDesk::settle(std::string_view id, Recovery choice, std::string_view by, SettledTold told) {
@@ -131,6 +153,7 @@ void RunDesk::settle(std::string_view id, Recovery choice, std::string_view by, 
 // The rig is as the run left it: settling it has moved nothing.
 void RunDesk::settled(Run& run, Recovery choice, std::string_view by,
                       const Result<CampaignSummary>& summary, const SettledTold& told) {
+  run.settler.join();  // this was its last word
   run.settling = false;
   if (!summary) return told(pass(summary.error(), run.view.stored.id()));
   StoredRun& stored = run.view.stored;

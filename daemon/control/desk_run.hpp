@@ -23,6 +23,8 @@ inline Deadlines deadlines_of(const recipes::Plan& plan) {
 
 /// Who holds a line that the daemon found when it began.
 inline constexpr const char* after_restart = "auto:restart";
+/// Who holds a line after a run whose bench did not come up.
+inline constexpr const char* after_failure = "auto:failed";
 
 struct RunDesk::Run {
   RunView view;
@@ -32,7 +34,8 @@ struct RunDesk::Run {
   recipes::Ticket asked = 0;           ///< of what a person is asked for
   bool kept = true;                    ///< the store has it as it is
   bool at_work = false;                ///< the thread has not told its end
-  std::atomic<bool> took_rig = false;  ///< set by the thread
+  std::atomic<bool> checked = false;   ///< set by the thread: what it was asked for can be done
+  std::atomic<bool> took_rig = false;  ///< likewise
   struct Curious {
     Recovery choice;
     PreviewTold told;

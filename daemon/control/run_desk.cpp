@@ -177,19 +177,19 @@ void RunDesk::begin_next() {
   run.view.stored.bench =
       to_string(bench_kind_of(run.view.stored.rig));  // by now it may be another
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
-  if (run.thread.joinable()) run.thread.join();  // it has told its end
   run.orders.emplace();
   run.at_work = true;
-  run.took_rig = false;
+  run.checked = run.took_rig = false;
   run.thread = std::jthread([this, &run, plan_is_known, request = request_of(run.view.stored)] {
     CampaignHooks hooks;
-    if (!plan_is_known)
-      hooks.planned = [this, &run](const recipes::Plan& plan) {
-        around_.post([this, &run, known = known_of(plan)] {
-          plan_known(run, known);
-          tell(run, "auto:run");
-        });
-      };
+    hooks.planned = [this, &run, plan_is_known](const recipes::Plan& plan) {
+      run.checked = true;
+      if (plan_is_known) return;
+      around_.post([this, &run, known = known_of(plan)] {
+        plan_known(run, known);
+        tell(run, "auto:run");
+      });
+    };
     hooks.orders = &*run.orders;
     hooks.onlooker = around_.onlooker;
     hooks.pace = around_.pace;
@@ -200,7 +200,7 @@ void RunDesk::begin_next() {
     hooks.vote = [this, &run](const VoteMoment& vote) {
       around_.post([this, &run, vote] {
         run.view.vote = vote;
-        if (around_.voted) around_.voted(run.view);
+        if (around_.voted) around_.voted(shown(run));
       });
     };
     hooks.progress = [this, &run](const TrialProgress& line) {
@@ -259,6 +259,7 @@ void RunDesk::tell_end(Run& run) {
 }
 
 void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
+  run.thread.join();  // this was its last word
   StoredRun& stored = run.view.stored;
   if (summary) {
     stored.outcome = recipes::to_string(summary->outcome);
@@ -275,7 +276,8 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     stored.cleanup = "skipped";
     stored.rig_fact = "unknown";
     stored.error = to_string(summary.error());
-    if (stored.resume) count_trials(run);  // it may have ended while the past was played
+    count_trials(run);  // of what was told the disk may have refused some, or more is on record
+    if (!is_certified(stored.folder)) stored.dataset_sha256.clear();
   }
   run.at_work = false;
   refuse_faults(run);
@@ -290,6 +292,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
   keep(run);  // also of one that had been given up
   apply(run, on_ended(may_go_on), "auto:run");
   tell_end(run);
+  if (!summary && run.checked && !run.took_rig && stored.outcome == "failed") hold_after(run);
   begin_next();
 }
 
@@ -310,25 +313,20 @@ void RunDesk::count_trials(Run& run) {
 
 void RunDesk::tell(Run& run, std::string_view by) {
   run.view.changed_by = by;
-  name_time(run.view);
-  if (around_.changed) around_.changed(run.view);
+  if (around_.changed) around_.changed(shown(run));
 }
 
-Status RunDesk::withdraw(std::string_view id, std::string_view by) {
-  Run* run = find(id);
-  if (run == nullptr)
-    return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
-  if (run->state() != RunState::queued)
-    return fail(Errc::wrong_state, "the run has begun", "/params/run", "queued",
-                std::string(to_string(run->state())), "run.stop or run.abort ends it");
-  const bool as_before = run->view.stored.resume;
-  run->view.stored.outcome = as_before ? "interrupted" : "stopped";
-  run->view.stored.cleanup = "skipped";
-  run->view.stored.rig_fact = as_before ? "unknown" : "safe";
-  apply(*run, on_ended(as_before), by);
-  if (trusted_ == run->view.stored.id()) trusted_.clear();
-  tell_end(*run);
-  return {};
+// How it ended before it went on again is kept until it ends otherwise, and told of a run that is
+// over.
+RunView RunDesk::shown(const Run& run) const {
+  RunView view = run.view;
+  name_time(view);
+  if (run.is_over()) return view;
+  StoredRun& stored = view.stored;
+  for (std::string* fact :
+       {&stored.outcome, &stored.cleanup, &stored.rig_fact, &stored.error, &stored.dataset_sha256})
+    fact->clear();
+  return view;
 }
 
 Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_view by) {
@@ -336,26 +334,25 @@ Result<RunView> RunDesk::order(std::string_view id, Order order, std::string_vie
   if (run == nullptr)
     return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
   const auto step = on_order(run->view.machine, run->limits, order, around_.now());
-  if (!step) return pass(step.error(), run->view.stored.id());
+  if (!step) {
+    Error refused = step.error();
+    if (order == Order::resume && refused.hint.empty()) refused.hint = way_on(*run);
+    return pass(std::move(refused), run->view.stored.id());
+  }
   apply(*run, *step, by);
-  return run->view;
+  return shown(*run);
 }
 
 Result<RunView> RunDesk::get(std::string_view id) const {
   const Run* run = find(id);
   if (run == nullptr)
     return fail(Errc::not_found, "no such run", "/params/run", {}, std::string(id));
-  RunView view = run->view;
-  name_time(view);
-  return view;
+  return shown(*run);
 }
 
 std::vector<RunView> RunDesk::all() const {
   std::vector<RunView> out;
-  for (const auto& run : runs_) {
-    out.push_back(run->view);
-    name_time(out.back());
-  }
+  for (const auto& run : runs_) out.push_back(shown(*run));
   return out;
 }
 

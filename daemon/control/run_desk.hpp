@@ -116,7 +116,8 @@ class RunDesk {
   Result<RunView> submit(const RunWish& wish) {
     return submit(wish, check_quickly(request_for(wish)));
   }
-  /// Takes a run that has not begun out of the line. Errors: not_found, wrong_state.
+  /// Takes a run that has not begun out of the line; one that was to go on is as it was before.
+  /// Errors: not_found; wrong_state; io, where that cannot be written down, and it waits as before.
   Status withdraw(std::string_view id, std::string_view by);
   /// Errors: not_found; wrong_state, with what the state takes.
   Result<RunView> order(std::string_view id, Order order, std::string_view by);
@@ -136,7 +137,8 @@ class RunDesk {
   /// What to check for recover(). Errors: not_found; wrong_state.
   [[nodiscard]] Result<CampaignRequest> request_to_recover(std::string_view id) const;
   /// Puts an interrupted run in line again, to go on where it was. What its file says is looked at
-  /// when it begins. Errors: not_found; wrong_state; those of the check.
+  /// when it begins. Errors: not_found, also where its campaign is not there any more; wrong_state;
+  /// those of the check; io, where that cannot be written down.
   Result<RunView> recover(std::string_view id, std::string_view by, const Checked& checked);
   /// Both.
   Result<RunView> recover(std::string_view id, std::string_view by);
@@ -194,6 +196,11 @@ class RunDesk {
   Status line_becomes(RunLine next, const Wish& wish);
   /// By what has happened to its runs.
   void line_is(RunLine next, std::string_view by);
+  /// Into the line or out of it by somebody's wish: `stored` with the machine's state, the line and
+  /// a line of the journal, all of it or nothing.
+  Status becomes(Run& run, StoredRun stored, const RunMachine& machine, std::string_view by);
+  /// What keeps one run from its bench would cost all that wait.
+  void hold_after(const Run& run);
   Run* numbered(std::int64_t number) const;
   void moved(Run& run, const RunMoment& moment);
   void ask(Run& run, const recipes::AskOperator& asked);
@@ -224,11 +231,14 @@ class RunDesk {
                const Result<CampaignSummary>& summary, const SettledTold& told);
   void note_rejected(Run& run, const TrialProgress& line);
   void tell(Run& run, std::string_view by);
+  [[nodiscard]] RunView shown(const Run& run) const;
   void keep(Run& run);
   void count_trials(Run& run);
   void name_time(RunView& view) const;
   [[nodiscard]] std::chrono::nanoseconds wall_ahead() const;
   Run* find(std::string_view id) const;
+  /// How what is left of an ended run can still be recorded; empty where that is nothing.
+  static std::string way_on(const Run& run);
   [[nodiscard]] Result<Run*> interrupted(std::string_view id) const;
 
   Surroundings around_;

@@ -8,6 +8,8 @@
 #include <charconv>
 #include <system_error>
 
+#include "daemon/run/resume.hpp"
+
 namespace weft::daemon::control {
 namespace {
 
@@ -136,6 +138,12 @@ Status add_columns(sqlite::Database& database) {
   return {};
 }
 
+std::filesystem::path absolute_of(const std::filesystem::path& folder) {
+  std::error_code none;
+  auto absolute = std::filesystem::absolute(folder.empty() ? "." : folder, none);
+  return none ? folder : absolute.lexically_normal();
+}
+
 /// SQLite's look at every page now: one that is needed only later would be missed under a run.
 Status check_pages(sqlite::Database& database) {
   auto query = database.prepare("PRAGMA quick_check(1)");
@@ -181,7 +189,8 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
   Status made = database->execute(schema_sql);
   if (made) made = add_columns(*database);
   if (!made) return pass(made.error(), file.string());
-  RunStore store(std::move(*database));
+  RunStore store(std::move(*database),
+                 file == ":memory:" ? std::filesystem::path() : absolute_of(folder));
   if (Status ok = store.take_stock(); !ok) return pass(ok.error(), file.string());
   return store;
 }
@@ -198,6 +207,7 @@ Status RunStore::take_stock() {
     run.cleanup = "skipped";
     run.rig_fact = "unknown";
     run.trials_done.reset();  // more may have been recorded since
+    if (!is_certified(run.folder)) run.dataset_sha256.clear();
     if (before->fact != RigStanding::Fact::latched)
       if (Status ok = keep({RigStanding::Fact::unknown, run.id()}); !ok) return ok;
     if (Status ok = update(run); !ok) return ok;
@@ -279,6 +289,7 @@ Result<std::vector<StoredRun>> RunStore::load() {
     if (!*row) return out;
     auto run = read_run(*query);
     if (!run) return pass(run.error());
+    run->folder = found_folder(run->folder.string());
     out.push_back(std::move(*run));
   }
 }
@@ -294,13 +305,32 @@ Status RunStore::together(const std::function<Status()>& work) {
   return done;
 }
 
+std::string RunStore::kept_folder(const std::filesystem::path& folder) const {
+  if (home_.empty() || folder.empty()) return folder.string();
+  const std::filesystem::path way = absolute_of(folder).lexically_relative(home_);
+  const bool within = !way.empty() && *way.begin() != ".." && way != ".";
+  return within ? way.string() : folder.string();
+}
+
+// Older daemons kept what they were given: the way from where they were started, or one that holds
+// until the folder is moved. Then its name is looked for here.
+std::filesystem::path RunStore::found_folder(const std::string& kept) const {
+  const std::filesystem::path folder = kept;
+  if (home_.empty() || folder.empty()) return folder;
+  const std::filesystem::path here = home_ / folder.filename();
+  std::error_code unseen;
+  for (const auto& place : {folder.is_relative() ? home_ / folder : here, here, folder})
+    if (std::filesystem::exists(place, unseen)) return place;
+  return home_ / folder;
+}
+
 Status RunStore::add(StoredRun& run) {
   auto insert = database_.prepare(
       "INSERT INTO run (recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
       "rig_fact, error, dataset_sha256, recipe_sha256) VALUES (?,?,?,?,?,?,?,?,'','','','','',?)");
   if (!insert) return pass(insert.error());
   const std::string recipe = run.recipe.string(), rig = run.rig.string(),
-                    folder = run.folder.string(),
+                    folder = kept_folder(run.folder),
                     seed = run.seed ? std::to_string(*run.seed) : std::string();
   insert->bind(1, recipe).bind(2, rig).bind(3, folder).bind(4, seed);
   insert->bind(5, run.name).bind(6, run.by).bind(7, run.created_us);
@@ -333,7 +363,7 @@ Status RunStore::update(const StoredRun& run) {
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
       "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=? WHERE number=?");
   if (!change) return pass(change.error());
-  const std::string folder = run.folder.string();
+  const std::string folder = kept_folder(run.folder);
   change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
   change->bind(4, run.rig_fact).bind(5, run.error).bind(6, run.dataset_sha256).bind(7, folder);
   change->bind(8, std::int64_t{run.resume}).bind(9, run.recovered).bind(10, run.bench);

@@ -59,9 +59,10 @@ std::string_view to_string(RigStanding::Fact fact);
 
 class RunStore {
  public:
-  /// Opens or makes the file. Runs that were under way when the daemon died become `interrupted`,
-  /// and the rig unknown, unless it was latched.
-  /// Errors: io, corrupt; wrong_state, when another daemon has it.
+  /// Opens or makes the file. A run's folder is kept by its way from the file's own folder where it
+  /// lies in that: both may be moved together. Runs that were under way when the daemon died become
+  /// `interrupted`, and the rig unknown, unless it was latched. Errors: io, corrupt; wrong_state,
+  /// when another daemon has it.
   static Result<RunStore> open(const std::filesystem::path& file);
 
   [[nodiscard]] Result<std::vector<StoredRun>> load();
@@ -118,10 +119,14 @@ class RunStore {
   [[nodiscard]] Result<Page> query(const Query& wanted);
 
  private:
-  explicit RunStore(sqlite::Database database) : database_(std::move(database)) {}
+  RunStore(sqlite::Database database, std::filesystem::path home)
+      : database_(std::move(database)), home_(std::move(home)) {}
   Status take_stock();
   Status write(const RunLine& line);
+  [[nodiscard]] std::string kept_folder(const std::filesystem::path& folder) const;
+  [[nodiscard]] std::filesystem::path found_folder(const std::string& kept) const;
   sqlite::Database database_;
+  std::filesystem::path home_;  ///< of the file, absolute; empty of one in memory
 };
 
 }  // namespace weft::daemon::control

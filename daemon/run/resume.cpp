@@ -98,11 +98,6 @@ bool is_over(const CampaignPast& past, const recipes::Plan& plan) {
   return past.progress.finished && past.first_left(carries_on(plan)) >= past.progress.planned;
 }
 
-bool is_certified(const std::filesystem::path& campaign) {
-  std::error_code unseen;
-  return std::filesystem::exists(campaign.parent_path() / certificate_file_name, unseen);
-}
-
 /// What a campaign leaves at its end is not left by one that recorded nothing.
 Result<std::optional<Resumption>> nothing_recorded(const std::filesystem::path& folder) {
   std::error_code unseen;
@@ -129,7 +124,12 @@ bool is_anything_left(const CampaignRequest& request) {
   const std::filesystem::path campaign = request.out / campaign_file_name;
   const auto checked = check_request(request);
   const auto past = load_past(campaign);
-  return !checked || !past || !is_over(*past, checked->plan) || !is_certified(campaign);
+  return !checked || !past || !is_over(*past, checked->plan) || !is_certified(request.out);
+}
+
+bool is_certified(const std::filesystem::path& folder) {
+  std::error_code unseen;
+  return std::filesystem::exists(folder / certificate_file_name, unseen);
 }
 
 bool is_handed_over(const std::filesystem::path& folder) {
@@ -141,7 +141,7 @@ bool is_only_end_left(const CampaignRequest& request) {
   const std::filesystem::path campaign = request.out / campaign_file_name;
   const auto checked = check_request(request);
   const auto past = load_past(campaign);
-  return checked && past && is_over(*past, checked->plan) && !is_certified(campaign);
+  return checked && past && is_over(*past, checked->plan) && !is_certified(request.out);
 }
 
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
@@ -165,7 +165,7 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   out.rejected = past->rejected_of(out.first_trial);
   out.plays_again = mode == BenchMode::simulated && !past->disturbed;
   const bool over = is_over(*past, checked.plan);
-  out.only_concludes = over && !is_certified(campaign);
+  out.only_concludes = over && !is_certified(campaign.parent_path());
   out.only_hands_over = over && !out.only_concludes && checked.plan.hand_over &&
                         past->complete() == past->progress.planned &&
                         !is_handed_over(campaign.parent_path());

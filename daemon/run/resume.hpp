@@ -50,6 +50,9 @@ Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked)
 /// True as well where that cannot be read: somebody may put right what keeps it from it.
 bool is_anything_left(const CampaignRequest& request);
 
+/// It has a certificate: nobody has written to it since its end.
+bool is_certified(const std::filesystem::path& folder);
+
 /// A hand-over that was begun is there whole, or there is none: this asks no more than which.
 bool is_handed_over(const std::filesystem::path& folder);
 

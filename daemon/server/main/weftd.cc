@@ -41,6 +41,11 @@ int main(int argc, char** argv) {
       },
       "these options as a manual page");
   if (const auto status = weft::daemon::cli::parse_command_line(app, argc, argv)) return *status;
+  // What is kept of a run is found by a daemon that is started elsewhere. A socket's name may not
+  // be long: it stays as it was given.
+  if (options.socket.empty()) options.socket = options.data / "weftd.sock";
+  for (auto* const path : {&options.rig, &options.recipes, &options.data})
+    *path = std::filesystem::absolute(*path);
   const weft::daemon::cli::StopSignals signals;
   const auto ready = [&options](const weft::daemon::server::Ports& ports) {
     const bool is_v6 = options.listen.find(':') != std::string::npos;

@@ -53,7 +53,9 @@ struct DeskBench {
   CampaignRequest request;
   Posted posted;
   control::RunStore store;
-  bool abort_after_first_line = false;  ///< every run, on its own thread
+  /// What every run's thread does at each line of its progress.
+  std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
+  bool no_bench_comes_up = false;
   std::unique_ptr<control::RunDesk> desk;
 
   explicit DeskBench(const TemporaryFolder& where, const std::string& recipe = tiny_recipe(2))
@@ -75,10 +77,13 @@ struct DeskBench {
   }
 
   Result<CampaignSummary> performed(const CampaignRequest& wanted, CampaignHooks hooks) {
-    if (!abort_after_first_line) return run_campaign(wanted, hooks);
-    hooks.progress = [&hooks, told = hooks.progress](const TrialProgress& line) {
+    if (no_bench_comes_up) {
+      hooks.planned(check_request(wanted)->plan);
+      return fail(Errc::io, "no device answers", "stage.x");
+    }
+    hooks.progress = [this, &hooks, told = hooks.progress](const TrialProgress& line) {
       told(line);
-      hooks.orders->give({Order::abort, "test"});
+      if (at_line) at_line(line, *hooks.orders);
     };
     return run_campaign(wanted, hooks);
   }
@@ -97,7 +102,8 @@ struct DeskBench {
   }
 };
 
-/// A folder in which a daemon died under its only run, at least so many trials of which are on record.
+/// A folder in which a daemon died under its only run, at least so many trials of which are on
+/// record.
 inline void leave_interrupted(const TemporaryFolder& folder, int repetitions = 2,
                               std::size_t trials = 2) {
   CampaignRequest request = request_in(folder, tiny_recipe(repetitions));

@@ -46,13 +46,15 @@ TEST_CASE("a run whose resume was aborted while the past was played counts what 
   const std::string id = bench.desk->all().front().stored.id();
   const std::size_t on_record = bench.desk->get(id).value().trials_done;
   REQUIRE(on_record > 2);
-  bench.abort_after_first_line = true;
+  bench.at_line = [](const TrialProgress&, RunOrders& orders) {
+    orders.give({Order::abort, "test"});
+  };
   REQUIRE(bench.desk->recover(id, "test"));
   const RunView aborted = bench.ended(id);
   CHECK(aborted.machine.state == RunState::interrupted);
   CHECK(aborted.stored.error.find("Nothing was changed: resume it again") != std::string::npos);
   CHECK(aborted.trials_done == on_record);
-  bench.abort_after_first_line = false;
+  bench.at_line = {};
   REQUIRE(bench.desk->recover(id, "test"));
   CHECK(bench.ended(id).trials_done == 8);
 }

@@ -58,24 +58,21 @@ std::size_t lines_of(control::RunStore& store, std::string_view kind) {
 TEST_CASE("what became of a run while the disk was full is written down once it has room") {
   const TemporaryFolder folder;
   DeskBench bench(folder);
-  bench.desk->halt("test");  // nothing begins
   const std::string id = bench.submit().stored.id();
   CHECK(bench.desk->is_kept());
   const std::size_t told = lines_of(bench.store, "state");
   {
     const FullDisk full;
-    CHECK(bench.desk->withdraw(id, "ada"));
+    CHECK(bench.desk->order(id, Order::abort, "ada"));
     bench.desk->tick();
     CHECK_FALSE(bench.desk->is_kept());
   }
-  CHECK(bench.store.load()->front().state == RunState::queued);
-  CHECK(bench.store.line()->runs.size() == 1);
+  CHECK(bench.store.load()->front().state == RunState::arming);
   bench.desk->tick();
   CHECK(bench.desk->is_kept());
-  CHECK(bench.store.load()->front().state == RunState::ended);
-  CHECK(bench.store.load()->front().outcome == "stopped");
-  CHECK(bench.store.line()->runs.empty());
+  CHECK(bench.store.load()->front().state == RunState::aborting);
   CHECK(lines_of(bench.store, "state") == told + 1);
+  CHECK(bench.ended(id).machine.state == RunState::ended);
 }
 
 TEST_CASE("a wish for the line that cannot be kept changes nothing") {
@@ -89,7 +86,9 @@ TEST_CASE("a wish for the line that cannot be kept changes nothing") {
     const FullDisk full;
     CHECK_FALSE(bench.desk->move(second, 0, "ada"));
     CHECK_FALSE(bench.desk->hold_line("ada"));
+    CHECK_FALSE(bench.desk->withdraw(second, "ada"));
   }
+  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
   CHECK(bench.desk->line() == before);
   CHECK(bench.store.line().value() == before);
   CHECK(lines_of(bench.store, "moved") == 0);
