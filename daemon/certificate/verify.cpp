@@ -26,14 +26,6 @@ const FilePrint* certified_file(const Certificate& certificate, const fs::path& 
   return found == certificate.files.end() ? nullptr : &*found;
 }
 
-/// A certificate is of a finished file. One whose write-ahead log holds something has been written
-/// to since.
-bool log_beside(const fs::path& campaign) {
-  std::error_code none;
-  const auto bytes = fs::file_size(log_of(campaign), none);
-  return !none && bytes > 0;
-}
-
 void compare_bytes(const FilePrint& then, const fs::path& file, const StopAsked& stop_asked,
                    VerifyReport& report) {
   const auto now = print_of(file, {}, stop_asked);
@@ -68,14 +60,14 @@ Result<VerifyReport> looked_at(const fs::path& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
     const fs::path campaign = path / campaign_file_name;
-    if (there(campaign) || log_beside(campaign)) report.campaign = campaign;
+    if (there(campaign) || has_log(campaign)) report.campaign = campaign;
     if (there(path / "dataset.h5")) report.dataset = path / "dataset.h5";
     if (report.campaign.empty() && report.dataset.empty())
       return fail(Errc::not_found, "neither campaign.sqlite nor dataset.h5 in this folder",
                   path.string());
     return report;
   }
-  if (!there(path) && !log_beside(path))
+  if (!there(path) && !has_log(path))
     return fail(Errc::not_found, "no such file or folder", path.string());
   // A campaign file whose first bytes are gone is still one by its name.
   const bool campaign = is_campaign_file(path) || path.filename() == campaign_file_name;
@@ -100,7 +92,8 @@ void check_file(const fs::path& file, const Certificate* certificate, const Stop
   const FilePrint* then = certificate == nullptr ? nullptr : certified_file(*certificate, file);
   const bool is_campaign = file == report.campaign;
   if (then != nullptr) compare_bytes(*then, file, stop_asked, report);
-  if (is_campaign && then != nullptr && log_beside(file))
+  // A certificate is of a finished file.
+  if (is_campaign && then != nullptr && has_log(file))
     report.findings.push_back({file.filename().string(),
                                "was written to after it had been certified: its log is not empty"});
   // One that was killed before it had written anything holds nothing that could be wrong.

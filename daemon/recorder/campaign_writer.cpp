@@ -1,6 +1,7 @@
 #include "daemon/recorder/campaign_writer.hpp"
 
 #include "daemon/dataset/sha256.hpp"
+#include "daemon/recorder/log_check.hpp"
 #include "daemon/recorder/schema.hpp"
 #include "protocols/base/crc.hpp"
 
@@ -116,26 +117,18 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
 }
 
 Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesystem::path& path) {
+  // Asked before SQLite makes a log of its own. The file's header says too little: who reads it at
+  // its end leaves it expecting a log, and certified.
+  const bool killed = has_log(path);
   auto database = sqlite::Database::open(path, sqlite::Mode::read_write);
   if (!database) return pass(std::move(database).error());
   database->wait_for_others(for_a_look);
   Status done = database->execute(connection_sql);
   std::unique_ptr<CampaignWriter> writer(new CampaignWriter(std::move(*database)));
   if (done) done = writer->prepare();
-  if (done) done = writer->take_log();
+  if (done && killed) done = writer->begin_writing();
   if (!done) return pass(std::move(done).error());
   return writer;
-}
-
-// The log of a host that was killed is this one's at once.
-Status CampaignWriter::take_log() {
-  auto mode = database_.prepare("PRAGMA journal_mode");
-  if (!mode) return pass(mode.error());
-  const auto row = mode->step();
-  if (!row) return pass(row.error());
-  const bool has_log = *row && mode->text(0) == "wal";
-  mode = {};
-  return has_log ? begin_writing() : Status{};
 }
 
 // A look that is over in a moment is waited for. Takes the lock that begin_writing() needs, and

@@ -41,8 +41,8 @@ class CampaignWriter {
   static Result<std::unique_ptr<CampaignWriter>> create(const std::filesystem::path& path,
                                                         const CampaignHeader& header);
 
-  /// Goes on with a file that create() made. One that was finished, in one piece, keeps every byte
-  /// until begin_writing().
+  /// Goes on with a file that create() made. The log that a killed host left is this one's at once;
+  /// a file without one, or with an empty one, keeps every byte until begin_writing().
   static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
 
   /// Refuses a file that somebody reads without a pause; changes nothing.
@@ -73,7 +73,6 @@ class CampaignWriter {
  private:
   explicit CampaignWriter(sqlite::Database database) : database_(std::move(database)) {}
   Status prepare();
-  Status take_log();
   Status begin();
   Status run(sqlite::Statement& statement);
   /// Of a sweep, for the trial that began last.

@@ -160,6 +160,12 @@ fs::path log_of(const fs::path& database) {
   return database.string() + "-wal";
 }
 
+bool has_log(const fs::path& database) {
+  std::error_code none;
+  const std::uintmax_t bytes = fs::file_size(log_of(database), none);
+  return !none && bytes > 0;
+}
+
 Result<LogState> read_log(const fs::path& database) {
   const fs::path file = log_of(database);
   std::error_code none;

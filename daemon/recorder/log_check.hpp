@@ -26,6 +26,9 @@ struct LogState {
 /// "campaign.sqlite-wal" of "campaign.sqlite".
 std::filesystem::path log_of(const std::filesystem::path& database);
 
+/// Whether a log with something in it lies beside the file.
+bool has_log(const std::filesystem::path& database);
+
 /// A last transaction that is torn is no damage: that is what a kill leaves. Errors: io.
 Result<LogState> read_log(const std::filesystem::path& database);
 

@@ -31,15 +31,11 @@ tl::unexpected<Error> database_error(sqlite3* database, const FilePath& file, st
               full ? "Free some space on the disk" : "");
 }
 
-std::uintmax_t bytes_of(const std::filesystem::path& file) {
-  std::error_code none;
-  const std::uintmax_t bytes = std::filesystem::file_size(file, none);
-  return none ? 0 : bytes;
-}
-
 /// SQLite removes a log whose file is empty, and reading is enough for that.
 bool is_orphan(const std::filesystem::path& path) {
-  return bytes_of(path) == 0 && bytes_of(log_of(path)) > 0;
+  std::error_code none;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, none);
+  return (none || bytes == 0) && has_log(path);
 }
 
 bool is_there(const std::filesystem::path& path) {
