@@ -322,7 +322,9 @@ Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
   if (request.resume)
     return resumption(campaign, settled.checked, settled.rig.mode, request.accept_whole,
                       [&hooks] { return stop_asked(hooks); });
-  if (Status free = Recorder::refuse_existing(campaign); !free) return pass(free.error());
+  Status free = Recorder::refuse_existing(campaign);
+  if (free) free = no_end_is_there(request.out);
+  if (!free) return pass(free.error());
   return std::optional<Resumption>{};
 }
 

@@ -98,18 +98,17 @@ bool is_over(const CampaignPast& past, const recipes::Plan& plan) {
   return past.progress.finished && past.first_left(carries_on(plan)) >= past.progress.planned;
 }
 
-/// What a campaign leaves at its end is not left by one that recorded nothing.
-Result<std::optional<Resumption>> nothing_recorded(const std::filesystem::path& folder) {
+}  // namespace
+
+Status no_end_is_there(const std::filesystem::path& folder) {
   std::error_code unseen;
   for (const char* name : {certificate_file_name, dataset_file_name})
     if (std::filesystem::exists(folder / name, unseen))
       return fail(Errc::corrupt, "the campaign file is missing or blank, but its end is there",
                   (folder / name).string(), {}, {},
                   "Put campaign.sqlite back, or begin in another folder");
-  return std::optional<Resumption>{};
+  return {};
 }
-
-}  // namespace
 
 Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked) {
   const auto report = verify(campaign, stop_asked);
@@ -151,7 +150,10 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   const auto log = read_log(campaign);
   if (!log) return pass(log.error());
   const bool nothing = log->bytes == 0 && !std::filesystem::exists(campaign, ignored);
-  if (nothing || is_blank_campaign(campaign)) return nothing_recorded(campaign.parent_path());
+  if (nothing || is_blank_campaign(campaign)) {
+    if (Status ok = no_end_is_there(campaign.parent_path()); !ok) return pass(ok.error());
+    return std::optional<Resumption>{};
+  }
   if (Status ok = holds(campaign, stop_asked); !ok) return pass(ok.error());
   auto past = load_past(campaign);
   if (!past) return pass(past.error());

@@ -43,6 +43,10 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
                                              bool accept_whole = false,
                                              const StopAsked& stop_asked = {});
 
+/// Refuses a folder with what a campaign leaves at its end, and no campaign: one that began there
+/// would take the place of that data set, and be judged by that certificate. Errors: corrupt.
+Status no_end_is_there(const std::filesystem::path& folder);
+
 /// The campaign's folder is what was recorded. Errors: verify()'s; corrupt, with the first finding.
 Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked);
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "daemon/certificate/certificate.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
@@ -133,6 +134,26 @@ TEST_CASE("a folder that holds a campaign is not written over") {
   const Result<CampaignSummary> again = run_campaign(request_in(folder, short_recipe("satin")), {});
   REQUIRE_FALSE(again);
   CHECK(std::filesystem::file_size(folder / "out/campaign.sqlite") == size);
+}
+
+TEST_CASE("a folder that holds the end of another campaign is not begun in") {
+  const TemporaryFolder folder;
+  const CampaignSummary s = run(folder, short_recipe("satin"));
+  const auto certificate = s.campaign_file.parent_path() / certificate_file_name;
+  const auto dataset = s.dataset_file;
+  std::filesystem::remove(s.campaign_file);
+  for (const auto& [gone, left] :
+       {std::pair{certificate, dataset}, std::pair{dataset, certificate}}) {
+    std::filesystem::rename(gone, gone.string() + ".aside");
+    const std::string before = test::read_file(left);
+    const auto refused = run_campaign(request_in(folder, short_recipe("satin")), {});
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().where == left.string());
+    CHECK(refused.error().hint.find("another folder") != std::string::npos);
+    CHECK((test::read_file(left) == before));
+    CHECK_FALSE(std::filesystem::exists(s.campaign_file));
+    std::filesystem::rename(gone.string() + ".aside", gone);
+  }
 }
 
 TEST_CASE("devices are recorded as they identified themselves, not as the rig file has them") {
