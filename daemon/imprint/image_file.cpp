@@ -11,7 +11,7 @@ Result<Image> read_image(const std::filesystem::path& path) {
   if (kind != ".csv" && kind != ".txt" && kind != ".pgm" && kind != ".npy")
     return fail(Errc::unsupported, "imprints are not read from such files", name,
                 ".csv, .txt, .pgm or .npy", kind);
-  const auto text = read_text_file(path, most_image_bytes);
+  const auto text = read_file(path, most_image_bytes);
   if (!text) return pass(text.error());
   auto image = kind == ".pgm"   ? parse_image_pgm(name, *text)
                : kind == ".npy" ? parse_image_npy(name, *text)

@@ -26,7 +26,7 @@ std::string system_words(int error) {
 Status record_plugin(Recorder& recorder, const DeviceEntry& entry, DriverCatalog& drivers) {
   const Result<DriverSource> source = drivers.source(entry.driver);
   if (!source || source->file.empty()) return {};
-  const Result<std::string> bytes = read_text_file(source->file, most_plugin_bytes);
+  const Result<std::string> bytes = read_file(source->file, most_plugin_bytes);
   const nlohmann::json line{{"device", entry.name},
                             {"driver", entry.driver},
                             {"file", source->file},

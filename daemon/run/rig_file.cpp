@@ -245,6 +245,14 @@ void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSett
 }
 
 Result<std::string> read_text_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {
+  auto text = read_file(path, max_bytes);
+  // Parsers of JSON take it for the end of the text, and what stands behind it for nothing.
+  if (text && text->find('\0') != std::string::npos)
+    return fail(Errc::parse, "a zero byte: not a text file", path);
+  return text;
+}
+
+Result<std::string> read_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (error) return fail(Errc::not_found, "cannot read the file", path, {}, error.message());

@@ -59,8 +59,10 @@ BenchKind bench_kind_of(const std::filesystem::path& rig);
 /// `rig_path` names. parse_rig_file alone knows the built-in ones only.
 void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings);
 
-/// A whole text file. Errors: not_found, io, range when it is larger than `max_bytes`: recipes and
-/// rigs are small, so a huge file is refused before it is read.
+/// A whole file. Errors: not_found, io, range when it is larger than `max_bytes`: a huge file is
+/// refused before it is read.
+Result<std::string> read_file(const std::filesystem::path& path, std::uintmax_t max_bytes);
+/// The same of text, such as recipes and rigs, which are small. Errors too: parse, at a zero byte.
 Result<std::string> read_text_file(const std::filesystem::path& path,
                                    std::uintmax_t max_bytes = 1 << 20);
 

@@ -144,6 +144,12 @@ bool parse_json(std::string_view text, const JsonBounds& bounds, json& document,
                   std::to_string(text.size()) + " bytes", "it should be a few kilobytes"});
     return false;
   }
+  // The parser takes it for the end of the text, and what stands behind it for nothing.
+  if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos) {
+    problems.add({"", "a zero byte at " + line_and_column(text, zero) + ": not a text file",
+                  "JSON text", "", "save it as UTF-8"});
+    return false;
+  }
   Builder builder(text, bounds, document, problems);
   return json::sax_parse(text, &builder) && problems.empty();
 }

@@ -16,7 +16,8 @@ struct JsonBounds {
 };
 
 /// Parses `text` into `document`. Syntax errors come with line and column; NaN, Infinity and
-/// numbers that no double can hold are named as such. True when nothing was found wrong.
+/// numbers that no double can hold are named as such, a zero byte too. True when nothing was found
+/// wrong.
 bool parse_json(std::string_view text, const JsonBounds& bounds, nlohmann::json& document,
                 Problems& problems);
 

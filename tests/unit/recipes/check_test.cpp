@@ -80,6 +80,12 @@ TEST_CASE("A wrong or missing unit is refused with the right spellings") {
           "Did you mean duration_s");
 }
 
+TEST_CASE("A zero byte is refused, and with it what stands behind it") {
+  refused(std::string(small_recipe) + '\0' + "anything", "",
+          "a zero byte at line 7, column 40: not a text file");
+  refused(std::string(1, '\0') + small_recipe, "", "a zero byte at line 1, column 1");
+}
+
 TEST_CASE("Two units for one quantity are refused") {
   refused(small_with("\"speed_mm_s\": 2", "\"speed_mm_s\": 2, \"speed_mps\": 0.002"), phases + "/2",
           "in two units");
