@@ -145,22 +145,13 @@ class CampaignCheck {
         {.all_outcomes = true, .streams = true, .transfers = false, .stop_asked = stop_asked_});
     if (!all && !readable) return;  // told already
     if (!all) return found("content", all.error());
-    same_documents(all->info);
+    check_documents(all->info, file_.filename().string() + ": table campaign", report_);
     report_.attempts = all->trials.size();
     report_.complete =
         static_cast<std::size_t>(std::count_if(all->records.begin(), all->records.end(),
                                                [](const auto& r) { return is_done(r.outcome); }));
     report_.software_version = all->info.software_version;
     if (certificate_ != nullptr) compare_content(*all);
-  }
-
-  void same_documents(const DatasetInfo& info) {
-    const auto same = [this](const char* what, const std::string& text, const std::string& told) {
-      if (!text.empty() && sha256_hex(text) != told)
-        found("table campaign", std::string(what) + " does not have its SHA-256");
-    };
-    same("the recipe", info.recipe_json, info.recipe_sha256);
-    same("the rig", info.rig_json, info.rig_sha256);
   }
 
   void compare_catalogue(const std::vector<CataloguedTrial>& catalogue) {
@@ -198,6 +189,15 @@ class CampaignCheck {
 void check_campaign(const std::filesystem::path& file, const Certificate* certificate,
                     const StopAsked& stop_asked, VerifyReport& report) {
   CampaignCheck(file, certificate, stop_asked, report).run();
+}
+
+void check_documents(const DatasetInfo& info, const std::string& where, VerifyReport& report) {
+  const auto same = [&](const char* what, const std::string& text, const std::string& told) {
+    if (!text.empty() && sha256_hex(text) != told)
+      report.findings.push_back({where, std::string(what) + " does not have its SHA-256"});
+  };
+  same("the recipe", info.recipe_json, info.recipe_sha256);
+  same("the rig", info.rig_json, info.rig_sha256);
 }
 
 }  // namespace weft::daemon

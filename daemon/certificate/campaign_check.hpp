@@ -1,5 +1,5 @@
 #pragma once
-// The content of a campaign file against itself and its certificate.
+// The content of a campaign file against itself and its certificate; what a data set shares.
 
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/certificate/verify.hpp"
@@ -11,5 +11,8 @@ namespace weft::daemon {
 /// a finding that says so, when it is to stop.
 void check_campaign(const std::filesystem::path& file, const Certificate* certificate,
                     const StopAsked& stop_asked, VerifyReport& report);
+
+/// Recipe and rig of a campaign file or a data set against their SHA-256. `where`: for a finding.
+void check_documents(const DatasetInfo& info, const std::string& where, VerifyReport& report);
 
 }  // namespace weft::daemon

@@ -46,6 +46,7 @@ void check_dataset(const fs::path& file, const Certificate* certificate, VerifyR
   if (!dataset) return report.findings.push_back({name, to_string(dataset.error())});
   report.dataset_sha256 = dataset_sha256(*dataset);
   report.software_version = dataset->info.software_version;
+  check_documents(dataset->info, name + ": /provenance", report);
   if (report.campaign.empty())
     report.planned = report.complete = report.attempts = dataset->trials.size();
   if (certificate == nullptr || certificate->dataset_sha256 == report.dataset_sha256) return;

@@ -4,6 +4,7 @@
 
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/certificate/verify.hpp"
+#include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/recorder/sqlite.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
@@ -161,6 +162,33 @@ TEST_CASE("a certified file that is missing is found, and one that was never cer
     CHECK(says(report, other.filename().string() + ": is not in the certificate"));
     (*certificate)->files = {print_of(s.campaign_file).value()};
   }
+}
+
+TEST_CASE("recipe and rig in a data set have their SHA-256") {
+  const TemporaryFolder folder;
+  const CampaignSummary s = recorded(folder);
+  const auto dataset = read_hdf5(s.dataset_file);
+  REQUIRE(dataset);
+  const auto other = folder / "other.h5";
+  const auto with = [&](auto change) {
+    Dataset altered = *dataset;
+    change(altered.info);
+    REQUIRE(write_hdf5(altered, other));
+    return verified(other);
+  };
+  CHECK(with([](DatasetInfo&) {}).holds());
+  CHECK(says(with([](DatasetInfo& info) { info.recipe_json += " "; }),
+             "other.h5: /provenance: the recipe does not have its SHA-256"));
+  CHECK(says(with([](DatasetInfo& info) { info.rig_json += " "; }),
+             "other.h5: /provenance: the rig does not have its SHA-256"));
+}
+
+TEST_CASE("a certificate is all of its file") {
+  const TemporaryFolder folder;
+  const auto out = recorded(folder).campaign_file.parent_path();
+  const std::string whole = test::read_file(out / certificate_file_name);
+  test::write_file(out / certificate_file_name, whole + std::string("\0{}", 3));
+  CHECK(says(verified(out), "a zero byte: not a text file"));
 }
 
 TEST_CASE("what never was a campaign is refused") {
