@@ -19,7 +19,7 @@ struct Hdf5Options {
 struct Hdf5LoadOptions {
   bool streams =
       true;  ///< false leaves wrench and stage streams on disk; digests are then not checked
-  bool verify_digest = true;
+  bool verify_digest = true;  ///< and /phases, which follows from what they cover
   StopAsked stop_asked = {};  ///< before each trial's digest
 };
 

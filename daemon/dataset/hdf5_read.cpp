@@ -3,6 +3,7 @@
 #include <new>
 
 #include "daemon/dataset/digest.hpp"
+#include "daemon/dataset/hdf5_derived.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_layout.hpp"
 #include "daemon/dataset/hdf5_reader.hpp"
@@ -13,6 +14,12 @@ namespace {
 using hdf5::Reader;
 
 constexpr std::size_t max_taxels = 16384;
+
+double rate_of(Reader& in, const char* group) {
+  const double rate_hz = in.real_attribute(group, "rate_hz");
+  in.require(std::isfinite(rate_hz) && rate_hz >= 0, group, "an impossible rate_hz");
+  return rate_hz;
+}
 
 Status read_root(Reader& in, DatasetInfo& info) {
   const std::string format = in.text_attribute("/", "format");
@@ -32,9 +39,9 @@ Status read_root(Reader& in, DatasetInfo& info) {
   info.software_version = in.text_attribute("/", "software_version");
   info.recipe_sha256 = in.text_attribute("/", "recipe_sha256");
   info.rig_sha256 = in.text_attribute("/", "rig_sha256");
-  info.taxel_rate_hz = in.real_attribute("/taxel", "rate_hz");
-  info.wrench_rate_hz = in.real_attribute("/wrench", "rate_hz");
-  info.stage_rate_hz = in.real_attribute("/stages", "rate_hz");
+  info.taxel_rate_hz = rate_of(in, "/taxel");
+  info.wrench_rate_hz = rate_of(in, "/wrench");
+  info.stage_rate_hz = rate_of(in, "/stages");
   return in.status();
 }
 
@@ -74,6 +81,7 @@ Status read_axes(Reader& in, DatasetInfo& info) {
     in.require(units[i] == "m" || units[i] == "rad", "/stages/unit", "neither m nor rad");
     info.axes.push_back({names[i], units[i] == "rad"});
   }
+  hdf5::compare_axes(in, info.axes);
   return in.status();
 }
 
@@ -150,21 +158,6 @@ Status read_factors(Reader& in, Dataset& dataset) {
   return {};
 }
 
-/// The number of rows of each trial in one family of columns. The sum must be `rows`, so that every
-/// later slice lies within its column.
-std::vector<std::uint64_t> read_extents(Reader& in, const char* name, std::size_t trials,
-                                        std::size_t rows) {
-  auto samples = in.column<std::uint64_t>(name);
-  std::uint64_t left = rows;
-  bool fits = samples.size() == trials;
-  for (const std::uint64_t count : samples) {
-    fits = fits && count <= left;
-    if (fits) left -= count;
-  }
-  in.require(fits && left == 0, name, "does not add up to the length of its columns");
-  return samples;
-}
-
 /// Cuts a concatenated column into its trials.
 template <class Number, class Target>
 void split(const std::vector<Number>& all, const std::vector<std::uint64_t>& extents,
@@ -200,8 +193,7 @@ Status read_taxels(Reader& in, Dataset& dataset) {
   in.require(taxels > 0 && taxels <= max_taxels, "/taxel/counts", "an impossible number of taxels");
   if (!in.status()) return in.status();
   const auto t_ns = in.column<std::int64_t>("/taxel/t_ns");
-  const auto extents =
-      read_extents(in, "/trials/taxel_samples", dataset.trials.size(), t_ns.size());
+  const auto extents = hdf5::read_extents(in, "taxel", dataset.trials.size(), t_ns.size());
   if (auto done = read_phases(in, extents, dataset); !done) return done;
   split(
       t_ns, extents, 1, [&](std::size_t i) -> auto& { return dataset.records[i].t_ns; });
@@ -220,8 +212,7 @@ Status read_taxels(Reader& in, Dataset& dataset) {
   for (classifier::Trial& trial : dataset.trials) trial.taxels = taxels;
 
   const auto device_us = in.column<std::uint32_t>("/taxel/device_us");
-  const auto clocked =
-      read_extents(in, "/trials/device_us_samples", dataset.trials.size(), device_us.size());
+  const auto clocked = hdf5::read_extents(in, "device_us", dataset.trials.size(), device_us.size());
   if (!in.status()) return in.status();
   split(
       device_us, clocked, 1, [&](std::size_t i) -> auto& { return dataset.records[i].device_us; });
@@ -232,7 +223,7 @@ Status read_taxels(Reader& in, Dataset& dataset) {
 struct StreamNames {
   const char* t_ns;
   const char* quanta;
-  const char* samples;
+  const char* family;
 };
 
 template <class StreamData>
@@ -241,7 +232,7 @@ Status read_stream(Reader& in, const StreamNames& names, std::size_t width, Data
   const auto t_ns = in.column<std::int64_t>(names.t_ns);
   const auto quanta = in.column<std::int32_t>(names.quanta, width);
   in.require(quanta.size() == t_ns.size() * width, names.quanta, "another length than its times");
-  const auto extents = read_extents(in, names.samples, dataset.trials.size(), t_ns.size());
+  const auto extents = hdf5::read_extents(in, names.family, dataset.trials.size(), t_ns.size());
   if (!in.status()) return in.status();
   split(
       t_ns, extents, 1, [&](std::size_t i) -> auto& { return (dataset.records[i].*member).t_ns; });
@@ -252,11 +243,12 @@ Status read_stream(Reader& in, const StreamNames& names, std::size_t width, Data
 }
 
 Status read_streams(Reader& in, Dataset& dataset) {
-  auto done = read_stream(in, {"/wrench/t_ns", "/wrench/quanta", "/trials/wrench_samples"}, 6,
-                          dataset, &TrialRecord::wrench);
+  auto done = read_stream(in, {"/wrench/t_ns", "/wrench/quanta", "wrench"}, 6, dataset,
+                          &TrialRecord::wrench);
   if (!done) return done;
-  return read_stream(in, {"/stages/t_ns", "/stages/quanta", "/trials/stages_samples"},
-                     dataset.info.axes.size(), dataset, &TrialRecord::stages);
+  hdf5::compare_quantum(in, "/wrench/quanta", force_quanta_per_n);
+  return read_stream(in, {"/stages/t_ns", "/stages/quanta", "stages"}, dataset.info.axes.size(),
+                     dataset, &TrialRecord::stages);
 }
 
 constexpr std::uint64_t most_block_readings = 65536;
@@ -264,7 +256,7 @@ constexpr std::uint64_t most_block_readings = 65536;
 /// How the blocks of a stream are made, where the file has the stream.
 void read_block_format(Reader& in, const std::string& group, BlockFormat& format) {
   if (!in.has(group.c_str())) return;
-  format.rate_hz = in.real_attribute(group.c_str(), "rate_hz");
+  format.rate_hz = rate_of(in, group.c_str());
   const std::uint64_t readings = in.integer_attribute(group.c_str(), "block_readings");
   in.require(readings > 0 && readings <= most_block_readings && format.rate_hz > 0, group.c_str(),
              "impossible blocks");
@@ -279,8 +271,8 @@ Status read_blocks(Reader& in, const std::string& group, std::size_t axes,
   const auto quanta = in.column<std::int32_t>(values.c_str(), axes == 1 ? 0 : axes);
   in.require(quanta.size() == t_ns.size() * format.readings * axes, values.c_str(),
              "another length than its times");
-  const auto extents = read_extents(in, ("/trials" + group + "_blocks_samples").c_str(),
-                                    dataset.trials.size(), t_ns.size());
+  const auto extents =
+      hdf5::read_extents(in, group.substr(1) + "_blocks", dataset.trials.size(), t_ns.size());
   const auto stream = [&](std::size_t i) -> BlockStream& { return dataset.records[i].*member; };
   const auto numbers = [&](const char* name, std::vector<std::uint32_t> BlockStream::*column) {
     const auto all = in.column<std::uint32_t>((group + name).c_str());
@@ -308,14 +300,23 @@ Status read_vibrations(Reader& in, Dataset& dataset) {
   auto done = read_blocks(in, "/acceleration", acceleration_axes, info.acceleration, dataset,
                           &TrialRecord::acceleration);
   if (!done) return done;
+  hdf5::compare_quantum(in, "/acceleration/quanta", acceleration_quanta_per_mps2);
+  hdf5::compare_quantum(in, "/sound/quanta", sound_quanta_per_pa);
   return read_blocks(in, "/sound", 1, info.sound, dataset, &TrialRecord::sound);
 }
 
-/// What the file says that its content's digests are.
-Status read_digests(Reader& in, const Dataset& dataset, DatasetDigest& out) {
-  out.trial_sha256 = in.texts("/trials/sha256");
-  in.require(out.trial_sha256.size() == dataset.trials.size(), "/trials/sha256", "another length");
-  out.dataset_sha256 = in.text_attribute("/", "dataset_sha256");
+/// What the file says of its own content.
+struct Told {
+  DatasetDigest digest;
+  std::optional<hdf5::PhaseRuns> phases;
+};
+
+Status read_told(Reader& in, const Dataset& dataset, Told& out) {
+  auto& trials = out.digest.trial_sha256;
+  trials = in.texts("/trials/sha256");
+  in.require(trials.size() == dataset.trials.size(), "/trials/sha256", "another length");
+  out.digest.dataset_sha256 = in.text_attribute("/", "dataset_sha256");
+  out.phases = hdf5::read_phase_runs(in);
   return in.status();
 }
 
@@ -337,7 +338,7 @@ Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
 
 /// All that is done inside the library.
 Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOptions& options,
-                             DatasetDigest& told) {
+                             Told& told) {
   const hdf5::QuietErrors quiet;
   auto in = Reader::open(path);
   if (!in) return pass(std::move(in).error());
@@ -356,19 +357,22 @@ Result<Dataset> read_columns(const std::filesystem::path& path, const Hdf5LoadOp
   }
   if (done && options.streams) done = read_streams(*in, dataset);
   if (done && options.streams) done = read_vibrations(*in, dataset);
-  if (done && options.streams && options.verify_digest) done = read_digests(*in, dataset, told);
+  if (done && options.streams && options.verify_digest) done = read_told(*in, dataset, told);
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
 }
 
 Result<Dataset> read_all(const std::filesystem::path& path, const Hdf5LoadOptions& options) {
-  DatasetDigest told;
+  Told told;
   auto dataset = read_columns(path, options, told);
   if (!dataset) return dataset;
   Status done = check(*dataset);
   if (!done) done.error().code = Errc::corrupt;
   if (done && options.streams && options.verify_digest)
-    done = verify_digests(told, *dataset, options.stop_asked);
+    done = verify_digests(told.digest, *dataset, options.stop_asked);
+  // After the digests, which can say in which trial a phase was altered.
+  if (done && told.phases && *told.phases != hdf5::phase_runs(*dataset))
+    done = fail(Errc::corrupt, "does not follow from /taxel/phase", "/phases");
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
 }

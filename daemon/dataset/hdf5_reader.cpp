@@ -152,6 +152,10 @@ bool Reader::has(const char* name) {
   return status_.has_value() && H5Lexists(file_.id(), name, H5P_DEFAULT) > 0;
 }
 
+bool Reader::has_attribute(const char* object, const char* name) {
+  return status_.has_value() && H5Aexists_by_name(file_.id(), object, name, H5P_DEFAULT) > 0;
+}
+
 bool Reader::is_integer(const char* name) {
   if (!status_) return false;
   const Handle column(H5Dopen2(file_.id(), name, H5P_DEFAULT), H5Dclose);

@@ -39,6 +39,7 @@ class Reader {
 
   /// Whether the file has a group or column of this name; its parents must exist.
   bool has(const char* name);
+  bool has_attribute(const char* object, const char* name);
   /// Whether a column holds whole numbers; and the second extent of a two-dimensional one.
   bool is_integer(const char* name);
   std::size_t width_of(const char* name);

@@ -5,6 +5,7 @@
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/counts.hpp"
 #include "daemon/dataset/digest.hpp"
+#include "daemon/dataset/hdf5_derived.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_layout.hpp"
 #include "daemon/dataset/hdf5_writer.hpp"
@@ -120,15 +121,9 @@ void write_trial_table(Writer& out, const Dataset& dataset, const DatasetDigest&
 /// `name`_samples of every trial; trial i starts where the earlier ones end, in `name`_first.
 template <class Size>
 void write_extents(Writer& out, const Dataset& dataset, const std::string& name, Size size) {
-  std::vector<std::uint64_t> first;
   std::vector<std::uint64_t> samples;
-  std::uint64_t total = 0;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    first.push_back(total);
-    samples.push_back(size(i));
-    total += samples.back();
-  }
-  out.column(("/trials/" + name + "_first").c_str(), first);
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) samples.push_back(size(i));
+  out.column(("/trials/" + name + "_first").c_str(), hdf5::begins_of(samples));
   out.column(("/trials/" + name + "_samples").c_str(), samples);
 }
 
@@ -185,33 +180,13 @@ void write_taxels(Writer& out, const Dataset& dataset) {
                 [&](std::size_t i) { return records[i].device_us.size(); });
 }
 
-/// Runs of one phase, for readers who look for boundaries; derived from /taxel/phase.
 void write_phase_runs(Writer& out, const Dataset& dataset) {
-  std::vector<std::uint32_t> trial;
-  std::vector<std::uint8_t> phase;
-  std::vector<std::uint64_t> first;
-  std::vector<std::uint64_t> samples;
-  std::uint64_t row = 0;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    bool new_run = true;
-    for (const Phase p : dataset.trials[i].phase) {
-      const auto letter = static_cast<std::uint8_t>(p);
-      if (new_run || phase.back() != letter) {
-        trial.push_back(static_cast<std::uint32_t>(i));
-        phase.push_back(letter);
-        first.push_back(row);
-        samples.push_back(0);
-        new_run = false;
-      }
-      ++samples.back();
-      ++row;
-    }
-  }
+  const hdf5::PhaseRuns runs = hdf5::phase_runs(dataset);
   out.group("/phases");
-  out.column("/phases/trial", trial);
-  out.column("/phases/phase", phase);
-  out.column("/phases/first", first);
-  out.column("/phases/samples", samples);
+  out.column("/phases/trial", runs.trial);
+  out.column("/phases/phase", runs.phase);
+  out.column("/phases/first", runs.first);
+  out.column("/phases/samples", runs.samples);
 }
 
 void write_wrench(Writer& out, const Dataset& dataset) {

@@ -11,6 +11,7 @@
 
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_handle.hpp"
+#include "tests/unit/dataset/hdf5_poke.hpp"
 #include "tests/unit/dataset/support.hpp"
 
 namespace hdf5_test {
@@ -36,23 +37,6 @@ Dataset recorded(const TemporaryFolder& folder, std::uint32_t trials = 4,
   REQUIRE(dataset);
   std::filesystem::remove(path);
   return std::move(*dataset);
-}
-
-/// Changes one number of one column behind the format's back.
-template <class Number>
-void poke(const std::filesystem::path& path, const char* column_name, hsize_t row, Number value) {
-  using hdf5::Handle;
-  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
-  const Handle column(H5Dopen2(file.id(), column_name, H5P_DEFAULT), H5Dclose);
-  const Handle space(H5Dget_space(column.id()), H5Sclose);
-  const std::array<hsize_t, 2> start{row, 0};
-  const std::array<hsize_t, 2> count{1, 1};
-  REQUIRE(H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start.data(), nullptr, count.data(),
-                              nullptr) >= 0);
-  const Handle one(H5Screate_simple(H5Sget_simple_extent_ndims(space.id()), count.data(), nullptr),
-                   H5Sclose);
-  REQUIRE(H5Dwrite(column.id(), hdf5::native_type<Number>(), one.id(), space.id(), H5P_DEFAULT,
-                   &value) >= 0);
 }
 
 Error read_error(const std::filesystem::path& path) {
