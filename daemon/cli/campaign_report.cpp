@@ -5,12 +5,14 @@
 #include <ostream>
 #include <thread>
 
+#include "daemon/cli/dataset_file.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/design/campaign_design.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/evaluate_campaign.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/run/rig_file.hpp"
 #include "weft_build_stamp.hpp"
 
 namespace weft::daemon::cli {
@@ -22,7 +24,27 @@ EvaluationSink progress_to(Console& console) {
   };
 }
 
+constexpr std::uintmax_t most_report_bytes = std::uintmax_t{1} << 30;
+
+std::filesystem::path json_beside(std::filesystem::path html) {
+  return html.replace_extension(".json");
+}
+
 }  // namespace
+
+Status check_report_places(const std::filesystem::path& html) {
+  const std::filesystem::path json = json_beside(html);
+  for (const auto& file : {html, json})
+    if (Status ok = check_output(file); !ok) return ok;
+  std::error_code unseen;
+  if (!std::filesystem::exists(json, unseen)) return {};
+  const auto there = read_text_file(json, most_report_bytes);
+  if (there && is_report_json(*there)) return {};
+  return fail(Errc::invalid_argument,
+              "the report's JSON document goes beside its page, and would take the place of a file "
+              "that is no report",
+              json.string(), {}, {}, "Choose another name for the page");
+}
 
 std::string machine_text() {
   utsname system{};
@@ -56,7 +78,7 @@ Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dat
   CampaignReport report;
   report.selected = selected;
   report.html = html;
-  report.json = std::filesystem::path(html).replace_extension(".json");
+  report.json = json_beside(html);
   if (!results) report.not_classified = results.error();
   const std::vector<ExplorationResult> none;
   const DesignParts design = selected || holds_imprints(dataset) || !results

@@ -37,6 +37,10 @@ Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dat
                                        const std::filesystem::path& html, std::size_t repeats,
                                        const ReportExtras& extras, Console& console);
 
+/// Whether write_report_to() may write both: check_output(), and where the JSON document goes there
+/// is none, or one of an older report. Nobody named that file: it may be a recipe.
+Status check_report_places(const std::filesystem::path& html);
+
 /// "2 threads, Linux 6.1 x86_64, compiler 12.2.0": for figures of speed.
 std::string machine_text();
 

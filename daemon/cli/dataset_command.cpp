@@ -9,7 +9,6 @@
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
-#include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/imprint/import_imprints.hpp"
@@ -277,7 +276,7 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
     return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
   if (args.format != "icub20" && !args.order.empty())
     return fail(Errc::invalid_argument, "only icub20 has two orders", "--order", {}, args.order);
-  if (auto ok = check_target(args.out); !ok) return pass(ok.error());
+  if (auto ok = check_output(args.out); !ok) return pass(ok.error());
   if (makes_recordings(args.format)) return run_import_recordings(args, console);
   Result<Dataset> dataset = import(args);
   if (!dataset) return pass(dataset.error());

@@ -2,10 +2,32 @@
 
 #include <set>
 
+#include "daemon/certificate/certificate.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/recorder/log_check.hpp"
+#include "daemon/run/rig_file.hpp"
 
 namespace weft::daemon::cli {
+namespace {
+
+/// One whose first bytes are gone, or that is nothing but its log, is still one by its name.
+bool is_campaign(const std::filesystem::path& path) {
+  std::error_code unseen;
+  return is_campaign_file(path) || has_log(path) ||
+         (path.filename() == campaign_file_name && std::filesystem::exists(path, unseen));
+}
+
+/// By its content, or by its name beside a campaign: verify takes what lies there for one.
+bool is_certificate(const std::filesystem::path& path) {
+  if (path.filename() == certificate_file_name &&
+      is_campaign(path.parent_path() / campaign_file_name))
+    return true;
+  const auto text = read_text_file(path, most_list_bytes);
+  return text && certificate_from_json(*text);
+}
+
+}  // namespace
 
 Result<Dataset> open_dataset(const std::filesystem::path& path) {
   if (is_campaign_file(path))
@@ -45,9 +67,19 @@ Status refuse_same_file(const std::filesystem::path& input, const std::filesyste
               output.string(), {}, {}, "Choose another name");
 }
 
+Status check_output(const std::filesystem::path& output) {
+  if (auto ok = check_target(output); !ok) return ok;
+  const char* const record = is_campaign(output)      ? "the recording of a campaign"
+                             : is_certificate(output) ? "the certificate of a campaign"
+                                                      : nullptr;
+  if (record == nullptr) return {};
+  return fail(Errc::invalid_argument, std::string("the output would take the place of ") + record,
+              output.string(), {}, {}, "Choose another name");
+}
+
 Status check_output(const std::filesystem::path& input, const std::filesystem::path& output) {
   if (auto ok = refuse_same_file(input, output); !ok) return ok;
-  return check_target(output);
+  return check_output(output);
 }
 
 }  // namespace weft::daemon::cli

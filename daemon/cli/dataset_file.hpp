@@ -25,7 +25,10 @@ Result<CampaignContents> open_campaign(const std::filesystem::path& path);
 /// Refuses to write over a file that is read, under whatever name.
 Status refuse_same_file(const std::filesystem::path& input, const std::filesystem::path& output);
 
-/// What could be known of an output before the work: refuse_same_file() and check_target().
+/// What could be known of an output before the work: check_target(), and that it would take the
+/// place of no campaign file and of no certificate: nothing brings a recording back.
+Status check_output(const std::filesystem::path& output);
+/// The same, and refuse_same_file().
 Status check_output(const std::filesystem::path& input, const std::filesystem::path& output);
 
 }  // namespace weft::daemon::cli

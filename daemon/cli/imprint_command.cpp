@@ -100,7 +100,7 @@ void add_options(CLI::App& command, ImprintSceneArgs& args) {
 }
 
 Result<int> run_imprint_scene(const ImprintSceneArgs& args, Console& console) {
-  if (auto ok = check_target(args.out); !ok) return pass(ok.error());
+  if (auto ok = check_output(args.out); !ok) return pass(ok.error());
   const auto level = sim::level_from(args.level);
   if (!level) return pass(level.error(), "--level");
   ImprintSceneOptions options;

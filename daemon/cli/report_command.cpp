@@ -122,9 +122,9 @@ Status check_places(const ReportArgs& args) {
       return fail(Errc::not_found, "nothing to report of", (args.folder / name).string(),
                   "the folder of a campaign that is over", {},
                   "weft dataset export makes a data set of a campaign file");
-    if (Status ok = check_output(args.folder / name, args.out); !ok) return ok;
+    if (Status ok = refuse_same_file(args.folder / name, args.out); !ok) return ok;
   }
-  if (args.out.extension() == ".html") return {};
+  if (args.out.extension() == ".html") return check_report_places(args.out);
   return fail(Errc::invalid_argument, "the page's name does not say what it is", "-o",
               "a name that ends in .html", args.out.string(), "The JSON document goes beside it");
 }

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/certificate/verify.hpp"
@@ -52,6 +53,9 @@ Status write_report_html(const ReportInput& input, const std::filesystem::path& 
 
 /// The end of a demo on a terminal: plain text, at most 80 columns, ends with a newline.
 std::string summary_text(const ReportInput& input);
+
+/// Whether it is the text of a report.json, of this version or an older one.
+bool is_report_json(std::string_view text);
 
 /// The same two documents as text.
 std::string report_json(const ReportInput& input);

@@ -81,6 +81,12 @@ std::string report_json(const ReportInput& input) {
   return out.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
+bool is_report_json(std::string_view text) {
+  const ordered_json document = ordered_json::parse(text, nullptr, false);
+  const auto has = [&](const char* key) { return document.contains(key); };
+  return has("bench") && has("dataset_sha256") && has("results") && has("cores") && has("machine");
+}
+
 Status write_report_json(const ReportInput& input, const std::filesystem::path& path) {
   if (Status ok = check(input); !ok) return ok;
   return write_text_file(path, report_json(input));
