@@ -5,12 +5,17 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 
 namespace weft::daemon {
 namespace {
+
+constexpr const char* partial = ".partial-";
+constexpr mode_t owner_only = 0600;
 
 tl::unexpected<Error> system_error(std::string what, const std::filesystem::path& where) {
   return fail(Errc::io, std::move(what), where.string(), {}, std::strerror(errno));
@@ -19,8 +24,8 @@ tl::unexpected<Error> system_error(std::string what, const std::filesystem::path
 /// An open file descriptor that closes itself.
 class Descriptor {
  public:
-  Descriptor(const std::filesystem::path& path, int flags)
-      : fd_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {}
+  Descriptor(const std::filesystem::path& path, int flags, mode_t mode = 0644)
+      : fd_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   ~Descriptor() {
@@ -61,6 +66,31 @@ std::filesystem::path meant(std::filesystem::path target) {
   return target;
 }
 
+/// The process N of "d.h5.partial-N", or of what it writes beside that; nothing for any other name.
+std::optional<pid_t> writer_of(const std::string& name, const std::string& target) {
+  const std::string prefix = target + partial;
+  if (!name.starts_with(prefix)) return std::nullopt;
+  const char* const end = name.data() + name.size();
+  pid_t process = 0;
+  const auto [stopped, error] = std::from_chars(name.data() + prefix.size(), end, process);
+  const bool whole = stopped == end || std::string_view(stopped, end).starts_with(partial);
+  if (error != std::errc() || !whole || process <= 0) return std::nullopt;
+  return process;
+}
+
+/// A process that was killed removes nothing.
+void remove_left_behind(const std::filesystem::path& target) {
+  std::error_code unseen;
+  const std::string name = target.filename().string();
+  for (std::filesystem::directory_iterator at(folder_of(target), unseen), end; !unseen && at != end;
+       at.increment(unseen)) {
+    const auto writer = writer_of(at->path().filename().string(), name);
+    std::error_code ignored;
+    if (writer && ::kill(*writer, 0) != 0 && errno == ESRCH)
+      std::filesystem::remove(at->path(), ignored);
+  }
+}
+
 Status replaceable(const std::filesystem::path& target) {
   std::error_code unseen;
   const auto there = std::filesystem::status(target, unseen);
@@ -94,9 +124,20 @@ Status sync_folder(const std::filesystem::path& folder) {
 }
 
 // The process number keeps two writers of the same target apart.
-AtomicFile::AtomicFile(std::filesystem::path target)
+AtomicFile::AtomicFile(std::filesystem::path target, Readers readers)
     : target_(meant(std::move(target))),
-      temporary_(target_.string() + ".partial-" + std::to_string(::getpid())) {}
+      temporary_(target_.string() + partial + std::to_string(::getpid())) {
+  remove_left_behind(target_);
+  struct stat before {};
+  if (readers == Readers::owner)
+    mode_ = owner_only;
+  else if (::stat(target_.c_str(), &before) == 0 && S_ISREG(before.st_mode))
+    mode_ = before.st_mode & 0777U;
+  if (!mode_) return;
+  // Before there is anything in it. Where this fails, the writer's own attempt says why.
+  const Descriptor made(temporary_, O_WRONLY | O_CREAT, owner_only);
+  if (made.ok()) static_cast<void>(made.set_mode(owner_only));
+}
 
 AtomicFile::~AtomicFile() {
   std::error_code ignored;
@@ -105,7 +146,10 @@ AtomicFile::~AtomicFile() {
 
 Status AtomicFile::publish() {
   if (Status may = replaceable(target_); !may) return may;
-  if (const Descriptor file(temporary_, O_RDONLY); !file.ok() || !file.sync())
+  const Descriptor file(temporary_, O_RDONLY);
+  if (file.ok() && mode_ && !file.set_mode(*mode_))
+    return system_error("cannot set the file's mode", target_);
+  if (!file.ok() || !file.sync())
     return system_error("cannot bring the file to the disk", temporary_);
   if (std::rename(temporary_.c_str(), target_.c_str()) != 0)
     return system_error("cannot rename the finished file", target_);
@@ -120,12 +164,10 @@ Status publish_folder(const std::filesystem::path& temporary, const std::filesys
 }
 
 Status write_text_file(const std::filesystem::path& path, std::string_view text, Readers readers) {
-  AtomicFile atomic(path);
+  AtomicFile atomic(path, readers);
   {
     const Descriptor file(atomic.temporary(), O_WRONLY | O_CREAT | O_TRUNC);
     if (!file.ok()) return system_error("cannot create the file", path);
-    if (readers == Readers::owner && !file.set_mode(0600))  // before there is anything in it
-      return system_error("cannot set the file's mode", path);
     if (!file.write_all(text)) return system_error("cannot write the file", path);
   }
   return atomic.publish();
