@@ -3,6 +3,7 @@
 
 #include "recipes/engine/canonical.hpp"
 #include "recipes/engine/forecast.hpp"
+#include "recipes/engine/last_steps.hpp"
 #include "recipes/engine/layout.hpp"
 #include "recipes/engine/operator_steps.hpp"
 #include "recipes/engine/plan.hpp"
@@ -77,7 +78,8 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
                         std::to_string(once) + " times",
                         std::to_string(plan.forecast.asks) + " times",
                         "a blocked order asks once for each fabric"});
-  for (Diagnostic& one : warnings_about_sweep(plan)) warnings.push_back(std::move(one));
+  for (const auto& more : {warnings_about_budget(plan.finally), warnings_about_sweep(plan)})
+    warnings.insert(warnings.end(), more.begin(), more.end());
   return warnings;
 }
 

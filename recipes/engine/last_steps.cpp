@@ -30,6 +30,24 @@ double duration_s(const Plan& plan, const LastStep& step) {
                                  full_travel_s(plan.limits, Axis::y, speed)));
 }
 
+std::vector<Diagnostic> warnings_about_budget(const Finally& finally) {
+  std::vector<Diagnostic> out;
+  const auto look = [&](const char* cause, const std::vector<LastStep>& steps) {
+    double waits_s = 0;
+    for (const LastStep& step : steps)
+      if (const auto* const wait = std::get_if<WaitStep>(&step)) waits_s += wait->duration_s;
+    if (waits_s >= finally.budget_s)
+      out.push_back({child("/finally", cause),
+                     "its waits leave nothing of the budget: what is not done by then is left out",
+                     "less than " + std::to_string(finally.budget_s) + " s",
+                     std::to_string(waits_s) + " s", "raise budget_s or shorten the waits"});
+  };
+  look("on_success", finally.on_success);
+  look("on_stop", finally.on_stop);
+  look("on_fault", finally.on_fault);
+  return out;
+}
+
 Error budget_used_up(std::string place, double budget_s) {
   return {Errc::timeout,
           "what the recipe does finally took longer than its budget",

@@ -17,6 +17,10 @@ std::vector<AxisMove> moves_of(const Plan& plan, const LastStep& step);
 /// How long the step takes [s]: a wait exactly, a park at most.
 double duration_s(const Plan& plan, const LastStep& step);
 
+/// Warnings of lists whose waits alone leave none of the budget. How long a park takes depends on
+/// where the stages stand.
+std::vector<Diagnostic> warnings_about_budget(const Finally& finally);
+
 /// What the budget left no time for.
 Error budget_used_up(std::string place, double budget_s);
 

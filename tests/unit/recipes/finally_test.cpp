@@ -175,4 +175,30 @@ TEST_CASE("A place that the stages do not reach is refused before anything moves
   CHECK(report.problems[0].pointer == "/finally/on_stop/0/x_mm");
 }
 
+TEST_CASE("The checker warns of waits that their budget leaves no time for") {
+  const auto about_budget = [](const std::string& finally) {
+    const CheckReport report = check_recipe(
+        test::small_with("\"repetitions\": 2", "\"repetitions\": 2, \"finally\": " + finally),
+        test::limits());
+    REQUIRE(report.plan);
+    std::string out;
+    for (const Diagnostic& one : report.warnings)
+      if (one.pointer.starts_with("/finally")) out += to_string(one) + "\n";
+    return out;
+  };
+  CHECK(about_budget(R"({"on_success": [{"do": "wait", "duration_s": 30}], "budget_s": 31})") ==
+        "");
+  const std::string longer =
+      about_budget(R"({"on_success": [{"do": "wait", "duration_s": 3600}], "budget_s": 1})");
+  CHECK(longer.starts_with("/finally/on_success: "));
+  CHECK_THAT(longer, Catch::Contains("budget_s"));
+  // As long as the budget is too long: then the budget ends it.
+  const std::string two = about_budget(
+      R"({"on_stop": [{"do": "wait", "duration_s": 20}],
+          "on_fault": [{"do": "wait", "duration_s": 200}, {"do": "park", "x_mm": 5, "y_mm": 7},
+                       {"do": "wait", "duration_s": 100}]})");
+  CHECK(two.starts_with("/finally/on_fault: "));
+  CHECK(std::ranges::count(two, '\n') == 1);
+}
+
 }  // namespace finally_test
