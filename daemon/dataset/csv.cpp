@@ -156,7 +156,10 @@ Result<double> CsvReader::number(std::size_t column) const {
   const char* end = field.data() + field.size();
   const auto [stopped, error] = std::from_chars(field.data(), end, value);
   if (error == std::errc() && stopped == end && std::isfinite(value)) return value;
-  auto failure = complaint("not a finite number", {}, "'" + shortened(field) + "'");
+  const bool too_far = error == std::errc::result_out_of_range && stopped == end;
+  auto failure = complaint(too_far ? "a number that no double can hold" : "not a finite number",
+                           too_far ? "0, or 5e-324 to 1.8e308 of either sign" : "",
+                           "'" + shortened(field) + "'");
   failure.value().where += " column " + shortened(header_[column]);
   return failure;
 }

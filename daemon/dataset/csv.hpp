@@ -33,7 +33,8 @@ class CsvReader {
   Result<bool> next();
   [[nodiscard]] const std::vector<std::string>& fields() const { return fields_; }
 
-  /// A finite number in field `column` of the current line.
+  /// A finite number in field `column` of the current line. One too small for a double is not
+  /// taken for 0: what is read is what is written, or a complaint.
   Result<double> number(std::size_t column) const;
   /// A failure at the current line.
   [[nodiscard]] tl::unexpected<Error> complaint(std::string message, std::string expected = {},

@@ -27,6 +27,11 @@ Result<ManifestColumns> read_columns(const CsvReader& manifest) {
   return ManifestColumns{*file, *label, find_column(manifest, "group")};
 }
 
+/// Quotes keep blanks, and a name of nothing else cannot be told from none.
+bool is_blank(std::string_view name) {
+  return name.find_first_not_of(" \t") == std::string_view::npos;
+}
+
 /// The manifest's current line.
 Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumns& columns,
                                  const std::filesystem::path& folder,
@@ -35,8 +40,8 @@ Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumn
   out.file = manifest.fields()[columns.file];
   out.label = manifest.fields()[columns.label];
   if (columns.group) out.group = manifest.fields()[*columns.group];
-  if (out.file.empty()) return manifest.complaint("the file name is empty");
-  if (out.label.empty()) return manifest.complaint("the label is empty");
+  if (is_blank(out.file)) return manifest.complaint("the file name is empty");
+  if (is_blank(out.label)) return manifest.complaint("the label is empty");
   for (const std::string* name : {&out.file, &out.label, &out.group})
     if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
   out.path = (folder / out.file).lexically_normal();

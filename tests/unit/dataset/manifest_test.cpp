@@ -120,11 +120,16 @@ TEST_CASE("a manifest cut in its last line is refused with the line") {
 }
 
 TEST_CASE("NaN, infinity, text and empty fields in a trial are refused with line and column") {
-  for (const char* bad : {"nan", "NaN", "inf", "-inf", "1e999", "1.5x", "0x10", "", "1 2"}) {
+  for (const char* bad : {"nan", "NaN", "inf", "-inf", "1.5x", "0x10", "", "1 2"}) {
     const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n1,3,") + bad + "\n");
     CHECK(error.message == "not a finite number");
     CHECK(error.where == ":3 column ch2");
     CHECK(error.got == std::string("'").append(bad).append("'"));
+  }
+  for (const char* bad : {"1e999", "-1e400", "1e-400"}) {
+    const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n1,3,") + bad + "\n");
+    CHECK(error.message == "a number that no double can hold");
+    CHECK(error.where == ":3 column ch2");
   }
   CHECK(trial_error("t_s,ch1\nnan,1\n").where == ":2 column t_s");
   CHECK(trial_error("t_s,ch1\n1e300,1\n").message == "a time beyond all reason");
@@ -176,7 +181,9 @@ TEST_CASE("a manifest's columns and lines must make sense") {
   CHECK(manifest_error("file,group\na.csv,0\n").message == "the column label is missing");
   CHECK(manifest_error("label\nSilk\n").message == "the column file is missing");
   CHECK(manifest_error("file,label\na.csv,\n").message == "the label is empty");
+  CHECK(manifest_error("file,label\na.csv,\" \"\n").message == "the label is empty");
   CHECK(manifest_error("file,label\n,Silk\n").message == "the file name is empty");
+  CHECK(manifest_error("file,label\n\" \",Silk\n").message == "the file name is empty");
   CHECK(manifest_error("file,label\n\"a.csv,Silk\n").where == ":2");
   CHECK(manifest_error("file,label\n\"a.csv\"x,Silk\n").where == ":2");
   const Error twice = manifest_error("file,label\na.csv,Silk\nsub/../a.csv,Silk\n");
