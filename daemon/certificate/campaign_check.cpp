@@ -8,8 +8,8 @@
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/recorder/campaign_past.hpp"
 #include "daemon/recorder/chunk.hpp"
-#include "daemon/recorder/log_check.hpp"
 #include "daemon/recorder/recorder.hpp"
+#include "daemon/recorder/whole_log.hpp"
 #include "protocols/base/crc.hpp"
 
 namespace weft::daemon {
@@ -49,31 +49,8 @@ class CampaignCheck {
 
   /// Before SQLite opens the file: it says nothing of what it leaves out.
   void log() {
-    const std::string where = log_of(file_).filename().string();
-    const auto log = read_log(file_);
-    if (!log) return report_.findings.push_back({where, to_string(log.error())});
-    if (log->damage)
-      return report_.findings.push_back({where + ": byte " + std::to_string(log->damage->at),
-                                         words_of(*log->damage), hint_of(*log)});
-    const auto expected = expects_log(file_);  // what keeps it from being read is told elsewhere
-    if (!expected || !*expected || log->bytes > 0) return;
-    report_.findings.push_back({where,
-                                "the log is missing, and with it all that was recorded since it "
-                                "was last folded into the file",
-                                "Put it back: until a campaign has ended, both files are it"});
-  }
-
-  static std::string words_of(const LogDamage& damage) {
-    if (damage.at == 0) return "damaged: nothing of the log can be read";
-    return "damaged: " + std::to_string(damage.transactions_lost) +
-           (damage.transactions_lost == 1 ? " transaction" : " transactions") +
-           " behind it cannot be read";
-  }
-
-  static std::string hint_of(const LogState& log) {
-    if (log.transactions == 0) return "Put back a copy of it; nothing was changed";
-    return "Put back a copy of it; or, to go on with what lies before, keep a copy of the folder "
-           "and fold the log in: sqlite3 campaign.sqlite 'PRAGMA wal_checkpoint(TRUNCATE)'";
+    if (const Status whole = whole_log(file_); !whole)
+      report_.findings.push_back({whole.error().where, whole.error().message, whole.error().hint});
   }
 
   /// SQLite's own look at pages, rows and indices.

@@ -12,6 +12,7 @@
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/recorder/recorder.hpp"
+#include "daemon/recorder/whole_log.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/run/rig_file.hpp"
 
@@ -138,6 +139,7 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportWish& w
   const std::uintmax_t bytes = fs::file_size(campaign, error);
   if (error) return fail(Errc::not_found, "no campaign file", campaign.string());
   if (Status room = check_space(folder, bytes); !room) return pass(room.error());
+  if (Status whole = whole_log(campaign); !whole) return pass(whole.error(), folder.string());
   const auto progress = load_progress(campaign);
   if (!progress) return pass(progress.error());
   const auto dataset = load_campaign(campaign, {.stop_asked = wish.stop_asked});

@@ -293,11 +293,14 @@ void add_options(CLI::App& command, ExportArgs& args) {
       .add_option("CAMPAIGN", args.campaign, "campaign.sqlite of `weft run`, whole or cut short")
       ->required();
   command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
+  command.add_flag("--without-log", args.without_log,
+                   "of a campaign whose log is damaged or gone: the trials that lie before");
 }
 
 Result<int> run_export(const ExportArgs& args, Console& console) {
   if (auto ok = check_output(args.campaign, args.out); !ok) return pass(ok.error());
-  const Result<CampaignContents> campaign = open_campaign(args.campaign);
+  const Result<CampaignContents> campaign = open_campaign(
+      args.campaign, args.without_log ? CampaignLog::as_far_as_it_goes : CampaignLog::whole);
   if (!campaign) return pass(campaign.error());
   if (campaign->progress.discarded)
     return fail(Errc::wrong_state, "the campaign was discarded: no data set is made of it",

@@ -29,6 +29,7 @@ Result<int> run_import(const ImportArgs& args, Console& console);
 struct ExportArgs {
   std::filesystem::path campaign;
   std::filesystem::path out;
+  bool without_log = false;
 };
 void add_options(CLI::App& command, ExportArgs& args);
 /// The complete trials of a campaign file; says how many were left out.

@@ -6,6 +6,7 @@
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/recorder/log_check.hpp"
+#include "daemon/recorder/whole_log.hpp"
 #include "daemon/run/rig_file.hpp"
 
 namespace weft::daemon::cli {
@@ -36,7 +37,9 @@ Result<Dataset> open_dataset(const std::filesystem::path& path) {
   return read_hdf5(path);
 }
 
-Result<CampaignContents> open_campaign(const std::filesystem::path& path) {
+Result<CampaignContents> open_campaign(const std::filesystem::path& path, CampaignLog log) {
+  if (log == CampaignLog::whole)
+    if (Status whole = whole_log(path); !whole) return pass(whole.error(), path.string());
   const Result<CampaignProgress> progress = load_progress(path);
   if (!progress) return pass(progress.error());
   CampaignLoadOptions options;

@@ -20,7 +20,11 @@ struct CampaignContents {
   std::map<std::string, std::size_t> left_out;  ///< attempts that are not complete, by outcome
   std::size_t never_begun = 0;
 };
-Result<CampaignContents> open_campaign(const std::filesystem::path& path);
+/// Whether what lies before the damage of its log is better than nothing.
+enum class CampaignLog { whole, as_far_as_it_goes };
+/// Errors: whole_log()'s, where the log has to be; load_campaign()'s.
+Result<CampaignContents> open_campaign(const std::filesystem::path& path,
+                                       CampaignLog log = CampaignLog::whole);
 
 /// Refuses to write over a file that is read, under whatever name.
 Status refuse_same_file(const std::filesystem::path& input, const std::filesystem::path& output);

@@ -253,10 +253,18 @@ def commands(folder, daemon):
     assert "complete, clean-up done, rig safe" in weft("start", "small", "--name", "shell", "--wait")
     assert weft("halt") == "rig latched\n"
     assert "rig.latched" in weft("status")
-    behind = subprocess.run([WEFT, "start", "small", "--name", "behind", "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
-    assert behind.returncode == 0 and "queued" in behind.stdout and "the rig is latched" in behind.stderr, behind
-    weft("queue", "remove", behind.stdout.split()[0])
-    assert json.loads(weft("call", "rig.reset", '{"reason": "by hand"}')) == {"latched": False}
+
+    def waits(way_out):
+        behind = subprocess.run([WEFT, "start", "small", "--name", "behind", "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
+        assert behind.returncode == 0 and "queued" in behind.stdout and way_out in behind.stderr, behind
+        weft("queue", "remove", behind.stdout.split()[0])
+
+    waits("(weft reset REASON)")
+    assert weft("reset", "by hand") == "rig safe\n"
+    weft("queue", "pause")
+    assert "(weft queue start)" in weft("status")
+    waits("(weft queue start)")
+    weft("queue", "start")
     assert "submitted" in weft("log")
     for of_a_run in ("watch", "log", "pause"):
         refused = subprocess.run([WEFT, of_a_run, "R-000099", "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)

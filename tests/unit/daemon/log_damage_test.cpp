@@ -3,7 +3,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "daemon/certificate/exports.hpp"
 #include "daemon/certificate/verify.hpp"
+#include "daemon/cli/dataset_file.hpp"
 #include "daemon/recorder/sqlite.hpp"
 #include "daemon/run/resume.hpp"
 #include "tests/unit/daemon/kill_points.hpp"
@@ -128,6 +130,30 @@ TEST_CASE("a killed campaign without its log is one that has lost it") {
   killed.check_refused("campaign.sqlite-wal");
   test::write_file(killed.log, "");
   killed.check_refused("campaign.sqlite-wal");
+}
+
+TEST_CASE("no data set is made of a campaign that has lost some of its log without being told to") {
+  KilledCampaign killed;
+  const std::size_t complete = cli::open_campaign(killed.file)->dataset.trials.size();
+  REQUIRE(complete == killed.verified().complete);
+  std::string log = test::read_file(killed.log);
+  SECTION("the log is gone") {
+    fs::remove(killed.log);
+  }
+  SECTION("the log is damaged") {
+    log[log.size() / 3] = static_cast<char>(log[log.size() / 3] ^ 1);
+    test::write_file(killed.log, log);
+  }
+  fs::remove(killed.request.out / "campaign.sqlite-shm");
+  const auto refused = cli::open_campaign(killed.file);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::corrupt);
+  CHECK(refused.error().where.find("campaign.sqlite-wal") != std::string::npos);
+  const auto exported = export_campaign(killed.request.out, {});
+  REQUIRE_FALSE(exported);
+  CHECK(exported.error().message == refused.error().message);
+  const auto rest = cli::open_campaign(killed.file, cli::CampaignLog::as_far_as_it_goes);
+  CHECK((!rest || rest->dataset.trials.size() < complete));
 }
 
 TEST_CASE("a log without its campaign file is no empty folder") {
