@@ -128,6 +128,11 @@ void BenchActions::look_at_all() {
 void BenchActions::look_at_motion() {
   if (!motion_) return;
   const Snapshot& seen = bench_->snapshot();
+  const auto lost = [this](const Awaited& awaited) {
+    return awaited.move_id == 0 || bench_->stage(awaited.axis).fault_seen().has_value();
+  };
+  if (std::any_of(motion_->moves.begin(), motion_->moves.end(), lost))
+    return tell_(recipes::MotionLost{std::exchange(motion_, {})->ticket});
   const bool all_there =
       std::all_of(motion_->moves.begin(), motion_->moves.end(), [&](const Awaited& awaited) {
         return seen.stage[recipes::index(awaited.axis)].move_id == awaited.move_id;

@@ -56,7 +56,7 @@ class BenchActions {
   /// A motion command under way and the number that confirms it.
   struct Awaited {
     StageAxis axis;
-    std::uint32_t move_id;
+    std::uint32_t move_id;  ///< 0: refused, it never comes
   };
   struct Motion {
     recipes::Ticket ticket;

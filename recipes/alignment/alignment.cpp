@@ -89,8 +89,12 @@ class Aligner {
     if (event.ticket != state_.ticket || state_.step == AlignStep::ready) return;
     if (state_.step != AlignStep::retracting) return give_up(step_timed_out(place()));
     note(step_timed_out(place()));
-    emit(StopMotion{});
-    finish(Cleanup::failed, RigFact::unknown);
+    give_up_retreat();
+  }
+
+  /// Only a retreat still waits: any other step has been cut short by the fault.
+  void on(const MotionLost& event) {
+    if (answers(event.ticket, AlignStep::retracting)) give_up_retreat();
   }
 
   void on(const Fault& event) { give_up(event.error); }
@@ -224,6 +228,12 @@ class Aligner {
     if (state_.step == AlignStep::retracting) return;
     emit(StopMotion{});
     retract();
+  }
+
+  /// The probe is not known to be up. Whoever calls has noted why.
+  void give_up_retreat() {
+    emit(StopMotion{});
+    finish(Cleanup::failed, RigFact::unknown);
   }
 
   void finish(Cleanup cleanup, RigFact rig = RigFact::safe) {

@@ -63,6 +63,10 @@ void Machine::on(const MotionDone& event) {
   }
 }
 
+void Machine::on(const MotionLost& event) {
+  if (answers(event.ticket, Step::retracting)) give_up_retreat();
+}
+
 void Machine::on(const ContactFound& event) {
   if (answers(event.ticket, Step::approaching)) return seat();
   if (answers(event.ticket, Step::seating)) lower_to_rest(event.z_m);
@@ -84,6 +88,7 @@ void Machine::on(const TimerExpired& event) {
     case Step::ending:
       return retract();
     case Step::retracting:
+      note(step_timed_out(place()));
       return give_up_retreat();
     case Step::held:
     case Step::awaiting_operator:

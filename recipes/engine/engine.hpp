@@ -56,8 +56,9 @@ struct AxisMove {
   double target = 0;  ///< [m] or [rad]
   double speed = 0;   ///< [m/s] or [rad/s], > 0; axes of one leg have speeds in proportion
 };
-/// Move these axes together; answer MotionDone when every one of them confirmed and agrees.
-/// Replaces motions of the same axes. While the force loop is on, z is never among them.
+/// Move these axes together; answer MotionDone when every one of them confirmed and agrees, or
+/// MotionLost when one of them cannot any more. Replaces motions of the same axes. While the force
+/// loop is on, z is never among them.
 struct MoveTo {
   Ticket ticket = 0;
   std::vector<AxisMove> moves;
@@ -150,6 +151,11 @@ struct Biased {
 struct MotionDone {
   Ticket ticket = 0;
 };
+/// MotionDone will never come: a stage that MoveTo named has failed or refused. The Fault that says
+/// why is told first.
+struct MotionLost {
+  Ticket ticket = 0;
+};
 struct ContactFound {
   Ticket ticket = 0;
   double z_m = 0;  ///< where z was at that moment
@@ -191,9 +197,9 @@ struct AbortRequested {};
 struct HaltRequested {};
 
 using Event =
-    std::variant<Start, OperatorConfirmed, Mounted, Biased, MotionDone, ContactFound, ForceSettled,
-                 TimerExpired, TakeRejected, EndSlide, Fault, GuardTripped, PauseRequested,
-                 ResumeRequested, StopRequested, AbortRequested, HaltRequested>;
+    std::variant<Start, OperatorConfirmed, Mounted, Biased, MotionDone, MotionLost, ContactFound,
+                 ForceSettled, TimerExpired, TakeRejected, EndSlide, Fault, GuardTripped,
+                 PauseRequested, ResumeRequested, StopRequested, AbortRequested, HaltRequested>;
 
 // ---- state ----
 
@@ -257,10 +263,10 @@ struct Transition {
 /// Total: an event that a state does not expect changes nothing. Whatever happens after Start, the
 /// machine ends in Step::done, and every step before it has a timer.
 ///
-/// Nothing interrupts the retreat of the probe but HaltRequested and its own timer: a fault or a
-/// guard that speaks up meanwhile is noted and ends the campaign afterwards. What is done finally
-/// ends with any of them, and changes the outcome only of a campaign that it could not clean up
-/// after: `cleanup` is then partial.
+/// Nothing interrupts the retreat of the probe but HaltRequested, its own timer and MotionLost: any
+/// other fault or guard that speaks up meanwhile is noted and ends the campaign afterwards. What is
+/// done finally ends with any of them, and changes the outcome only of a campaign that it could not
+/// clean up after: `cleanup` is then partial.
 Transition step(const Plan& plan, const State& state, const Event& event, TimePoint now);
 
 }  // namespace weft::recipes

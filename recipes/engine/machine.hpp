@@ -30,6 +30,8 @@ class Machine {
   void on(const Mounted& event);
   void on(const Biased& event);
   void on(const MotionDone& event);
+  /// Only a retreat still waits: any other step has been cut short by the fault.
+  void on(const MotionLost& event);
   void on(const ContactFound& event);
   void on(const ForceSettled& event);
   /// A recorded phase ends by its timer; any other step has failed to end by itself.
@@ -72,6 +74,7 @@ class Machine {
   void fail_trial(Error error);
   /// Ends the trial under way with a retreat. During a retreat the retreat goes on.
   void cut_short(Outcome outcome, std::optional<Error> error);
+  /// The probe is not known to be up: nothing follows. Whoever calls has noted why.
   void give_up_retreat();
   void end_trial(Cleanup cleanup);
   void hold();

@@ -25,7 +25,6 @@ void Machine::cut_short(Outcome outcome, std::optional<Error> error) {
 
 void Machine::give_up_retreat() {
   emit(StopMotion{});
-  note(step_timed_out(place()));
   state_.campaign_outcome = Outcome::failed;
   end_trial(Cleanup::failed);
 }

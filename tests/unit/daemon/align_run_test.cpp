@@ -95,6 +95,22 @@ TEST_CASE(
   CHECK(capped.done.error->code == Errc::safety);
 }
 
+TEST_CASE("An alignment whose z stage fails ends with its fault, not with the retreat's timer") {
+  const TemporaryFolder folder;
+  constexpr double fails_s = 130;  // amid the touches
+  AlignRequest request;
+  request.rig = askew_rig(
+      folder, 1, 1, {{{"device", "stage.z"}, {"fault", "over_temperature"}, {"start_s", fails_s}}});
+  const AlignSummary summary = aligned(request);
+  CHECK(summary.done.outcome == recipes::Outcome::failed);
+  CHECK(summary.done.cleanup == recipes::Cleanup::failed);
+  CHECK(summary.done.rig == recipes::RigFact::unknown);
+  REQUIRE(summary.done.error);
+  CHECK_THAT(to_string(*summary.done.error), Catch::StartsWith("stage.z"));
+  CHECK(summary.bench_s > fails_s);
+  CHECK(summary.bench_s < fails_s + 3);
+}
+
 TEST_CASE("weft align prints the tilt found and left, marked as simulated") {
   const TemporaryFolder folder;
   const std::string rig = askew_rig(folder, 0.5, -0.25).string();

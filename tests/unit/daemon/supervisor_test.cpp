@@ -124,6 +124,26 @@ struct Guarded {
 
 }  // namespace
 
+TEST_CASE("a campaign whose z stage is gone ends with its fault, not with the retreat's timer") {
+  for (const recipes::Step where : {recipes::Step::approaching, recipes::Step::sliding,
+                                    recipes::Step::releasing, recipes::Step::retracting}) {
+    INFO(recipes::to_string(where));
+    Guarded g(test::short_recipe("wool"));
+    g.start();
+    g.run_to(where);
+    const TimePoint gone_at = g.bench.sim.loop.now();
+    g.bench.far_end["z"]->unplug();
+    g.finish();
+    // A driver believes in silence after a second; the retreat's timer is 80 s.
+    CHECK(g.bench.sim.loop.now() - gone_at < std::chrono::seconds(2));
+    CHECK(g.supervisor->result()->outcome == recipes::Outcome::failed);
+    CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::failed);
+    CHECK(g.supervisor->result()->rig == recipes::RigFact::unknown);
+    REQUIRE(g.supervisor->result()->error);
+    CHECK_THAT(to_string(*g.supervisor->result()->error), Catch::StartsWith("stage.z"));
+  }
+}
+
 TEST_CASE("readings that are off in the second of the zero begin it anew, and are not in it") {
   constexpr double seconds_off = 0.02;  // of 1 N, which would move the mean of a second by 20 mN
   Guarded g(test::short_recipe("denim"));

@@ -272,6 +272,12 @@ TEST_CASE("The rig is safe after a retreat that arrived, holds after a halt, and
   const AlignDone late = ended_with(back, TimerExpired{back.ticket});
   CHECK(late.cleanup == Cleanup::failed);
   CHECK(late.rig == RigFact::unknown);
+  const AlignDone lost = ended_with(back, MotionLost{back.ticket});
+  CHECK(lost.outcome == Outcome::failed);
+  CHECK(lost.cleanup == Cleanup::failed);
+  CHECK(lost.rig == RigFact::unknown);
+  CHECK(step(plan, back, MotionLost{back.ticket - 1}, TimePoint{}).effects.empty());
+  CHECK(step(plan, up, MotionLost{up.ticket}, TimePoint{}).effects.empty());
   CHECK(ended_with(up, HaltRequested{}).rig == RigFact::holding);
   CHECK(ended_with({}, AbortRequested{}).rig == RigFact::holding);
 }

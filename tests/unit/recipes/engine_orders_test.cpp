@@ -211,6 +211,33 @@ TEST_CASE("A retreat that does not end leaves the rig unknown, and says so") {
   CHECK(b.trials.at(0).outcome == Outcome::aborted);
 }
 
+TEST_CASE(
+    "A retreat whose stage is lost ends at once: the rig is unknown, and the fault says why") {
+  Bench b = bench();
+  b.advance_to(Step::holding);
+  b.send(Fault{some_error()});
+  REQUIRE(b.state.step == Step::retracting);
+  CHECK(b.send(MotionLost{b.state.ticket - 1}).empty());
+  b.send(MotionLost{b.state.ticket});
+  REQUIRE(b.end);
+  CHECK(only<StopMotion>(b.effects).has_value());
+  CHECK(b.end->outcome == Outcome::failed);
+  CHECK(b.end->cleanup == Cleanup::failed);
+  CHECK(b.end->rig == RigFact::unknown);
+  CHECK(b.end->error->message == "broken");
+  CHECK(b.trials.at(0).outcome == Outcome::failed);
+}
+
+TEST_CASE("A motion that is lost in another step leaves the rest to its fault") {
+  for (const Step where :
+       {Step::clearing, Step::positioning, Step::lowering, Step::sliding, Step::releasing}) {
+    Bench b = bench();
+    b.advance_to(where);
+    CHECK(b.send(MotionLost{b.state.ticket}).empty());
+    CHECK(b.state.step == where);
+  }
+}
+
 TEST_CASE("A halt ends at once without clean-up") {
   Bench b = bench();
   b.advance_to(Step::sliding);

@@ -48,6 +48,7 @@ Event random_event(const Bench& bench, std::mt19937& random) {
       return TakeRejected{some_error()};
     case 12:
     case 13:
+      return MotionLost{ticket};
     case 14:
     case 15:
     case 16:
@@ -93,8 +94,8 @@ const char* broken_promise(const Bench& b) {
 }
 
 /// Whether the rig may be left as it is by this: a device or a guard said that it is not well, the
-/// halt was pressed, nothing came where something other than time was waited for, or it ended
-/// before anything had moved, and stands as it was found.
+/// stage of the retreat is lost, the halt was pressed, nothing came where something other than time
+/// was waited for, or it ended before anything had moved, and stands as it was found.
 bool excuses(const Bench& b, const Event& event) {
   if (b.state.step == Step::ready &&
       (std::holds_alternative<AbortRequested>(event) ||
@@ -104,6 +105,7 @@ bool excuses(const Bench& b, const Event& event) {
     return guard->trip.action == GuardAction::end_campaign;
   if (std::holds_alternative<TimerExpired>(event))
     return !std::holds_alternative<TimerExpired>(b.good_answer());
+  if (std::holds_alternative<MotionLost>(event)) return b.state.step == Step::retracting;
   return std::holds_alternative<Fault>(event) || std::holds_alternative<HaltRequested>(event);
 }
 
