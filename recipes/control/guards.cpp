@@ -9,12 +9,12 @@ namespace {
 using Trip = std::optional<GuardTrip>;
 
 constexpr std::array<GuardRule, guard_count> rules{{
+    {Guard::invalid_wrench, "invalid_wrench", GuardAction::end_campaign,
+     "the sensor's status word says that its values are wrong, or they are beyond its rating"},
     {Guard::force_cap, "force_cap", GuardAction::fail_trial,
      "the magnitude of the force is over limits.force_cap_N, or not a number"},
     {Guard::torque_cap, "torque_cap", GuardAction::fail_trial,
      "the magnitude of the torque is over limits.torque_cap_Nm, or not a number"},
-    {Guard::invalid_wrench, "invalid_wrench", GuardAction::end_campaign,
-     "the sensor's status word says that its values are wrong, or they are beyond its rating"},
     {Guard::frozen_wrench, "frozen_wrench", GuardAction::end_campaign,
      "all six components are bit for bit the same for limits.frozen_wrench_s (0.25): a live sensor "
      "has noise"},
@@ -70,8 +70,15 @@ bool over(double value, double cap) {
   return !(value <= cap);
 }
 
+// What a saturated or broken sensor says is no force: it is not compared with a cap.
 Trip check_wrench(const GuardLimits& limits, const GuardReadings& readings) {
-  if (const double force = magnitude(readings.force_n); over(force, limits.force_cap_n))
+  const double force = magnitude(readings.force_n);
+  if (!readings.wrench_valid)
+    return trip(Guard::invalid_wrench, "the force/torque sensor's readings are not valid", "wrench",
+                "a good status word, and values within the sensor's rating",
+                "an error bit or values beyond the rating, with " + std::to_string(force) + " N",
+                "Look at what loads the sensor, then at its status and its cable");
+  if (over(force, limits.force_cap_n))
     return trip(Guard::force_cap, "the force is over the cap", "wrench",
                 "<= " + std::to_string(limits.force_cap_n) + " N", std::to_string(force) + " N",
                 "Look at the cloth and at the probe's mount");
@@ -79,10 +86,6 @@ Trip check_wrench(const GuardLimits& limits, const GuardReadings& readings) {
     return trip(Guard::torque_cap, "the torque is over the cap", "wrench",
                 "<= " + std::to_string(limits.torque_cap_nm) + " N m",
                 std::to_string(torque) + " N m", "Look whether the probe is caught in the cloth");
-  if (!readings.wrench_valid)
-    return trip(Guard::invalid_wrench, "the force/torque sensor marks its readings as wrong",
-                "wrench", "a good status word", "an error bit",
-                "Read the sensor's status; it may be saturated");
   return {};
 }
 

@@ -14,9 +14,9 @@
 namespace weft::recipes {
 
 enum class Guard : std::uint8_t {
+  invalid_wrench,
   force_cap,
   torque_cap,
-  invalid_wrench,
   frozen_wrench,
   wrench_jump,
   travel,

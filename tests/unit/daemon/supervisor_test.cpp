@@ -169,6 +169,21 @@ TEST_CASE("readings that are off in the second of the zero begin it anew, and ar
   CHECK(std::abs(in_air.mean().force_n[2]) < 0.01);  // four deviations: 12 mN a reading
 }
 
+TEST_CASE("a saturated force sensor ends a campaign that goes on after failed trials") {
+  Guarded g(test::short_recipe("denim"));
+  g.bench.checked.plan.on_trial_failure = recipes::OnTrialFailure::carry_on;
+  g.start();
+  g.run_to(recipes::Step::holding);
+  const nlohmann::json full_scale{{"device", "ft"}, {"fault", "saturation"}};
+  REQUIRE(g.bench.sim.rig->inject(full_scale.dump(), g.bench.sim.loop.now()));
+  g.finish();
+  CHECK(g.bench.outcomes == std::vector{recipes::Outcome::failed});
+  REQUIRE(g.supervisor->result()->error);
+  CHECK(g.supervisor->result()->error->message ==
+        "the force/torque sensor's readings are not valid");
+  CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
+}
+
 TEST_CASE("in the cycle in which a guard trips nothing but the stop and the retreat goes out") {
   Guarded g(test::short_recipe("denim"));
   g.bench.checked.plan.limits.force_cap_n = 4;  // on the way to 5 N

@@ -95,6 +95,16 @@ TEST_CASE("A sensor that marks its values as wrong ends the campaign") {
   CHECK(tripped(r).action == GuardAction::end_campaign);
 }
 
+TEST_CASE("A saturated sensor is told as that, whatever force it names, and ends the campaign") {
+  GuardReadings r = good();
+  r.wrench_valid = false;
+  r.force_n = {40, 40, 120};
+  r.torque_nm = {2.5, 0, 0};
+  CHECK(tripped(r).guard == Guard::invalid_wrench);
+  CHECK(tripped(r).action == GuardAction::end_campaign);
+  CHECK_THAT(tripped(r).error.got, Catch::Contains("132.66"));
+}
+
 TEST_CASE("A stage outside its travel trips and is named") {
   GuardReadings r = good();
   r.position[Axis::z] = 0.15 + 4e-6;

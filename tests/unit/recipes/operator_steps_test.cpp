@@ -222,7 +222,14 @@ TEST_CASE("Whoever presses on the plate between trials fails no trial") {
   b.advance();
   const Error high{Errc::safety, "the force is over the cap", "", "", "", ""};
   CHECK(b.send(GuardTripped{{Guard::force_cap, GuardAction::fail_trial, high}}).empty());
+  const Error beyond{Errc::safety, "the sensor's readings are not valid", "", "", "", ""};
+  const GuardTrip saturated{Guard::invalid_wrench, GuardAction::end_campaign, beyond};
+  CHECK(b.send(GuardTripped{saturated}).empty());
   CHECK(b.state.step == Step::awaiting_operator);
+  b.advance_to(Step::clearing);
+  b.send(GuardTripped{saturated});  // and still is, with nobody at work
+  b.finish();
+  CHECK(b.end->outcome == Outcome::failed);
 }
 
 TEST_CASE("What was confirmed is not asked again for another take, nor after a pause") {
