@@ -1,4 +1,5 @@
-// Lifecycle, commands and the bytes that go out. What comes in is in stage_status.cpp.
+// Lifecycle, commands and the bytes that go out. What comes in is in stage_status.cpp, which of
+// it is believed in stage_belief.cpp.
 
 #include "drivers/thorlabs_apt/stage_driver.hpp"
 
@@ -46,7 +47,7 @@ Status StageDriver::open() noexcept {
   last_ = {};
   motion_ = {};
   have_last_ = false;
-  implausible_ = 0;
+  implausible_ = unwell_ = 0;
   found_limits_.reset();
   stops_under_way_ = unacknowledged_ = 0;
   // LTS units do not list 0x0018 (reference A.6); a unit left streaming by a dead host is silenced.

@@ -50,7 +50,8 @@ class StageDriver final : public DriverBase {
   std::optional<StageReading> read_status(const protocols::apt::Message& message) const;
   bool accept(const StageReading& reading, TimePoint arrival);
   bool plausible(const StageReading& reading, TimePoint arrival);
-  bool healthy(const StageReading& reading);
+  std::optional<Error> ailment(const StageReading& reading) const;
+  bool believed(const StageReading& reading);
   void on_limit_switches(const protocols::apt::Message& message);
   void on_velocity(const protocols::apt::Message& message);
   bool finish_arming(const StageReading& reading);
@@ -94,6 +95,7 @@ class StageDriver final : public DriverBase {
   TimePoint last_at_{};
   bool have_last_ = false;  ///< and the next reading must be near it
   int implausible_ = 0;     ///< readings in a row
+  int unwell_ = 0;          ///< readings in a row that show something wrong
   std::optional<protocols::apt::LimitSwitchParams> found_limits_;  ///< before arming
   Motion motion_;
   std::uint32_t last_id_ = 0;

@@ -1,6 +1,5 @@
 // What comes in from the stage, and what follows from it.
 
-#include <cstdlib>
 #include <string>
 #include <type_traits>
 
@@ -18,34 +17,6 @@ constexpr std::uint32_t acknowledge_every = 10;
 /// that has reported and rests elsewhere has not.
 constexpr Duration lost_report_limit = std::chrono::seconds(1);
 constexpr Duration away_limit = std::chrono::milliseconds(500);
-/// Between two readings a stage moves no further than half as fast again as it can, and this [mm or
-/// degrees].
-constexpr double jump_margin = 0.1;
-constexpr int most_implausible = 3;
-
-std::string fault_names(std::uint32_t bits) {
-  struct Name {
-    std::uint32_t bit;
-    std::string_view text;
-  };
-  static constexpr Name names[] = {
-      {status::motion_error, "position error too large"},
-      {status::instrument_error, "instrument error"},
-      {status::over_temperature, "over-temperature"},
-      {status::bus_voltage_fault, "bus voltage"},
-      {status::commutation_error, "commutation"},
-      {status::overload, "overload"},
-      {status::encoder_fault, "encoder"},
-      {status::over_current, "over-current"},
-      {status::supply_current_fault, "supply current"},
-      {status::error, "error"},
-  };
-  std::string out;
-  for (const Name& name : names)
-    if ((bits & name.bit) != 0) out += (out.empty() ? "" : ", ") + std::string(name.text);
-  return out;
-}
-
 template <class Body>
 std::optional<StageReading> reading_of(const Message& message, std::uint16_t channel) {
   const Result<Body> body = decode_body<Body>(message.data);
@@ -221,73 +192,15 @@ void StageDriver::on_homed() {
 /// is armed.
 bool StageDriver::accept(const StageReading& reading, TimePoint arrival) {
   if (state() == DriverState::closed) return false;
-  if (!plausible(reading, arrival)) return false;
+  if (!plausible(reading, arrival) || !believed(reading)) return false;
   last_ = reading;
   last_at_ = arrival;
   have_last_ = motion_.kind != MotionKind::home;  // homing moves the origin
-  if (!healthy(reading)) return false;
   if (arming_ && !finish_arming(reading)) return false;
   const bool at_rest = (reading.status_bits & status::any_motion) == 0;
   if (motion_.kind == MotionKind::none && at_rest) stops_under_way_ = 0;
   motion_.note_progress(reading.position_counts, arrival);
   return true;
-}
-
-/// The protocol has no check value: a damaged message may pass for a reading.
-bool StageDriver::plausible(const StageReading& reading, TimePoint arrival) {
-  if (!settings_.check_jumps || !have_last_ || motion_.kind == MotionKind::home) return true;
-  const StageModel& model = *settings_.model;
-  const double units = 1.5 * model.max_speed * to_seconds(arrival - last_at_) + jump_margin;
-  const auto step = static_cast<double>(
-      std::llabs(std::int64_t{reading.position_counts} - last_.position_counts));
-  if (step <= units * model.scale.counts_per_unit) {
-    implausible_ = 0;
-    return true;
-  }
-  if (++implausible_ == 1)
-    host().log(LogLevel::warning, "a position that no motion explains was dropped");
-  if (implausible_ >= most_implausible)
-    raise({Errc::device,
-           "the position jumps",
-           {},
-           std::to_string(last_.position_counts) + " counts or near",
-           std::to_string(reading.position_counts) + " counts",
-           "Look at the cable, and whether somebody set the controller's counter"});
-  return false;
-}
-
-bool StageDriver::healthy(const StageReading& reading) {
-  if ((reading.status_bits & status::any_fault) != 0) {
-    raise({Errc::device,
-           "the controller reports a fault: " + fault_names(reading.status_bits),
-           {},
-           {},
-           "status " + std::to_string(reading.status_bits),
-           {}});
-    return false;
-  }
-  const bool armed = state() == DriverState::armed;
-  if (armed && (reading.status_bits & status::channel_enabled) == 0) {
-    raise({Errc::device,
-           "the channel has fallen disabled",
-           {},
-           {},
-           "status " + std::to_string(reading.status_bits),
-           "Look at the controller's front panel and its power supply"});
-    return false;
-  }
-  const std::int64_t apart =
-      std::llabs(std::int64_t{reading.position_counts} - reading.encoder_counts);
-  if (!settings_.encoder || !armed || motion_.kind == MotionKind::home ||
-      apart <= settings_.encoder_tolerance_counts)
-    return true;
-  raise({Errc::device,
-         "steps were lost: the encoder does not follow",
-         {},
-         std::to_string(reading.position_counts) + " counts",
-         std::to_string(reading.encoder_counts) + " counts",
-         "Look for an obstacle; home the stage again"});
-  return false;
 }
 
 bool StageDriver::finish_arming(const StageReading& reading) {

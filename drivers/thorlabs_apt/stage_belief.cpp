@@ -1,0 +1,121 @@
+// Which readings of a stage are believed. The protocol has no check value: a damaged message may
+// pass for a reading, and a stage that is given up cannot lift the probe any more.
+
+#include <cstdlib>
+#include <string>
+
+#include "drivers/thorlabs_apt/stage_driver.hpp"
+
+namespace weft::drivers {
+namespace {
+
+using namespace protocols::apt;
+
+/// Between two readings a stage moves no further than half as fast again as it can, and this [mm or
+/// degrees].
+constexpr double jump_margin = 0.1;
+constexpr int most_implausible = 3;
+/// So many statuses in a row must show what is wrong with the stage.
+constexpr int least_unwell = 2;
+
+std::string fault_names(std::uint32_t bits) {
+  struct Name {
+    std::uint32_t bit;
+    std::string_view text;
+  };
+  static constexpr Name names[] = {
+      {status::motion_error, "position error too large"},
+      {status::instrument_error, "instrument error"},
+      {status::over_temperature, "over-temperature"},
+      {status::bus_voltage_fault, "bus voltage"},
+      {status::commutation_error, "commutation"},
+      {status::overload, "overload"},
+      {status::encoder_fault, "encoder"},
+      {status::over_current, "over-current"},
+      {status::supply_current_fault, "supply current"},
+      {status::error, "error"},
+  };
+  std::string out;
+  for (const Name& name : names)
+    if ((bits & name.bit) != 0) out += (out.empty() ? "" : ", ") + std::string(name.text);
+  return out;
+}
+
+}  // namespace
+
+bool StageDriver::plausible(const StageReading& reading, TimePoint arrival) {
+  if (!settings_.check_jumps || !have_last_ || motion_.kind == MotionKind::home) return true;
+  const StageModel& model = *settings_.model;
+  const double units = 1.5 * model.max_speed * to_seconds(arrival - last_at_) + jump_margin;
+  const auto step = static_cast<double>(
+      std::llabs(std::int64_t{reading.position_counts} - last_.position_counts));
+  if (step <= units * model.scale.counts_per_unit) {
+    implausible_ = 0;
+    return true;
+  }
+  if (++implausible_ == 1)
+    host().log(LogLevel::warning, "a position that no motion explains was dropped");
+  if (implausible_ >= most_implausible)
+    raise({Errc::device,
+           "the position jumps",
+           {},
+           std::to_string(last_.position_counts) + " counts or near",
+           std::to_string(reading.position_counts) + " counts",
+           "Look at the cable, and whether somebody set the controller's counter"});
+  return false;
+}
+
+/// What this reading alone says is wrong with the stage.
+std::optional<Error> StageDriver::ailment(const StageReading& reading) const {
+  if ((reading.status_bits & status::any_fault) != 0)
+    return Error{Errc::device,
+                 "the controller reports a fault: " + fault_names(reading.status_bits),
+                 {},
+                 {},
+                 "status " + std::to_string(reading.status_bits),
+                 {}};
+  const bool armed = state() == DriverState::armed;
+  if (armed && (reading.status_bits & status::channel_enabled) == 0)
+    return Error{Errc::device,
+                 "the channel has fallen disabled",
+                 {},
+                 {},
+                 "status " + std::to_string(reading.status_bits),
+                 "Look at the controller's front panel and its power supply"};
+  const std::int64_t apart =
+      std::llabs(std::int64_t{reading.position_counts} - reading.encoder_counts);
+  if (!settings_.encoder || !armed || motion_.kind == MotionKind::home ||
+      apart <= settings_.encoder_tolerance_counts)
+    return std::nullopt;
+  return Error{Errc::device,
+               "steps were lost: the encoder does not follow",
+               {},
+               std::to_string(reading.position_counts) + " counts",
+               std::to_string(reading.encoder_counts) + " counts",
+               "Look for an obstacle; home the stage again"};
+}
+
+/// What is wrong with the stage is believed when a second status in a row shows something, which is
+/// asked for at once; so is that it is not homed any more, which keeps it from moving.
+bool StageDriver::believed(const StageReading& reading) {
+  const std::optional<Error> wrong = ailment(reading);
+  // Homing itself begins without.
+  const bool lost_home = motion_.kind != MotionKind::home &&
+                         (last_.status_bits & ~reading.status_bits & status::homed) != 0;
+  if (!wrong && !lost_home) {
+    unwell_ = 0;
+    return true;
+  }
+  if (++unwell_ < least_unwell) {
+    host().log(LogLevel::warning, "one status was dropped: " +
+                                      (wrong ? wrong->message : "the stage is not homed any more"));
+    put_status_request();
+    flush();
+    return false;
+  }
+  unwell_ = 0;
+  if (wrong) raise(*wrong);
+  return !wrong;
+}
+
+}  // namespace weft::drivers
