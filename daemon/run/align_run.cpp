@@ -71,8 +71,9 @@ void AlignRun::dispatch(recipes::Event event) {
 void AlignRun::carry_out(const recipes::ArmTimer& timer) {
   loop_->cancel(step_timer_);
   deadline_ = timer.deadline;
-  step_timer_ = loop_->at(
-      timer.deadline, [this, ticket = timer.ticket] { dispatch(recipes::TimerExpired{ticket}); });
+  step_timer_ = loop_->at(timer.deadline, [this, ticket = timer.ticket] {
+    dispatch(recipes::TimerExpired{ticket, actions_.still_awaited()});
+  });
 }
 
 void AlignRun::carry_out(const recipes::AlignDone& done) {

@@ -1,6 +1,7 @@
 #include "daemon/run/bench_actions.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
 
 namespace weft::daemon {
@@ -17,6 +18,9 @@ constexpr Duration deadline_grace = 100ms;
 constexpr double bias_tolerance_n = 0.2;
 constexpr Duration bias_time = 1s;
 constexpr std::uint64_t bias_readings = 50;
+// A request over UDP may be lost, and nothing answers it: while readings are off, it goes out
+// again.
+constexpr Duration bias_again = 1s;
 // A reading so far from the last one is no force: the mount, at its stiffest and fastest, makes a
 // tenth of that between two readings. Level L0 of the plant steps to its set point at once.
 constexpr double jump_share = 0.4;
@@ -101,10 +105,17 @@ void BenchActions::begin(const recipes::MoveTo& order) {
 }
 
 void BenchActions::begin(const recipes::BiasSensors& order) {
-  const Result<std::uint32_t> sent = bench_->wrench().driver().command(BiasCommand{});
-  if (!sent) return tell_(recipes::Fault{Error(sent.error()).in("wrench")});
   bench_->take_zero({});
-  biasing_ = Biasing{order.ticket, loop_->now(), {}, {}};
+  biasing_ = Biasing{.ticket = order.ticket};
+  send_bias();
+}
+
+void BenchActions::send_bias() {
+  Device& sensor = bench_->wrench();
+  biasing_->sent_at = loop_->now();
+  ++biasing_->times;
+  if (const auto sent = sensor.driver().command(BiasCommand{}); !sent)
+    tell_(recipes::Fault{Error(sent.error()).in(sensor.entry().name)});
 }
 
 void BenchActions::begin(const recipes::Descend& order) {
@@ -166,13 +177,15 @@ void BenchActions::look_at_descent() {
 void BenchActions::look_at_bias() {
   if (!biasing_) return;
   const Snapshot& seen = bench_->snapshot();
-  if (seen.wrench_recent.readings == 0 || *seen.wrench_at <= biasing_->ordered_at) return;
+  if (seen.wrench_recent.readings == 0 || *seen.wrench_at <= biasing_->sent_at) return;
   const std::array<double, 3> mean_n = seen.wrench_recent.mean().force_n;
   const bool quiet = std::all_of(mean_n.begin(), mean_n.end(),
                                  [](double f) { return std::abs(f) <= bias_tolerance_n; });
   if (!quiet) {
     biasing_->quiet_since.reset();
     biasing_->quiet = {};
+    biasing_->off_n = mean_n;
+    if (loop_->now() - biasing_->sent_at >= bias_again) send_bias();
     return;
   }
   if (!biasing_->quiet_since) biasing_->quiet_since = seen.wrench_at;
@@ -184,6 +197,22 @@ void BenchActions::look_at_bias() {
   const recipes::Ticket ticket = biasing_->ticket;
   biasing_.reset();
   tell_(recipes::Biased{ticket});
+}
+
+std::optional<Error> BenchActions::still_awaited() const {
+  if (!biasing_) return std::nullopt;
+  char wanted[96], got[160] = "too few readings";
+  std::snprintf(wanted, sizeof wanted, "each component of the force within %.1f N for %.0f s",
+                bias_tolerance_n, to_seconds(bias_time));
+  if (const auto& off_n = biasing_->off_n)
+    std::snprintf(got, sizeof got, "%.2f, %.2f, %.2f N along x, y, z, after %d requests",
+                  (*off_n)[0], (*off_n)[1], (*off_n)[2], biasing_->times);
+  return Error{Errc::timeout,
+               "the force does not stay at zero after the sensor's bias",
+               bench_->wrench().entry().name,
+               wanted,
+               got,
+               "Look at what touches or shakes the plate, then at the sensor's cable or network"};
 }
 
 std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContext& context) {

@@ -2,6 +2,7 @@
 // What a machine (campaign, alignment) asks of a bench, carried out and watched once per scan
 // cycle: moves, guarded descents, zeros, and the guards that stand before every command.
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -37,6 +38,9 @@ class BenchActions {
   /// One cycle's look at what is under way.
   void look_at_all();
   void look_at_motion();
+  /// What the engine's step still waits for and what was seen of it, for who gives up; nothing
+  /// where that is not known.
+  [[nodiscard]] std::optional<Error> still_awaited() const;
   /// What trips a guard in this cycle, if anything.
   std::optional<recipes::GuardTrip> look_at_guards(const GuardContext& context);
 
@@ -63,12 +67,15 @@ class BenchActions {
     std::vector<Awaited> moves;
   };
   struct Biasing {
-    recipes::Ticket ticket;
-    TimePoint ordered_at;
-    std::optional<TimePoint> quiet_since;
-    WrenchTotal quiet;  ///< readings since then
+    recipes::Ticket ticket = 0;
+    TimePoint sent_at{};  ///< last
+    int times = 0;        ///< it was sent
+    std::optional<TimePoint> quiet_since{};
+    WrenchTotal quiet{};                           ///< readings since then
+    std::optional<std::array<double, 3>> off_n{};  ///< mean of the last cycle that was not quiet
   };
 
+  void send_bias();
   std::uint32_t command(StageAxis axis, const Command& command);
   [[nodiscard]] recipes::WatchInput watched(bool zero_moves) const;
 

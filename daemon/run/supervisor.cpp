@@ -103,8 +103,9 @@ void Supervisor::carry_out(const recipes::SetPhase& effect) {
 void Supervisor::carry_out(const recipes::ArmTimer& effect) {
   loop_->cancel(engine_timer_);
   deadline_ = effect.deadline;
-  engine_timer_ = loop_->at(
-      effect.deadline, [this, ticket = effect.ticket] { dispatch(recipes::TimerExpired{ticket}); });
+  engine_timer_ = loop_->at(effect.deadline, [this, ticket = effect.ticket] {
+    dispatch(recipes::TimerExpired{ticket, actions_.still_awaited()});
+  });
 }
 
 void Supervisor::carry_out(const recipes::StopMotion&) {

@@ -87,7 +87,8 @@ class Aligner {
 
   void on(const TimerExpired& event) {
     if (event.ticket != state_.ticket || state_.step == AlignStep::ready) return;
-    if (state_.step != AlignStep::retracting) return give_up(step_timed_out(place()));
+    if (state_.step != AlignStep::retracting)
+      return give_up(step_timed_out(place(), event.awaited));
     note(step_timed_out(place()));
     give_up_retreat();
   }

@@ -96,7 +96,7 @@ void Machine::on(const TimerExpired& event) {
     case Step::concluding:
       return last_step_timed_out();
     default:
-      return fail_trial(step_timed_out(place()));
+      return fail_trial(step_timed_out(place(), event.awaited));
   }
 }
 

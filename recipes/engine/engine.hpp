@@ -165,6 +165,7 @@ struct ForceSettled {
 };
 struct TimerExpired {
   Ticket ticket = 0;
+  std::optional<Error> awaited{};  ///< what never came, where the bench knows more than its step
 };
 /// What was recorded of the trial under way is bad. It is taken again once the probe is up, as
 /// often as the recipe allows; then it has failed.

@@ -80,7 +80,8 @@ double full_travel_s(const RigLimits& limits, Axis axis, double transfer_speed_m
   return limits.geometry.travel[index(axis)].width() / speed;
 }
 
-Error step_timed_out(std::string place) {
+Error step_timed_out(std::string place, const std::optional<Error>& awaited) {
+  if (awaited) return Error(*awaited).in(place);
   return {Errc::timeout,
           "the step did not end in time",
           std::move(place),

@@ -42,8 +42,8 @@ double move_timeout_s(double expected_s);
 /// known to a plan.
 double full_travel_s(const RigLimits& limits, Axis axis, double transfer_speed_mps);
 
-/// A step whose timer came first; `place` says which.
-Error step_timed_out(std::string place);
+/// A step whose timer came first; `place` says which. `awaited`: what the bench knows of it.
+Error step_timed_out(std::string place, const std::optional<Error>& awaited = {});
 
 /// Every take that the recipe allows was bad; `last`: why the last one was.
 Error still_bad(std::string place, std::uint32_t takes, const Error& last);

@@ -169,6 +169,49 @@ TEST_CASE("readings that are off in the second of the zero begin it anew, and ar
   CHECK(std::abs(in_air.mean().force_n[2]) < 0.01);  // four deviations: 12 mN a reading
 }
 
+namespace {
+
+/// No request reaches the sensor, from now on for so long [s].
+void lose_requests(Guarded& g, double seconds) {
+  const nlohmann::json lost{{"device", "ft"},
+                            {"fault", "drop"},
+                            {"towards", "device"},
+                            {"probability", 1},
+                            {"duration_s", seconds}};
+  sim::Rig& rig = *g.bench.sim.rig;
+  REQUIRE(rig.clear_faults("ft", "drop"));
+  REQUIRE(rig.inject(lost.dump(), g.bench.sim.loop.now()));
+}
+
+}  // namespace
+
+TEST_CASE("a bias that is lost on its way is sent again, and the trial goes on") {
+  Guarded g(test::short_recipe("denim"));
+  g.start();
+  g.run_to(recipes::Step::positioning);
+  lose_requests(g, 1e3);
+  g.run_to(recipes::Step::biasing);
+  lose_requests(g, 1.5);  // the first two
+  g.run_to(recipes::Step::approaching);
+  g.finish();
+  CHECK(g.supervisor->result()->outcome == recipes::Outcome::complete);
+}
+
+TEST_CASE("a bias that never helps names the sensor, the force that is left and what was wanted") {
+  Guarded g(test::short_recipe("denim"));
+  g.start();
+  g.run_to(recipes::Step::positioning);
+  lose_requests(g, 1e3);
+  g.finish();
+  REQUIRE(g.bench.trial_error);
+  const std::string told = to_string(*g.bench.trial_error);
+  CHECK_THAT(told, Catch::Contains("biasing: ft: the force does not stay at zero"));
+  CHECK_THAT(told, Catch::Contains("within 0.2 N for 1 s"));
+  CHECK_THAT(told, Catch::Contains("2.9"));  // the plate's weight
+  CHECK_THAT(told, Catch::Contains("after 10 requests"));
+  CHECK(g.supervisor->result()->rig == recipes::RigFact::safe);
+}
+
 TEST_CASE("a saturated force sensor ends a campaign that goes on after failed trials") {
   Guarded g(test::short_recipe("denim"));
   g.bench.checked.plan.on_trial_failure = recipes::OnTrialFailure::carry_on;
