@@ -190,9 +190,7 @@ Reply AtiDigitalEmulator::obey(const Vendor& order, TimePoint now) {
 /// What the converters say: strain times the active gain, moved by the active offset. How gain and
 /// offset act is an estimate; at the calibration's own values both do nothing.
 AtiDigitalEmulator::GaugeCounts AtiDigitalEmulator::convert(TimePoint at) {
-  FtReading reading = sensor_.read(world_->contact(at), conversion_at(at));
-  if (const double off_n = fz_off_n(at); off_n != 0)
-    reading.counts[2] = nearest_count(reading.counts[2] + off_n * sensor_.params().counts_per_n);
+  FtReading reading = sensor_.read(world_->contact(at), conversion_at(at), fz_off_n(at));
   hold_if_stuck(reading, at);
   const double factor = calibration_factor(at);
   GaugeCounts out{};

@@ -10,7 +10,7 @@ namespace weft::sim {
 
 class ForceEmulator : public Emulator {
  protected:
-  /// Drift, a jump of the bias and noise on Fz [N].
+  /// Drift, a jump of the bias and noise on Fz [N], as the gauges have it: a bias takes it off.
   double fz_off_n(TimePoint at);
   /// The values stay what they were when the fault began.
   void hold_if_stuck(FtReading& reading, TimePoint at);

@@ -51,9 +51,10 @@ Wrench FtSensor::load(const ContactState& contact) const {
           rx * fy - ry * fx};
 }
 
-Wrench FtSensor::converted(const ContactState& contact, std::uint32_t sample,
+Wrench FtSensor::converted(const ContactState& contact, std::uint32_t sample, double fz_off_n,
                            bool& saturated) const {
   Wrench wrench = load(contact);
+  wrench[2] += fz_off_n;
   Random random(mix(seed_, sample));
   for (std::size_t i = 0; i < wrench.size(); ++i) {
     const double noisy = noisy_ ? wrench[i] + params_.noise[i] * random.gaussian() : wrench[i];
@@ -65,9 +66,9 @@ Wrench FtSensor::converted(const ContactState& contact, std::uint32_t sample,
   return wrench;
 }
 
-FtReading FtSensor::read(const ContactState& contact, std::uint32_t sample) const {
+FtReading FtSensor::read(const ContactState& contact, std::uint32_t sample, double fz_off_n) const {
   FtReading reading;
-  const Wrench wrench = converted(contact, sample, reading.saturated);
+  const Wrench wrench = converted(contact, sample, fz_off_n, reading.saturated);
   for (std::size_t i = 0; i < wrench.size(); ++i) {
     const double scale = i < 3 ? params_.counts_per_n : params_.counts_per_nm;
     reading.counts[i] = nearest_count((wrench[i] - bias_[i]) * scale);
@@ -87,9 +88,9 @@ void FtSensor::set_bias(const std::array<std::int32_t, 6>& counts) {
     bias_[i] = counts[i] / (i < 3 ? params_.counts_per_n : params_.counts_per_nm);
 }
 
-void FtSensor::bias(const ContactState& contact, std::uint32_t sample) {
+void FtSensor::bias(const ContactState& contact, std::uint32_t sample, double fz_off_n) {
   bool saturated = false;
-  bias_ = converted(contact, sample, saturated);
+  bias_ = converted(contact, sample, fz_off_n, saturated);
 }
 
 }  // namespace weft::sim

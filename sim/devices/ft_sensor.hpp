@@ -43,17 +43,18 @@ class FtSensor {
 
   /// What the sensor is loaded with: contact forces at the contact point, and the plate's weight.
   [[nodiscard]] Wrench load(const ContactState& contact) const;
-  /// One conversion; `sample` numbers it and draws its noise.
-  [[nodiscard]] FtReading read(const ContactState& contact, std::uint32_t sample) const;
+  /// One conversion; `sample` numbers it and draws its noise, `fz_off_n` [N] is by how much faults
+  /// move the axial force before anything else.
+  [[nodiscard]] FtReading read(const ContactState& contact, std::uint32_t sample,
+                               double fz_off_n = 0) const;
   /// The present reading becomes zero.
-  void bias(const ContactState& contact, std::uint32_t sample);
-  [[nodiscard]] const FtSensorParams& params() const { return params_; }
+  void bias(const ContactState& contact, std::uint32_t sample, double fz_off_n = 0);
   /// What bias() subtracts, as counts.
   [[nodiscard]] std::array<std::int32_t, 6> bias_counts() const;
   void set_bias(const std::array<std::int32_t, 6>& counts);
 
  private:
-  [[nodiscard]] Wrench converted(const ContactState& contact, std::uint32_t sample,
+  [[nodiscard]] Wrench converted(const ContactState& contact, std::uint32_t sample, double fz_off_n,
                                  bool& saturated) const;
 
   FtSensorParams params_;

@@ -106,7 +106,7 @@ void RdtEmulator::sample(TimePoint at, ByteSink& out) {
 
 rdt::Record RdtEmulator::record_at(TimePoint at) {
   const std::uint32_t number = conversion_at(at);
-  FtReading reading = sensor_.read(world_->contact(at), number);
+  FtReading reading = sensor_.read(world_->contact(at), number, fz_off_n(at));
   suffer_reading(reading, at);
   rdt::Record record;
   record.rdt_sequence = sent_;
@@ -183,13 +183,10 @@ void RdtEmulator::suffer_sequence(TimePoint at) {
 }
 
 void RdtEmulator::suffer_reading(FtReading& reading, TimePoint at) {
-  const double scale = params_.sensor.counts_per_n;
-  if (const double off_n = fz_off_n(at); off_n != 0)
-    reading.counts[2] = nearest_count(reading.counts[2] + off_n * scale);
   if (const double factor = calibration_factor(at); factor != 1)
     for (std::int32_t& counts : reading.counts) counts = nearest_count(counts * factor);
   if (suffers(FaultKind::saturation, at) != nullptr) {
-    reading.counts[2] = nearest_count(params_.sensor.range[2] * scale);
+    reading.counts[2] = nearest_count(params_.sensor.range[2] * params_.sensor.counts_per_n);
     reading.saturated = true;
   }
   if (struck_by(FaultKind::absurd_counts, at) != nullptr)
@@ -289,7 +286,7 @@ void RdtEmulator::take(const NetftSettings& settings) {
 }
 
 void RdtEmulator::bias(TimePoint now) {
-  sensor_.bias(world_->contact(now), conversion_at(now));
+  sensor_.bias(world_->contact(now), conversion_at(now), fz_off_n(now));
 }
 
 rdt::CalibrationReply RdtEmulator::calibration_reply(TimePoint now) const {

@@ -168,6 +168,32 @@ TEST_CASE("no fault that can befall a device is left out of the table") {
   CHECK(sim::fault_types().size() >= 30);
 }
 
+TEST_CASE("what a drift or a jump puts on the force is taken off by the next bias") {
+  for (const char* device : {"ft", "digital"}) {
+    // What a drift of 2 N/s has added since, in the middle of the readings.
+    for (const auto& [fault, since_n] : {std::pair{"drift", 0.7}, {"bias_jump", 0.0}}) {
+      INFO(device << " " << fault);
+      FaultBench bench(device);
+      REQUIRE(bench.ready());
+      const auto mean_n = [&bench] {
+        const std::size_t from = bench.samples.size();
+        bench.work(0.5);
+        double sum = 0;
+        for (std::size_t i = from; i < bench.samples.size(); ++i) sum += bench.samples[i].value;
+        return sum / static_cast<double>(bench.samples.size() - from);
+      };
+      const double before_n = mean_n();
+      bench.inject(fault, R"("amount": 2)");
+      bench.work(0.5);
+      REQUIRE(mean_n() - before_n > 1);
+      REQUIRE(bench.driver().command(BiasCommand{}));
+      bench.work(0.1);
+      CHECK(mean_n() == Approx(since_n).margin(0.1));
+      CHECK(bench.faults.empty());
+    }
+  }
+}
+
 TEST_CASE("the same seed lets the same faults befall the same samples") {
   const auto lost = [] {
     FaultBench bench("ft");
