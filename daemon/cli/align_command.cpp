@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "daemon/cli/rig_words.hpp"
 #include "daemon/cli/stop_signals.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/report/format.hpp"
@@ -145,6 +146,8 @@ Result<int> run_align(const AlignArgs& args, Console& console) {
     return exit_signal + signals.number();
   }
   if (summary->done.error) console.err << "weft: " << to_string(*summary->done.error) << '\n';
+  if (const auto left = rig_words(summary->done.cleanup, summary->done.rig); !left.empty())
+    console.err << "weft: " << left << '\n';
   print(console, text_of(*summary), json_of(*summary));
   if (signals.number() != 0) return exit_signal + signals.number();
   return summary->done.outcome == recipes::Outcome::complete ? exit_ok : exit_failure;

@@ -11,6 +11,7 @@
 #include "daemon/cli/own_daemon.hpp"
 #include "daemon/cli/preflight.hpp"
 #include "daemon/cli/progress.hpp"
+#include "daemon/cli/rig_words.hpp"
 #include "daemon/cli/run_hand_over.hpp"
 #include "daemon/cli/stop_signals.hpp"
 #include "daemon/cli/table.hpp"
@@ -271,6 +272,8 @@ Result<int> run_run(const RunArgs& args, Console& console) {
     report(console, summary.error());
     return exit_signal + signal;
   }
+  if (const std::string left = rig_words(summary->cleanup, summary->rig); !left.empty())
+    console.err << "weft: " << left << std::endl;
   if (signal != 0) return interrupted(*summary, signal, console);
   return conclude(args, *summary, console);
 }
