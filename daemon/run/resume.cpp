@@ -55,13 +55,6 @@ std::string axis_to(recipes::Axis axis, double target) {
   return std::string(recipes::to_string(axis)) + " to " + place(axis, target);
 }
 
-std::string trial_words(const recipes::Plan& plan, std::size_t index) {
-  const recipes::TrialSpec& trial = plan.trials[index];
-  return "trial " + std::to_string(index) + " (" + plan.fabrics[trial.fabric] + ", " +
-         plan.explorations[trial.exploration].name + ", repetition " +
-         std::to_string(trial.repetition) + ")";
-}
-
 /// The moves of one trial in the order in which the engine commands them.
 Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::string>& will) {
   const recipes::TrialSpec& trial = plan.trials[index];
@@ -231,7 +224,7 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
     out.will.push_back("finish the file: no trial is left");
     return out;
   }
-  out.will.push_back("go on with " + trial_words(plan, first));
+  out.will.push_back("go on with " + recipes::trial_words(plan, first));
   add_asks(plan, first, !*found || !(*found)->plays_again, out.will);
   if (Status ok = add_moves(plan, first, out.will); !ok) return pass(ok.error());
   if (out.left > 1)

@@ -135,9 +135,7 @@ void Machine::close_phase() {
 }
 
 std::string Machine::place() const {
-  return "trial " + std::to_string(trial().index) + " (" + plan_.fabrics[trial().fabric] + ", " +
-         exploration().name + ", repetition " + std::to_string(trial().repetition) +
-         "): " + std::string(to_string(state_.step));
+  return trial_words(plan_, state_.trial) + ": " + std::string(to_string(state_.step));
 }
 
 }  // namespace weft::recipes

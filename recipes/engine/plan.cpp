@@ -35,6 +35,13 @@ const std::vector<Vec2>& Exploration::path_m() const {
   return slides() ? step(Phase::motion).path_m : none;
 }
 
+std::string trial_words(const Plan& plan, std::size_t trial) {
+  const TrialSpec& spec = plan.trials[trial];
+  return "trial " + std::to_string(spec.index + 1) + " (" + plan.fabrics[spec.fabric] + ", " +
+         plan.explorations[spec.exploration].name + ", repetition " +
+         std::to_string(spec.repetition) + ")";
+}
+
 std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,
                          std::string_view exploration, std::uint32_t repetition) {
   std::string key = std::to_string(recipe_seed);

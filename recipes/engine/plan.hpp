@@ -165,6 +165,10 @@ struct Plan {
   std::string canonical_json;
 };
 
+/// "trial 3 (denim, M2, repetition 1)", counted from 1 as people do, for sentences. `trial` is
+/// below the number of trials.
+std::string trial_words(const Plan& plan, std::size_t trial);
+
 /// How many takes there are of a repetition at most.
 inline std::uint32_t most_takes(const Plan& plan) {
   return 1 + (plan.repeat_bad ? plan.repeat_bad->at_most : 0);

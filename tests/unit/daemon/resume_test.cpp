@@ -178,7 +178,7 @@ TEST_CASE("a resume says first what is left, and changes nothing by that") {
   std::string words;
   for (const std::string& step : preview->will) words += step + "\n";
   INFO(words);
-  CHECK(words.find("go on with trial 2 (satin, M1, repetition 1)") != std::string::npos);
+  CHECK(words.find("go on with trial 3 (satin, M1, repetition 1)") != std::string::npos);
   CHECK(words.find("mount satin") != std::string::npos);
   CHECK(test::read_file(request.out / "campaign.sqlite") == before);
   resumed(request);

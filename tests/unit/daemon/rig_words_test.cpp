@@ -58,4 +58,11 @@ TEST_CASE("a run whose probe could not be lifted says so; one that lifted it doe
   CHECK_THAT(lifted, !Catch::Contains("not lifted"));
 }
 
+TEST_CASE("a run counts a trial alike in all it says, from 1") {
+  const std::string told = told_of_run("ft", "noise", 0);  // it never comes to rest
+  INFO(told);
+  CHECK_THAT(told, Catch::Contains("trial 1 (denim M1 #1) did not complete"));
+  CHECK_THAT(told, Catch::Contains("trial 1 (denim, M1, repetition 1): biasing"));
+}
+
 }  // namespace rig_words_test

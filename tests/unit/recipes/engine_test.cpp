@@ -181,7 +181,7 @@ TEST_CASE("A timer that expires fails the trial, and the campaign stops by defau
     CHECK(b.trials[0].outcome == Outcome::failed);
     REQUIRE(b.trials[0].error);
     CHECK(b.trials[0].error->code == Errc::timeout);
-    CHECK_THAT(to_string(*b.trials[0].error), Catch::Contains("denim, M2, repetition 1"));
+    CHECK_THAT(to_string(*b.trials[0].error), Catch::Contains("trial 1 (denim, M2, repetition 1)"));
     CHECK(b.end->outcome == Outcome::failed);
     CHECK(b.end->rig == RigFact::safe);
   }
