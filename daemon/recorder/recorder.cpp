@@ -183,7 +183,8 @@ Status Recorder::Impl::block(const Stamp& stamp, const BlockKind& kind, const Bl
         Errc::invalid_argument, "a block unlike the first", std::string(to_string(kind.stream)),
         std::to_string((*chunk)->width()) + " values at " + std::to_string(known_hz) + " Hz",
         std::to_string(row.values.size()) + " values at " + std::to_string(rate_hz) + " Hz");
-  if (auto done = encode_block((*chunk)->slot(), stamp.host, row); !done) return done;
+  if (auto done = encode_block((*chunk)->slot(), stamp.host, row); !done)
+    return pass(std::move(done).error(), stamp.device);
   (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
   return {};
 }
@@ -285,7 +286,8 @@ Status Recorder::taxel(const Stamp& stamp, const TaxelSample& sample, Phase phas
 Status Recorder::wrench(const Stamp& stamp, const WrenchSample& sample) {
   auto chunk = impl_->open_buffer(Stream::wrench, stamp);
   if (!chunk) return pass(std::move(chunk).error());
-  if (auto done = encode_wrench((*chunk)->slot(), stamp.host, sample); !done) return done;
+  if (auto done = encode_wrench((*chunk)->slot(), stamp.host, sample); !done)
+    return pass(std::move(done).error(), stamp.device);
   (*chunk)->push(stamp.sequence, stamp.lost, stamp.host);
   return {};
 }

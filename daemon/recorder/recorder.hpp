@@ -29,11 +29,13 @@ struct CampaignHeader {
   std::int64_t created_utc_ns = 0;  ///< wall clock at the start, for people; never part of a digest
 };
 
-/// When and in which order a sample arrived; the first three members of weft::Sample.
+/// When and in which order a sample arrived (the first three members of weft::Sample), and from
+/// whom.
 struct Stamp {
   TimePoint host;
   std::uint32_t sequence = 0;
-  std::uint32_t lost = 0;  ///< samples missing right before this one
+  std::uint32_t lost = 0;     ///< samples missing right before this one
+  std::string_view device{};  ///< its name, for the error of a value that cannot be recorded
 };
 
 /// Appends to one campaign file. Samples gather in buffers of fixed size and are committed as

@@ -101,7 +101,7 @@ void Bench::connect(Device& device) {
       if (!std::holds_alternative<AccelerationSample>(sample.value) &&
           !std::holds_alternative<SoundSample>(sample.value))
         return refuse(device, sample);
-      if (sensor_sink_) sensor_sink_(sample);
+      if (sensor_sink_) sensor_sink_(device, sample);
     });
   }
 }
@@ -116,7 +116,7 @@ void Bench::take_wrench(Sample sample) {
   snapshot_.wrench = *wrench;
   snapshot_.wrench_at = sample.host;
   snapshot_.wrench_recent.add(*wrench);
-  if (sensor_sink_) sensor_sink_(sample);
+  if (sensor_sink_) sensor_sink_(*wrench_, sample);
 }
 
 void Bench::take_taxels(const Sample& sample) {
@@ -124,7 +124,7 @@ void Bench::take_taxels(const Sample& sample) {
   if (frame == nullptr) return refuse(*taxels_, sample);
   snapshot_.taxels_at = sample.host;
   snapshot_.taxel_digest = digest_of_counts(*frame);
-  if (sensor_sink_) sensor_sink_(sample);
+  if (sensor_sink_) sensor_sink_(*taxels_, sample);
 }
 
 const Error* Bench::fault() const {

@@ -33,6 +33,8 @@ struct Snapshot {
 /// Owns the devices; keeps the newest readings. Thread-bound to its loop.
 class Bench {
  public:
+  using SensorSink = std::function<void(const Device&, const Sample&)>;
+
   /// Makes every device of the rig file; `pages` opens the HTTP ports of those that have one.
   /// Errors carry the device's name.
   static Result<std::unique_ptr<Bench>> create(const RigFile& rig, Loop& loop,
@@ -55,7 +57,7 @@ class Bench {
   Device& taxels() { return *taxels_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
   /// Sees every sample of wrench, taxels and vibrations after the snapshot was updated.
-  void on_sensor_sample(Device::SampleSink sink) { sensor_sink_ = std::move(sink); }
+  void on_sensor_sample(SensorSink sink) { sensor_sink_ = std::move(sink); }
   /// Hears every line of every driver's log.
   void on_log(const Device::LogSink& sink);
 
@@ -78,7 +80,7 @@ class Bench {
   Device* taxels_ = nullptr;
   Snapshot snapshot_;
   WrenchSample zero_;  ///< forces and torques at rest
-  Device::SampleSink sensor_sink_;
+  SensorSink sensor_sink_;
 
   // bringing up: what is awaited, until when, and what follows
   std::function<bool()> ready_;

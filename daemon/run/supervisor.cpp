@@ -16,8 +16,8 @@ Supervisor::Supervisor(const recipes::Plan& plan, Loop& loop, Bench& bench,
       period_(from_seconds(1.0 / plan.limits.cycle_hz)) {
   force_config_.cycle_s = 1.0 / plan.limits.cycle_hz;
   force_config_.max_acceleration_mps2 = plan.limits.max_acceleration_mps2;
-  bench_->on_sensor_sample([this](const Sample& sample) {
-    recording_->sensor(sample);
+  bench_->on_sensor_sample([this](const Device& device, const Sample& sample) {
+    recording_->sensor(sample, device.entry().name);
     if (hooks_.sensed) hooks_.sensed(sample, recording_->phase());
   });
 }

@@ -76,9 +76,9 @@ void TrialRecording::begin(std::size_t trial, TimePoint now) {
   write([&] { return recorder_->begin_trial(spec, now); });
 }
 
-void TrialRecording::sensor(const Sample& sample) {
+void TrialRecording::sensor(const Sample& sample, std::string_view device) {
   if (phase_ == Phase::none) return;
-  const Stamp stamp{sample.host, sample.sequence, sample.lost};
+  const Stamp stamp{sample.host, sample.sequence, sample.lost, device};
   if (judge_) judge_->look(sample);
   if (const auto* shaken = std::get_if<AccelerationSample>(&sample.value)) {
     write([&] { return recorder_->acceleration(stamp, *shaken); });

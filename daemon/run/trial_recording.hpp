@@ -30,7 +30,8 @@ class TrialRecording {
 
   void begin(std::size_t trial, TimePoint now);
   void set_phase(Phase phase, TimePoint now);
-  void sensor(const Sample& sample);
+  /// `device`: the name of the one that it is of.
+  void sensor(const Sample& sample, std::string_view device);
   void stages(const Snapshot& snapshot, TimePoint now);
   /// `ended_early`: complete, but for its slide.
   void end(recipes::Outcome outcome, bool ended_early, TimePoint now);

@@ -227,6 +227,22 @@ TEST_CASE("a saturated force sensor ends a campaign that goes on after failed tr
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
 
+TEST_CASE("counts that are no force end the campaign with the sensor's name and a hint") {
+  Guarded g(test::short_recipe("denim"));
+  g.start();
+  g.run_to(recipes::Step::holding);
+  const nlohmann::json absurd{{"device", "ft"}, {"fault", "absurd_counts"}};
+  REQUIRE(g.bench.sim.rig->inject(absurd.dump(), g.bench.sim.loop.now()));
+  g.finish();
+  CHECK(g.supervisor->result()->outcome == recipes::Outcome::failed);
+  REQUIRE(g.supervisor->result()->error);
+  const Error& told = *g.supervisor->result()->error;
+  CHECK(told.where == "ft");
+  CHECK_THAT(told.message, Catch::Contains("cannot be recorded"));
+  CHECK_THAT(told.hint, Catch::Contains("status and cable"));
+  CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
+}
+
 TEST_CASE("in the cycle in which a guard trips nothing but the stop and the retreat goes out") {
   Guarded g(test::short_recipe("denim"));
   g.bench.checked.plan.limits.force_cap_n = 4;  // on the way to 5 N

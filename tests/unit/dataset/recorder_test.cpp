@@ -204,9 +204,11 @@ TEST_CASE("values that cannot be recorded are refused and leave the trial usable
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(),
                            std::numeric_limits<double>::infinity(), 2200.0, -1e300}) {
     wrench.force_n[1] = bad;
-    const auto refused = recorder->wrench({at_ms(0), 0, 0}, wrench);
+    const auto refused = recorder->wrench({at_ms(0), 0, 0, "ft"}, wrench);
     REQUIRE_FALSE(refused);
     CHECK(refused.error().code == Errc::range);
+    CHECK(refused.error().where == "ft");
+    CHECK_FALSE(refused.error().hint.empty());
   }
   const std::array positions{0.1, 22.0};  // [m], [rad]
   CHECK(recorder->stages({at_ms(0), 0, 0}, positions).error().where == "a");
