@@ -30,6 +30,34 @@ const Controller* find_controller(std::string_view model) {
   return nullptr;
 }
 
+/// The controllers for which the reference gives the scale of a stage (A.7); it counts otherwise on
+/// others: 25600 to the mm, not 409600, on a BSC10x or a TST001. Cards of a BSC20x say SCC20x.
+struct KnownScale {
+  std::string_view stage, prefix, name;
+};
+constexpr std::array known_scales{
+    KnownScale{"LTS150", "LTS150", "LTS150"},  KnownScale{"LTS150", "BSC20", "BSC20x"},
+    KnownScale{"LTS150", "SCC20", "SCC20x"},   KnownScale{"NRT150", "BSC20", "BSC20x"},
+    KnownScale{"NRT150", "SCC20", "SCC20x"},   KnownScale{"PRM1-Z8", "KDC101", "KDC101"},
+    KnownScale{"PRM1-Z8", "TDC001", "TDC001"}, KnownScale{"CR1-Z7", "KDC101", "KDC101"},
+    KnownScale{"CR1-Z7", "TDC001", "TDC001"},  KnownScale{"K10CR1", "K10CR1", "K10CR1"},
+};
+
+/// Errors: device, with the controllers that would do.
+Status check_scale(std::string_view stage, const std::string& model) {
+  std::string known;
+  for (const KnownScale& scale : known_scales) {
+    if (scale.stage != stage) continue;
+    if (model.starts_with(scale.prefix)) return {};
+    known += (known.empty() ? "" : ", ") + std::string(scale.name);
+  }
+  return fail(Errc::device,
+              "the scale of a " + std::string(stage) + " on this controller is not known", {},
+              known, model,
+              "Its counts may be other lengths than the driver's: a BSC10x or TST001 would go "
+              "sixteen times as far; take a controller of the list");
+}
+
 // Stage ids of KDC101/TDC001 (reference A.5): 1 is none, 12 a stage of another maker.
 constexpr bool names_a_stage(std::uint16_t stage_id) {
   return stage_id >= 2 && stage_id <= 11;
@@ -49,6 +77,7 @@ Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
                 '"' + model + '"', hint);
   if (controller->has_own_stage && !model.starts_with(stage))
     return fail(Errc::device, "the unit is another stage", {}, stage, model, hint);
+  if (Status known = check_scale(stage, model); !known) return known;
   if (names_a_stage(info.stage_id) && info.stage_id != settings.model->stage_id)
     return fail(Errc::device, "the controller is set up for another stage", {},
                 "stage id " + std::to_string(settings.model->stage_id),

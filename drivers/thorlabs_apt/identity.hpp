@@ -7,8 +7,8 @@
 
 namespace weft::drivers {
 
-/// Compares the controller's model, its stage id and its channels with the settings.
-/// Errors: device, naming both sides.
+/// Compares the controller's model, its stage id and its channels with the settings, and whether
+/// the stage's scale on that controller is known. Errors: device, naming both sides.
 Status check_identity(const StageSettings& settings, const protocols::apt::HardwareInfo& info);
 
 /// What the controller says of itself, and the scale of its counts.

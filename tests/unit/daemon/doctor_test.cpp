@@ -2,10 +2,12 @@
 
 #include "daemon/doctor/doctor.hpp"
 
-#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "daemon/cli/app.hpp"
 #include "daemon/doctor/system_checks.hpp"
-#include "tests/unit/dataset/support.hpp"
+#include "tests/unit/daemon/trial_bench.hpp"
 
 namespace doctor_test {
 
@@ -200,6 +202,22 @@ TEST_CASE("two devices on one serial port are told once, however the path is wri
   REQUIRE(findings.size() == 1);
   CHECK(findings.front().subject == "second");
   CHECK(findings.front().what.find("the port of first") != std::string::npos);
+}
+
+TEST_CASE("a stage on a controller whose scale for it is not known is a problem by name") {
+  const TemporaryFolder folder;
+  nlohmann::json rig = test::bench17();
+  nlohmann::json& z = test::device_of(rig, "z");
+  z["config"]["stage"] = z["emulator"]["stage"] = "NRT150";
+  z["emulator"]["model"] = "BSC101";
+  test::write_file(folder / "rig.json", rig.dump());
+  const std::string path = (folder / "rig.json").string();
+  std::ostringstream out, err;
+  cli::Console console{out, err};
+  const char* arguments[] = {"weft", "doctor", "--rig", path.c_str(), "--listen", "1"};
+  CHECK(cli::run(6, arguments, console) == cli::exit_failure);
+  CHECK_THAT(out.str(), Catch::Contains("the scale of a NRT150 on this controller is not known") &&
+                            Catch::Contains("got BSC101"));
 }
 
 }  // namespace doctor_test

@@ -116,34 +116,6 @@ TEST_CASE("a channel that does not become enabled is a fault, not an armed stage
   CHECK(bench.host.samples.empty());
 }
 
-TEST_CASE("another controller, another stage or another stage id is refused on opening") {
-  struct Case {
-    StageBench bench;
-    const char* model;
-    std::uint16_t stage_id;
-    bool accepted;
-  };
-  Case cases[] = {{StageBench::lts(), "LTS150", 0, true},
-                  {StageBench::lts(), "BSC201", 0, true},
-                  {StageBench::lts(), "LTS300", 0, false},
-                  {StageBench::lts(), "KDC101", 6, false},
-                  {StageBench::lts(), "", 0, false},
-                  {StageBench::prm(), "TDC001", 1, true},
-                  {StageBench::prm(), "KDC101", 8, false},
-                  {StageBench::prm(), "LTS150", 0, false},
-                  {StageBench::prm(R"(, "channel": 2)"), "KDC101", 6, false}};
-  for (Case& c : cases) {
-    INFO(c.model << " stage " << c.stage_id);
-    REQUIRE(c.bench.driver->open());
-    c.bench.link().take_written();
-    c.bench.receive_info(c.model, c.stage_id);
-    CHECK((c.bench.driver->state() == DriverState::open) == c.accepted);
-    if (c.accepted) continue;
-    CHECK(c.bench.fault_code() == Errc::device);
-    CHECK(c.bench.link().take_written().empty());  // not our stage: not a byte more
-  }
-}
-
 TEST_CASE("a controller that stays silent faults on opening, on arming and on a poll") {
   StageBench opening = StageBench::lts(R"(, "reply_timeout_s": 0.5)");
   REQUIRE(opening.driver->open());
