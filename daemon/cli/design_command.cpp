@@ -148,6 +148,7 @@ void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
       ->check(CLI::Range(100, 1'000'000))
       ->capture_default_str();
   command.add_option("--seed", args.seed, "of draws and resamples")->capture_default_str();
+  note_given(command, args.trials.given);
 }
 
 Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& console) {

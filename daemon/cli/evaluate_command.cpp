@@ -146,6 +146,7 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
   add_level_option(command, args.trials);
   add_train_options(command, args.training);
   add_recording_options(command, args.recordings);
+  note_given(command, args.trials.given);
 }
 
 Result<std::vector<classifier::Split>> splits_of(const EvaluateArgs& args,

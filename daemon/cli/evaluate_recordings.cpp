@@ -50,6 +50,18 @@ Status choose_methods(const RecordingChoice& choice, RecordingsPlan& plan) {
   return {};
 }
 
+DataKind kind_of(vibro::Protocol protocol) {
+  switch (protocol) {
+    case vibro::Protocol::random:
+      return DataKind::random_windows;
+    case vibro::Protocol::blocks:
+      return DataKind::parts;
+    case vibro::Protocol::groups:
+      return DataKind::whole_recordings;
+  }
+  return DataKind::whole_recordings;
+}
+
 Result<RecordingsPlan> plan_of(const EvaluateArgs& args) {
   const RecordingChoice& choice = args.recordings;
   RecordingsPlan out;
@@ -60,6 +72,8 @@ Result<RecordingsPlan> plan_of(const EvaluateArgs& args) {
   out.features = *features;
   const bool by_group = !args.test_groups.empty() || args.leave_one_group_out;
   out.protocol.protocol = by_group ? vibro::Protocol::groups : *protocol;
+  if (auto ok = check_given(args.trials.given, kind_of(out.protocol.protocol)); !ok)
+    return pass(ok.error(), args.dataset.string());
   if (args.trials.window_s > 0.0) out.protocol.window_s = args.trials.window_s;
   out.protocol.step_s = choice.step_s;
   out.protocol.blocks = choice.blocks;

@@ -27,6 +27,8 @@ struct RecordingPlan {
 
 Result<RecordingPlan> plan_for(const TrainArgs& args) {
   const RecordingChoice& choice = args.recordings;
+  if (auto ok = check_given(args.trials.given, DataKind::whole_recordings); !ok)
+    return pass(ok.error(), args.dataset.string());
   if (choice.methods.size() > 1)
     return fail(Errc::invalid_argument, "a model has one learner", "--method", "one name",
                 joined(choice.methods, ","));

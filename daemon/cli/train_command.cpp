@@ -154,6 +154,7 @@ void add_options(CLI::App& command, TrainArgs& args) {
           "--method", args.recordings.methods,
           "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
       ->expected(1)
+  note_given(command, args.trials.given);
       ->group("Recordings of sound and vibration");
   add_recording_feature_options(command, args.recordings);
 }
@@ -202,9 +203,8 @@ std::size_t label_count(const std::vector<classifier::Trial>& trials) {
 Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, Console& console) {
   auto dataset = open_dataset(args.dataset);
   if (!dataset) return pass(dataset.error());
-  if (holds_imprints(*dataset))
-    return fail(Errc::unsupported, "an imprint stands still: there is no slide to vote on",
-                "--live", {}, {}, "weft train without --live");
+  if (auto ok = check_given(args.trials.given, kind_of(*dataset)); !ok)
+    return pass(ok.error(), args.dataset.string());
   auto chosen = choose_trials(*dataset, args.trials, true);
   if (!chosen) return pass(chosen.error(), args.dataset.string());
   classifier::StagedOptions options;

@@ -108,6 +108,10 @@ Status remove_level(Trial& trial, const TrialChoice& choice) {
   return without_level(trial, choice.remove_level == "rest" ? Phase::rest : Phase::motion);
 }
 
+DataKind kind_of(const Dataset& dataset) {
+  return holds_imprints(dataset) ? DataKind::imprints : DataKind::slides;
+}
+
 double sample_period_s(const Dataset& dataset) {
   return dataset.info.taxel_rate_hz > 0.0 ? 1.0 / dataset.info.taxel_rate_hz : 0.0;
 }
@@ -254,10 +258,8 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
   return out;
 }
 
-// Imprints have features of their own, and neither windows nor levels.
+// Imprints have features of their own.
 Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
-  if (choice.window_s != 0.0 || !choice.remove_level.empty())
-    return fail(Errc::invalid_argument, "an imprint stands still", "--window-s, --remove-level");
   auto plan = feature_plan_from(choice.scales, choice.imprint_features);
   if (!plan) return pass(plan.error());
   auto features = imprint_features(dataset, *plan);
@@ -282,6 +284,8 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (may_join && choice.exploration.find('+') != std::string::npos) {
     auto out = load_joined(std::move(*dataset), choice);
     if (!out) return pass(out.error(), path.string());
+  if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
+    return pass(ok.error(), path.string());
     return out;
   }
   if (holds_imprints(*dataset)) {

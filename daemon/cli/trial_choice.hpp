@@ -10,6 +10,7 @@
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/windows.hpp"
 #include "classifier/imprint/feature_plan.hpp"
+#include "daemon/cli/kind_options.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 
@@ -28,6 +29,7 @@ struct TrialChoice {
   std::string scales = "0,1,2,3,4";           ///< of imprints [taxels], as in FeaturePlan
   std::string imprint_features = "10+laws5";  ///< see feature_plan_from()
   std::string remove_level = {};              ///< "", "motion" or "rest"; see without_level()
+  GivenOptions given = {};  ///< of the whole command: those not of the data's kind are refused
 };
 void add_trial_options(CLI::App& command, TrialChoice& choice);
 /// --remove-level, for commands that make no model: a model file does not know of it.
@@ -72,8 +74,12 @@ Status remove_level(classifier::Trial& trial, const TrialChoice& choice);
 /// Reads `path`, chooses and extracts. An exploration such as "M1+M2" puts the features of both
 /// side by side, "M1:range.M.4": a row for every label, group and repetition that has one complete
 /// trial of each. Only with `may_join`, for commands that make no model, and only whole strokes.
+/// Refuses what check_given() refuses of the kind that the file turns out to hold.
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
                                  bool one_exploration, bool may_join = false);
+
+/// Slides, or imprints.
+DataKind kind_of(const Dataset& dataset);
 
 /// Mean sample period of a data set [s]; 0 when not known.
 double sample_period_s(const Dataset& dataset);
