@@ -85,4 +85,34 @@ Status check_output(const std::filesystem::path& input, const std::filesystem::p
   return check_output(output);
 }
 
+namespace {
+
+// Before they are there, under whatever name.
+bool will_be_one(const std::filesystem::path& a, const std::filesystem::path& b) {
+  const auto canonical = [](const std::filesystem::path& path) {
+    std::error_code unseen;
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path), unseen);
+  };
+  return canonical(a) == canonical(b);
+}
+
+}  // namespace
+
+Status check_outputs(std::span<const std::filesystem::path> inputs,
+                     std::span<const Output> outputs) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const Output& own = outputs[i];
+    if (own.file.empty()) continue;
+    for (const std::filesystem::path& input : inputs)
+      if (auto ok = refuse_same_file(input, own.file); !ok) return ok;
+    for (const Output& before : outputs.first(i))
+      if (!before.file.empty() && will_be_one(before.file, own.file))
+        return fail(Errc::invalid_argument,
+                    before.name + " and " + own.name + " cannot be one file", "--" + own.name, {},
+                    own.file.string(), "Choose another name");
+    if (auto ok = check_target(own.file); !ok) return ok;
+  }
+  return {};
+}
+
 }  // namespace weft::daemon::cli

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 
 #include "daemon/dataset/dataset.hpp"
@@ -34,5 +35,14 @@ Status refuse_same_file(const std::filesystem::path& input, const std::filesyste
 Status check_output(const std::filesystem::path& output);
 /// The same, and refuse_same_file().
 Status check_output(const std::filesystem::path& input, const std::filesystem::path& output);
+
+/// One of several files that a command writes.
+struct Output {
+  std::string name;            ///< "page", "data": option --data
+  std::filesystem::path file;  ///< empty: not written
+};
+/// check_output() of each beside every input, and that no two of them are one file.
+Status check_outputs(std::span<const std::filesystem::path> inputs,
+                     std::span<const Output> outputs);
 
 }  // namespace weft::daemon::cli

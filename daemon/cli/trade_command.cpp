@@ -25,18 +25,6 @@ std::string family_problem(const std::string& word) {
   return family ? std::string() : to_string(family.error());
 }
 
-Status check_outputs(const TradeClassifierArgs& args) {
-  for (const std::filesystem::path& out : {args.out, args.data}) {
-    if (out.empty()) continue;
-    for (const auto& dataset : args.datasets)
-      if (Status ok = check_output(dataset, out); !ok) return ok;
-  }
-  if (args.out.lexically_normal() == args.data.lexically_normal())
-    return fail(Errc::invalid_argument, "page and data cannot be one file", "--data", {},
-                args.data.string(), "Choose another name");
-  return {};
-}
-
 bool has_groups(const Dataset& dataset) {
   std::vector<std::string> groups;
   for (const auto& trial : dataset.trials) {
@@ -255,7 +243,8 @@ Result<TradeReport> measured_trade(const TradeClassifierArgs& args, Console& con
 }
 
 Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console) {
-  if (Status ok = check_outputs(args); !ok) return pass(ok.error());
+  const Output outputs[] = {{"page", args.out}, {"data", args.data}};
+  if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
   std::string text;
   const auto report = measured_trade(args, console, text);
   if (!report) return pass(report.error());

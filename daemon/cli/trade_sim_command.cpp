@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "daemon/cli/campaign_report.hpp"
+#include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -45,6 +46,16 @@ Result<sim::FabricLibrary> library_of(const TradeSimArgs& args) {
 std::vector<std::string> scenes_of(const TradeSimArgs& args) {
   if (args.scenes == std::vector<std::string>{no_scene}) return {};
   return args.scenes.empty() ? sim_scene_names() : args.scenes;
+}
+
+Status check_files(const TradeSimArgs& args) {
+  std::vector<std::filesystem::path> inputs{args.fabrics};
+  if (!args.reference.empty()) inputs.push_back(args.reference);
+  const Output outputs[] = {{"page", args.out}, {"data", args.data}, {"table", args.table}};
+  if (Status ok = check_outputs(inputs, outputs); !ok) return ok;
+  if (args.table.empty() || !scenes_of(args).empty()) return {};
+  return fail(Errc::invalid_argument, "without a scene there is nothing to write into the table",
+              "--table", "scenes", "--scenes none", "Leave out --scenes or --table");
 }
 
 Result<SimTradeOptions> options_of(const TradeSimArgs& args, const sim::FabricLibrary& library) {
@@ -194,6 +205,7 @@ void add_options(CLI::App& command, TradeSimArgs& args) {
 }
 
 Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
+  if (Status ok = check_files(args); !ok) return pass(ok.error());
   const auto library = library_of(args);
   if (!library) return pass(library.error());
   const auto options = options_of(args, *library);

@@ -23,18 +23,6 @@ namespace {
 
 namespace vibro = classifier::vibro;
 
-Status refuse_over_inputs(const TradeVibroArgs& args) {
-  for (const std::filesystem::path& out : {args.out, args.data}) {
-    if (out.empty()) continue;
-    for (const auto& dataset : args.datasets)
-      if (Status ok = check_output(dataset, out); !ok) return ok;
-  }
-  if (args.out.lexically_normal() == args.data.lexically_normal())
-    return fail(Errc::invalid_argument, "page and data cannot be one file", "--data", {},
-                args.data.string(), "Choose another name");
-  return {};
-}
-
 Result<VibroTradeOptions> vibro_options(const TradeVibroArgs& args) {
   VibroTradeOptions out;
   if (!args.methods.empty()) out.methods.clear();
@@ -144,7 +132,8 @@ void add_options(CLI::App& command, TradeVibroArgs& args) {
 }
 
 Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
-  if (Status ok = refuse_over_inputs(args); !ok) return pass(ok.error());
+  const Output outputs[] = {{"page", args.out}, {"data", args.data}};
+  if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
   const auto options = vibro_options(args);
   if (!options) return pass(options.error());
   TradeReport report = vibro_report(args);

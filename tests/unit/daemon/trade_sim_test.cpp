@@ -289,4 +289,46 @@ TEST_CASE("weft trade sim writes page, data and a table that the knob can read")
   CHECK(slides);
 }
 
+TEST_CASE("weft trade sim looks over its files before it measures, and keeps those it reads") {
+  const Folder folder;
+  const std::string fabrics = folder.file("fab.json"), page = folder.file("t.html"),
+                    same = folder.file("./t.html"), table = folder.file("f.json"),
+                    reference = folder.file("r.json"), nowhere = folder.file("none/t.html");
+  std::filesystem::copy_file(fabrics_path(), fabrics);
+  std::ofstream(table) << "a table";
+  std::ofstream(reference) << "trajectories";
+  const std::string cloths = file_text(fabrics);
+  const auto refusal = [&](std::vector<std::string> own) {
+    std::vector<const char*> arguments{"weft",          "trade",   "sim",       "--fabrics",
+                                       fabrics.c_str(), "--quick", "--timings", "1"};
+    for (const std::string& one : own) arguments.push_back(one.c_str());
+    std::ostringstream out, err;
+    cli::Console console{out, err};
+    CHECK(cli::run(static_cast<int>(arguments.size()), arguments.data(), console) == 1);
+    CHECK(err.str().find("trade: ") == std::string::npos);  // nothing was measured
+    CHECK_FALSE(std::filesystem::exists(page));
+    return err.str();
+  };
+  const std::vector<std::string> one_scene{"--scenes", "slide"};
+  const auto with = [&](std::vector<std::string> own) {
+    own.insert(own.end(), one_scene.begin(), one_scene.end());
+    return own;
+  };
+  CHECK(refusal(with({"-o", fabrics})).find("take the place of the input") != std::string::npos);
+  CHECK(refusal(with({"-o", page, "--table", fabrics})).find("take the place of the input") !=
+        std::string::npos);
+  CHECK(file_text(fabrics) == cloths);
+  CHECK(refusal(with({"--reference", reference, "-o", reference})).find("take the place") !=
+        std::string::npos);
+  CHECK(file_text(reference) == "trajectories");
+  CHECK(refusal(with({"-o", page, "--data", same})).find("page and data cannot be one file") !=
+        std::string::npos);
+  CHECK(refusal(with({"-o", page, "--data", table, "--table", table}))
+            .find("data and table cannot be one file") != std::string::npos);
+  CHECK(refusal(with({"-o", nowhere})).find("no such folder") != std::string::npos);
+  CHECK(refusal({"-o", page, "--scenes", "none", "--table", table}).find("--table") !=
+        std::string::npos);
+  CHECK(file_text(table) == "a table");
+}
+
 }  // namespace trade_sim_test
