@@ -35,11 +35,13 @@ Status check_same_channels(std::span<const Recording> recordings) {
   return {};
 }
 
-// Rows of the set, before their features.
-WindowSet laid_out(std::span<const Recording> recordings, double window_s, const PlacesOf& places) {
+}  // namespace
+
+WindowSet lay_out(std::span<const Recording> recordings, double window_s, const PlacesOf& places) {
   WindowSet out;
   out.window_s = window_s;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
+    for (const Channel& channel : recordings[r].channels) out.rates_hz.insert(channel.rate_hz);
     std::size_t k = 0;
     for (const Place& place : places(recordings[r])) {
       out.places.push_back(place);
@@ -51,8 +53,6 @@ WindowSet laid_out(std::span<const Recording> recordings, double window_s, const
   }
   return out;
 }
-
-}  // namespace
 
 Result<WindowExtractor> WindowExtractor::make(std::vector<Channel> channels, FeatureChoice choice) {
   if (auto ok = check_channels(channels); !ok) return pass(ok.error());
@@ -119,7 +119,7 @@ Result<WindowSet> cut_and_extract(std::span<const Recording> recordings, double 
   if (auto ok = check_same_channels(recordings); !ok) return pass(ok.error());
   auto made = WindowExtractor::make(recordings.front().channels, choice);
   if (!made) return pass(made.error());
-  WindowSet out = laid_out(recordings, window_s, places);
+  WindowSet out = lay_out(recordings, window_s, places);
   for (const Column& c : made->columns()) out.matrix.names.push_back(c.name);
   out.matrix.values = Matrix(out.places.size(), made->columns().size());
   std::vector<std::optional<Error>> refused(out.places.size());

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -43,10 +44,15 @@ using PlacesOf = std::function<std::vector<Place>(const Recording& recording)>;
 
 struct WindowSet {
   double window_s = 0.0;
+  std::set<double> rates_hz;  ///< of the channels
   FeatureMatrix matrix;       ///< a row per window: file "name#k", label and group of the recording
   std::vector<Place> places;  ///< per row
   std::vector<std::size_t> recording;  ///< per row: which one it was cut from
 };
+
+/// The windows of all recordings without their features: where they lie, and whose they are. Each
+/// recording must have samples for every channel that it names.
+WindowSet lay_out(std::span<const Recording> recordings, double window_s, const PlacesOf& places);
 
 /// All windows of all recordings, which must have the same channels. On `threads` threads (0: one
 /// per core); the same bits with any number.

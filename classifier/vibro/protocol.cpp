@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -15,8 +14,6 @@ namespace {
 
 constexpr std::array<std::pair<Protocol, std::string_view>, 3> protocol_names = {
     {{Protocol::random, "random"}, {Protocol::blocks, "blocks"}, {Protocol::groups, "groups"}}};
-
-constexpr double rounding = 1e-6;  // of a window's length: windows that only touch share nothing
 
 using RowsOf = std::map<std::size_t, std::vector<std::size_t>>;
 
@@ -93,14 +90,13 @@ Result<Protocol> protocol_from(std::string_view text) {
 
 PlacesOf places_of(const ProtocolOptions& options) {
   return [options](const Recording& recording) {
-    const double whole = recording.duration_s();
     if (options.protocol != Protocol::random)
-      return block_places(whole, options.window_s,
+      return block_places(recording, options.window_s,
                           options.protocol == Protocol::blocks ? options.blocks : 1,
                           options.step_s);
     // Another draw for every recording of one seed.
     const std::size_t own = std::hash<std::string>()(recording.file);
-    return random_places(whole, options.window_s, options.per_recording, options.seed ^ own);
+    return random_places(recording, options.window_s, options.per_recording, options.seed ^ own);
   };
 }
 
@@ -133,19 +129,39 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
   return out;
 }
 
+namespace {
+
+// Of the samples of a window of `count`, the share that another one has too.
+double shared(std::size_t first, std::size_t other, std::size_t count) {
+  const std::size_t apart = first > other ? first - other : other - first;
+  return apart < count ? static_cast<double>(count - apart) / static_cast<double>(count) : 0.0;
+}
+
+// Of every test window of a split, by the samples of one channel; the larger one where `share` has
+// one already.
+void add_shared(const WindowSet& windows, const Split& split, double rate_hz,
+                std::span<double> share) {
+  const std::size_t count = samples_in(windows.window_s, rate_hz);
+  const auto first = [&](std::size_t r) {
+    return first_sample(windows.places[r].start_s, rate_hz);
+  };
+  std::map<std::size_t, std::vector<std::size_t>> trained;  // first samples, by recording
+  for (const std::size_t r : split.train) trained[windows.recording[r]].push_back(first(r));
+  for (std::size_t i = 0; i < split.test.size(); ++i) {
+    const std::size_t own = first(split.test[i]);
+    for (const std::size_t other : trained[windows.recording[split.test[i]]])
+      share[i] = std::max(share[i], shared(own, other, count));
+  }
+}
+
+}  // namespace
+
 Leak leak_of(const WindowSet& windows, const std::vector<Split>& splits) {
   std::vector<double> share;
   for (const Split& split : splits) {
-    std::map<std::size_t, std::vector<double>> starts;  // of training windows, by recording
-    for (const std::size_t r : split.train)
-      starts[windows.recording[r]].push_back(windows.places[r].start_s);
-    for (const std::size_t r : split.test) {
-      double nearest = std::numeric_limits<double>::infinity();
-      for (const double s : starts[windows.recording[r]])
-        nearest = std::min(nearest, std::abs(s - windows.places[r].start_s));
-      const double covered = 1.0 - nearest / windows.window_s;
-      share.push_back(covered > rounding ? covered : 0.0);
-    }
+    std::vector<double> own(split.test.size(), 0.0);
+    for (const double rate_hz : windows.rates_hz) add_shared(windows, split, rate_hz, own);
+    share.insert(share.end(), own.begin(), own.end());
   }
   Leak out;
   if (share.empty()) return out;

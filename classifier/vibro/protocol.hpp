@@ -42,8 +42,8 @@ PlacesOf places_of(const ProtocolOptions& options);
 /// without test windows, and no windows at all (each with what to change).
 Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options);
 
-/// How much of the test windows the training has seen. Of each, the share that its nearest training
-/// window of the same recording covers.
+/// How much of the test windows the training has seen. Of each, the share of its samples that its
+/// nearest training window of the same recording has too, in the channel with the largest share.
 struct Leak {
   double median = 0.0;   ///< of the shares
   double largest = 0.0;  ///< 0: no sample of a test window is in a training window

@@ -14,6 +14,29 @@ std::size_t last_tick(double to_s) {
   return static_cast<std::size_t>(std::floor(std::max(to_s, 0.0) / window_tick_s + 1e-6));
 }
 
+// Behind the last sample of part `b` of `blocks`, by channel: where the next one begins, or the
+// recording ends.
+std::vector<std::size_t> ends_of(const Recording& recording, std::size_t b, std::size_t blocks) {
+  const double end_s =
+      recording.duration_s() / static_cast<double>(blocks) * static_cast<double>(b + 1);
+  std::vector<std::size_t> out;
+  for (std::size_t c = 0; c < recording.channels.size(); ++c)
+    out.push_back(b + 1 == blocks ? recording.samples[c].size()
+                                  : first_sample(end_s, recording.channels[c].rate_hz));
+  return out;
+}
+
+// A window that is no whole number of samples may have half a sample more than its seconds, so that
+// seconds alone do not tell.
+bool lies_before(const Recording& recording, double start_s, double window_s,
+                 const std::vector<std::size_t>& ends) {
+  for (std::size_t c = 0; c < ends.size(); ++c) {
+    const double rate = recording.channels[c].rate_hz;
+    if (first_sample(start_s, rate) + samples_in(window_s, rate) > ends[c]) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 double Recording::duration_s() const {
@@ -49,29 +72,34 @@ Result<WindowView> window_at(const Recording& recording, double start_s, double 
   return out;
 }
 
-std::vector<Place> random_places(double duration_s, double window_s, std::size_t count,
+std::vector<Place> random_places(const Recording& recording, double window_s, std::size_t count,
                                  std::uint64_t seed) {
   std::vector<Place> all;
+  const double duration_s = recording.duration_s();
   if (duration_s + 1e-9 < window_s) return all;
   const std::size_t last = last_tick(duration_s - window_s);
-  for (std::size_t t = 0; t <= last; ++t)
-    all.push_back({static_cast<double>(t) * window_tick_s, 0});
+  const std::vector<std::size_t> ends = ends_of(recording, 0, 1);
+  for (std::size_t t = 0; t <= last; ++t) {
+    const double start_s = static_cast<double>(t) * window_tick_s;
+    if (lies_before(recording, start_s, window_s, ends)) all.push_back({start_s, 0});
+  }
   RandomEngine engine(seed);
   shuffle(all, engine);
   if (all.size() > count) all.resize(count);
   return all;
 }
 
-std::vector<Place> block_places(double duration_s, double window_s, std::size_t blocks,
+std::vector<Place> block_places(const Recording& recording, double window_s, std::size_t blocks,
                                 double step_s) {
   std::vector<Place> out;
-  const double length = duration_s / static_cast<double>(blocks);
+  const double length = recording.duration_s() / static_cast<double>(blocks);
   for (std::size_t b = 0; b < blocks; ++b) {
     const double begin = length * static_cast<double>(b);
+    const std::vector<std::size_t> ends = ends_of(recording, b, blocks);
     for (std::size_t i = 0;; ++i) {
       const double start = begin + static_cast<double>(i) * step_s;
       if (start + window_s > begin + length + 1e-9) break;
-      out.push_back({start, b});
+      if (lies_before(recording, start, window_s, ends)) out.push_back({start, b});
     }
   }
   return out;

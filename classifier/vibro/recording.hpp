@@ -26,8 +26,8 @@ struct Recording {
 /// Samples of one window, a span per channel.
 using WindowView = std::vector<std::span<const double>>;
 
-/// First sample of a window that begins at `start_s`, and how many `window_s` has: to the nearest,
-/// so that windows of one length have the same number wherever they begin.
+/// First sample of a window that begins at `start_s`, and how many `window_s` has: each to the
+/// nearest, so that windows of one length have the same number wherever they begin.
 std::size_t first_sample(double start_s, double rate_hz);
 std::size_t samples_in(double window_s, double rate_hz);
 
@@ -45,13 +45,13 @@ inline constexpr double window_tick_s = 0.005;
 
 /// Up to `count` different places at random on the tick, in the order drawn: the paper's "100
 /// random samples without replacement", read as windows (S7). They overlap, so a split of them puts
-/// the same instants on both sides.
-std::vector<Place> random_places(double duration_s, double window_s, std::size_t count,
+/// the same instants on both sides. All samples of each lie in the recording.
+std::vector<Place> random_places(const Recording& recording, double window_s, std::size_t count,
                                  std::uint64_t seed);
 
-/// Places every `step_s` inside each of `blocks` equal parts of the recording: windows of two
-/// blocks never share a sample.
-std::vector<Place> block_places(double duration_s, double window_s, std::size_t blocks,
+/// Places every `step_s` inside each of `blocks` equal parts of the recording, which begin at a
+/// sample of each channel: windows of two blocks never share a sample.
+std::vector<Place> block_places(const Recording& recording, double window_s, std::size_t blocks,
                                 double step_s);
 
 }  // namespace weft::classifier::vibro

@@ -177,27 +177,27 @@ TEST_CASE("Smaller sets are columns of the largest one, bit for bit") {
 }
 
 TEST_CASE("Windows of blocks share no sample with those of another block; random ones do") {
-  const auto blocks = block_places(15.0, 2.0, 5, 0.25);
+  const auto blocks = block_places(recording(1, 15.0), 2.0, 5, 0.25);
   REQUIRE(blocks.size() == 25);
   for (const Place& a : blocks)
     for (const Place& b : blocks)
       if (a.block != b.block) CHECK(std::abs(a.start_s - b.start_s) >= 2.0 - 1e-9);
   CHECK(blocks.back().start_s == Approx(13.0));
 
-  const auto random = random_places(20.0, 2.0, 100, 7);
+  const auto random = random_places(recording(1, 20.0), 2.0, 100, 7);
   REQUIRE(random.size() == 100);
-  CHECK(random.front().start_s == random_places(20.0, 2.0, 100, 7).front().start_s);
+  CHECK(random.front().start_s == random_places(recording(2, 20.0), 2.0, 100, 7).front().start_s);
   const std::span<const Place> places(random);
   // What reference/ml.md measured on the paper's protocol: 96.5 % of a test window is trained on.
-  CHECK(random_places(1.0, 2.0, 10, 1).empty());
-  CHECK(random_places(2.0, 2.0, 10, 1).size() == 1);
+  CHECK(random_places(recording(1, 1.0), 2.0, 10, 1).empty());
+  CHECK(random_places(recording(1, 2.0), 2.0, 10, 1).size() == 1);
 }
 
 TEST_CASE("A set of windows is the same on any number of threads, and names what it refuses") {
   std::vector<Recording> recordings = {recording(1), recording(2)};
   recordings[1].label = "other";
   recordings[1].group = "b";
-  const auto places = [](const Recording& r) { return block_places(r.duration_s(), 1.0, 2, 0.5); };
+  const auto places = [](const Recording& r) { return block_places(r, 1.0, 2, 0.5); };
   const auto one = cut_and_extract(recordings, 1.0, places, {Family::all, Combine::mean}, 1);
   const auto two = cut_and_extract(recordings, 1.0, places, {Family::all, Combine::mean}, 2);
   REQUIRE(one);

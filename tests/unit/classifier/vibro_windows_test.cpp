@@ -1,0 +1,64 @@
+// Windows that are no whole number of samples, and what of them is shared.
+
+#include <catch2/catch.hpp>
+
+#include <tuple>
+
+#include "classifier/vibro/protocol.hpp"
+#include "tests/unit/classifier/features_support.hpp"
+
+namespace weft::classifier::vibro::vibro_windows_test {
+namespace {
+
+using classifier::testing::noise;
+
+// As many samples as there are, of one channel.
+Recording of_samples(std::size_t samples, double rate_hz) {
+  Recording out;
+  out.file = std::to_string(samples);
+  out.label = "a";
+  out.channels = {{"X", rate_hz, "1"}};
+  out.samples = {noise(samples, 1)};
+  return out;
+}
+
+TEST_CASE("Windows that are no whole number of samples stay in their part and in the recording") {
+  for (const auto& [samples, rate_hz, window_s, step_s] :
+       {std::tuple(std::size_t{110250}, 11025.0, 0.5, 0.25), {263, 25.0, 0.5, 0.1}}) {
+    CAPTURE(samples, rate_hz);
+    const Recording own = of_samples(samples, rate_hz);
+    const std::size_t count = samples_in(window_s, rate_hz);
+    for (const Protocol protocol : {Protocol::random, Protocol::blocks, Protocol::groups}) {
+      ProtocolOptions options;
+      options.protocol = protocol;
+      options.window_s = window_s;
+      options.step_s = step_s;
+      options.per_recording = 100000;
+      const auto places = places_of(options)(own);
+      CHECK(places.size() > 20);
+      for (const Place& a : places) {
+        CHECK(window_at(own, a.start_s, window_s));
+        const std::size_t first = first_sample(a.start_s, rate_hz);
+        for (const Place& b : places)
+          if (a.block < b.block) CHECK(first + count <= first_sample(b.start_s, rate_hz));
+      }
+    }
+  }
+}
+
+TEST_CASE("A leak is a share of samples: what touches in time may share one") {
+  // Half a sample of 25 Hz between the seconds of the two, one sample between their samples.
+  WindowSet windows;
+  windows.window_s = 0.5;  // 13 samples
+  windows.rates_hz = {25.0};
+  windows.places = {{0.0, 0}, {0.5, 1}, {0.52, 1}};  // first samples 0, 13, 13
+  windows.recording = {0, 0, 0};
+  CHECK(leak_of(windows, {{{1}, {0}}}).largest == 0.0);
+  windows.places[1].start_s = 0.48;  // 12
+  CHECK(leak_of(windows, {{{1}, {0}}}).largest == Approx(1.0 / 13.0));
+  CHECK(leak_of(windows, {{{2, 1}, {0}}}).largest == Approx(1.0 / 13.0));
+  CHECK(leak_of(windows, {{{2}, {0}}}).windows == 0.0);
+}
+
+}  // namespace
+}  // namespace weft::classifier::vibro::vibro_windows_test
