@@ -65,6 +65,14 @@ std::string common_unit(const std::vector<Channel>& channels) {
 
 }  // namespace
 
+std::string words_of(const std::vector<Channel>& channels) {
+  std::string out;
+  for (const Channel& c : channels)
+    out += (out.empty() ? "" : ", ") + c.name + " " + std::to_string(c.rate_hz) + " Hz [" + c.unit +
+           "]";
+  return out;
+}
+
 std::string_view to_string(Family family) {
   return name_in(families, family);
 }

@@ -19,6 +19,9 @@ struct Channel {
   friend bool operator==(const Channel&, const Channel&) = default;
 };
 
+/// "S 8000.000000 Hz [Pa], X 200.000000 Hz [m/s2]", for messages.
+std::string words_of(const std::vector<Channel>& channels);
+
 enum class Family {
   smmrp,     ///< the five that the paper kept: MEAN, STD, MAD, RMSE, PERCEPTUAL
   smmrp10,   ///< all ten figures, before the paper's selection

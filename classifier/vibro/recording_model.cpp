@@ -22,14 +22,6 @@ PlacesOf places_in(const RecordingSetup& setup) {
   return places_of(options);
 }
 
-std::string words_of(const std::vector<Channel>& channels) {
-  std::string out;
-  for (const Channel& c : channels)
-    out += (out.empty() ? "" : ", ") + c.name + " " + std::to_string(c.rate_hz) + " Hz [" + c.unit +
-           "]";
-  return out;
-}
-
 void write_setup(LineWriter& out, const RecordingSetup& setup) {
   out.count("channels", setup.channels.size());
   for (const Channel& channel : setup.channels) {

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <regex>
 
 #include "daemon/dataset/csv.hpp"
@@ -29,13 +30,24 @@ Status check_folder(const std::filesystem::path& folder) {
   return fail(Errc::not_found, "no such folder", folder.string());
 }
 
-// The rate of times that are even but for how they are written; the place names the line.
-Result<double> even_rate(const std::vector<double>& times) {
+// What the times of a table tell of its rate.
+struct TimedRate {
+  double measured_hz = 0.0;
+  double written_hz = 0.0;    // with as many digits as mean something
+  double tolerance_hz = 0.0;  // by which `measured_hz` may be off
+};
+
+// The rate of times that are even but for how they are written; the place names the line. Both ends
+// may be off by as much as the worst time between them, over all of the duration.
+Result<TimedRate> even_rate(const std::vector<double>& times) {
   constexpr std::size_t first_line = 2;
-  const double step_s = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  const double duration_s = times.back() - times.front();
+  const double step_s = duration_s / static_cast<double>(times.size() - 1);
+  double worst_s = 0.0;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const double due_s = times.front() + static_cast<double>(i) * step_s;
-    if (std::abs(times[i] - due_s) <= 0.5 * step_s) continue;
+    worst_s = std::max(worst_s, std::abs(times[i] - due_s));
+    if (worst_s <= 0.5 * step_s) continue;
     return fail(Errc::parse, "the samples are not evenly spaced",
                 "line " + std::to_string(i + first_line),
                 "a time within half a step of " + std::to_string(due_s) + " s",
@@ -45,12 +57,27 @@ Result<double> even_rate(const std::vector<double>& times) {
   // Few decimals of the times tell the rate to a hundredth, a slow one to four digits.
   const double rate_hz = 1 / step_s;
   const double grain = rate_hz >= 1 ? 0.01 : std::pow(10.0, std::floor(std::log10(rate_hz)) - 3);
-  return std::round(rate_hz / grain) * grain;
+  return TimedRate{rate_hz, std::round(rate_hz / grain) * grain,
+                   rate_hz * 2 * worst_s / duration_s};
 }
+
+// The tables of one set are of one rate where their times do not tell otherwise: that of the first.
+class TableRates {
+ public:
+  double rate_hz(const TimedRate& own) {
+    if (!first_) first_ = own;
+    const double apart_hz = std::abs(own.measured_hz - first_->measured_hz);
+    return apart_hz <= own.tolerance_hz + first_->tolerance_hz ? first_->written_hz
+                                                               : own.written_hz;
+  }
+
+ private:
+  std::optional<TimedRate> first_;
+};
 
 // Evenly sampled columns beside a column of times.
 Status read_table(const std::filesystem::path& path, const std::string& time,
-                  const std::string& unit, Recording& out) {
+                  const std::string& unit, TableRates& rates, Recording& out) {
   auto csv = CsvReader::open(path);
   if (!csv) return pass(csv.error());
   const auto& header = csv->header();
@@ -74,9 +101,10 @@ Status read_table(const std::filesystem::path& path, const std::string& time,
   }
   if (times.size() < 2 || !(times.back() > times.front()))
     return csv->complaint("the times do not tell the sampling rate");
-  const auto rate_hz = even_rate(times);
-  if (!rate_hz) return pass(rate_hz.error(), path.string());
-  for (Channel& c : out.channels) c.rate_hz = *rate_hz;
+  const auto timed = even_rate(times);
+  if (!timed) return pass(timed.error(), path.string());
+  const double rate_hz = rates.rate_hz(*timed);
+  for (Channel& c : out.channels) c.rate_hz = rate_hz;
   return {};
 }
 
@@ -169,6 +197,7 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
   if (file == header.size() || label == header.size())
     return manifest->complaint("the columns file and label must be there");
   RecordingSet set{path.stem().string(), "recordings", BenchKind::unknown, {}};
+  TableRates rates;
   for (;;) {
     const auto more = manifest->next();
     if (!more) return pass(more.error());
@@ -176,8 +205,8 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
     const auto& fields = manifest->fields();
     Recording own{fields[file], fields[label], group < fields.size() ? fields[group] : "", {}, {}};
     const auto from = path.parent_path() / own.file;
-    const Status done =
-        from.extension() == ".csv" ? read_table(from, "t_s", "1", own) : read_sound(from, own);
+    const Status done = from.extension() == ".csv" ? read_table(from, "t_s", "1", rates, own)
+                                                   : read_sound(from, own);
     if (!done) return pass(done.error(), manifest->where());
     set.recordings.push_back(std::move(own));
   }
@@ -230,10 +259,11 @@ Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder) {
 Result<RecordingSet> import_hapmat(const std::filesystem::path& folder) {
   if (auto ok = check_folder(folder); !ok) return pass(ok.error());
   RecordingSet set{"hapmat", "hapmat", BenchKind::real, {}};
+  TableRates rates;
   for (const auto& path : files_in(folder)) {
     if (path.extension() != ".csv") continue;
     Recording own{path.filename().string(), path.stem().string(), "1", {}, {}};
-    if (auto done = read_table(path, "time", "1", own); !done) return pass(done.error());
+    if (auto done = read_table(path, "time", "1", rates, own); !done) return pass(done.error());
     set.recordings.push_back(std::move(own));
   }
   return finished(std::move(set), folder);

@@ -10,7 +10,8 @@
 namespace weft::daemon {
 
 /// Manifest `file,label[,group]`, files relative to it: sound files (channels S, or S1 ... Sn
-/// [full scale]) or CSV with the column `t_s` and one per channel, evenly sampled. Kind unknown.
+/// [full scale]) or CSV with the column `t_s` and one per channel, evenly sampled. Tables whose
+/// times do not tell another rate than the first one's have its rate. Kind unknown.
 Result<RecordingSet> import_recordings(const std::filesystem::path& manifest);
 
 /// VibTac-12 (Kursun and Patooghy): X.csv, Y.csv, Z.csv with a line a texture at 200 Hz [count],

@@ -30,7 +30,7 @@ Status check_recording(const Recording& recording, const std::vector<Channel>& c
   if (recording.label.empty()) return fail(Errc::invalid_argument, "a recording without label");
   if (recording.channels != channels || recording.samples.size() != channels.size())
     return fail(Errc::invalid_argument, "other channels than the first recording's", {},
-                std::to_string(channels.size()) + " channels of the same names, rates and units");
+                words_of(channels), words_of(recording.channels));
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto& samples = recording.samples[c];
     if (samples.empty())

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 
 #include "daemon/handover/learn_vibration.hpp"
@@ -163,6 +164,43 @@ TEST_CASE("A manifest of tables and sound files is imported, its mistakes are na
   write_file(folder / "still.csv", "t_s,X\n0,1\n0,2\n");
   write_file(folder / "m4.csv", "file,label\nstill.csv,felt\n");
   CHECK_FALSE(import_recordings(folder / "m4.csv"));
+}
+
+// A table whose `samples` times are told in whole units of 10^-decimals seconds.
+std::string table_at(double rate_hz, int samples, int decimals) {
+  std::string out = "t_s,X\n";
+  for (int i = 0; i < samples; ++i) {
+    char time[40];
+    std::snprintf(time, sizeof time, "%.*f", decimals, i / rate_hz);
+    out += std::string(time) + ",1\n";
+  }
+  return out;
+}
+
+TEST_CASE("Tables are of one rate where their times do not tell another") {
+  const TemporaryFolder folder;
+  write_file(folder / "m.csv", "file,label\na.csv,a\nb.csv,b\nc.csv,c\n");
+  const auto with_last = [&](const std::string& last) {
+    write_file(folder / "a.csv", table_at(400.0, 2001, 3));
+    write_file(folder / "b.csv", table_at(400.0, 2002, 3));  // measured alone: 399.96 or 400.04
+    write_file(folder / "c.csv", last);
+    return import_recordings(folder / "m.csv");
+  };
+  const auto set = with_last(table_at(400.0, 2003, 3));
+  REQUIRE(set);
+  for (const Recording& r : set->recordings) CHECK(r.channels.front().rate_hz == 400.0);
+
+  // Half a hertz beside it is more than milliseconds hide in five seconds, and times with six
+  // decimals tell a tenth of one.
+  const auto other = with_last(table_at(400.5, 2001, 3));
+  REQUIRE_FALSE(other);
+  CHECK(other.error().message == "other channels than the first recording's");
+  CHECK(other.error().expected == "X 400.000000 Hz [1]");
+  CHECK(other.error().got == "X 400.480000 Hz [1]");
+  write_file(folder / "fine.csv", "file,label\na.csv,a\nb.csv,b\n");
+  write_file(folder / "a.csv", table_at(400.0, 2001, 6));
+  write_file(folder / "b.csv", table_at(400.1, 2001, 6));
+  CHECK_FALSE(import_recordings(folder / "fine.csv"));
 }
 
 TEST_CASE("VibTac-12 needs twelve lines of numbers") {
