@@ -91,11 +91,11 @@ Result<RecordingsPlan> plan_of(const EvaluateArgs& args) {
 
 std::string words_of(const RecordingsPlan& plan) {
   const vibro::ProtocolOptions& p = plan.protocol;
-  const std::string windows = fixed(p.window_s, 2) + " s windows";
+  const std::string windows = general(p.window_s) + " s windows";
   if (p.protocol == vibro::Protocol::random)
     return windows + ", " + std::to_string(p.per_recording) + " at random from each recording, " +
            percent(p.test_share, 0) + " % of them test (the paper's protocol)";
-  const std::string every = windows + " every " + fixed(p.step_s, 2) + " s";
+  const std::string every = windows + " every " + general(p.step_s) + " s";
   if (p.protocol == vibro::Protocol::groups && p.test_groups.empty())
     return every + ", whole recordings: each group of them left out in turn";
   if (p.protocol == vibro::Protocol::groups)

@@ -48,6 +48,24 @@ Result<VibroTradeOptions> vibro_options(const TradeVibroArgs& args) {
   return out;
 }
 
+struct NamedSet {
+  std::string path;
+  RecordingSet set;
+};
+
+// All of them before the first is measured, which takes long.
+Result<std::vector<NamedSet>> checked_sets(const std::vector<std::filesystem::path>& paths,
+                                           const VibroTradeOptions& options) {
+  std::vector<NamedSet> out;
+  for (const std::filesystem::path& path : paths) {
+    auto set = open_recordings(path);
+    if (!set) return pass(set.error());
+    if (auto ok = check_vibro_trade(*set, options); !ok) return pass(ok.error(), path.string());
+    out.push_back({path.string(), std::move(*set)});
+  }
+  return out;
+}
+
 TradeReport vibro_report(const TradeVibroArgs& args) {
   TradeReport out;
   out.title = "Sound and vibration: F-score against time";
@@ -141,18 +159,17 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
   const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
     console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
   };
-  for (const auto& path : args.datasets) {
-    const auto set = open_recordings(path);
-    if (!set) return pass(set.error());
-    const auto trade = measure_vibro_trade(*set, *options, steady_wall_seconds, progress);
-    if (!trade) return pass(trade.error(), path.string());
+  const auto sets = checked_sets(args.datasets, *options);
+  if (!sets) return pass(sets.error());
+  for (const auto& [path, set] : *sets) {
+    const auto trade = measure_vibro_trade(set, *options, steady_wall_seconds, progress);
+    if (!trade) return pass(trade.error(), path);
     for (const vibro::Protocol protocol : {vibro::Protocol::random, vibro::Protocol::blocks}) {
-      report.sets.push_back(vibro_trade_set(*trade, *set, path.string(), protocol));
+      report.sets.push_back(vibro_trade_set(*trade, set, path, protocol));
       text += vibro_summary(report.sets.back());
     }
-    report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path.string()) +
-                          "</h2>\n" + vibro_tables_html(*trade, bench_badge(set->kind)) +
-                          "</section>\n";
+    report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path) + "</h2>\n" +
+                          vibro_tables_html(*trade, bench_badge(set.kind)) + "</section>\n";
   }
   const auto page = trade_html(report);
   if (!page) return pass(page.error());

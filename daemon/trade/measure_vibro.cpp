@@ -1,6 +1,7 @@
 #include "daemon/trade/measure_vibro.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
@@ -50,6 +51,17 @@ Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordin
   return median_of(std::move(seconds));
 }
 
+std::array<vibro::Protocol, 2> protocols_of(const VibroTradeOptions& options) {
+  return {vibro::Protocol::random, options.honest};
+}
+
+vibro::ProtocolOptions with(vibro::ProtocolOptions options, vibro::Protocol protocol,
+                            double window_s) {
+  options.protocol = protocol;
+  options.window_s = window_s;
+  return options;
+}
+
 // What all learners of one source, window, set of features and protocol share.
 struct Bed {
   std::string source;
@@ -94,7 +106,7 @@ Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
 
 std::string point_name(const VibroPoint& p) {
   return std::string(vibro::to_string(p.method)) + " " + std::string(vibro::to_string(p.family)) +
-         " " + fixed(p.window_s, 0) + " s " + p.source;
+         " " + general(p.window_s) + " s " + p.source;
 }
 
 }  // namespace
@@ -127,13 +139,38 @@ std::vector<vibro::Recording> of_source(const RecordingSet& set, const std::stri
   return out;
 }
 
-Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options,
-                                       const classifier::SecondsNow& seconds_now,
-                                       const TradeProgress& progress) {
+namespace {
+
+// Whether a protocol's windows can be split, and one of them cut.
+Status check_windows(const RecordingSet& set, const vibro::ProtocolOptions& protocol) {
+  const auto windows =
+      vibro::lay_out(set.recordings, protocol.window_s, vibro::places_of(protocol));
+  if (const auto splits = vibro::split_windows(windows, protocol); !splits)
+    return pass(splits.error());
+  const auto first = vibro::window_at(set.recordings[windows.recording.front()],
+                                      windows.places.front().start_s, protocol.window_s);
+  return first ? Status() : pass(first.error());
+}
+
+}  // namespace
+
+Status check_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options) {
   if (options.timings < 5)
     return fail(Errc::invalid_argument, "too few timings for a median", "--timings", "at least 5",
                 std::to_string(options.timings));
-  if (auto fine = check(set); !fine) return pass(fine.error());
+  if (auto fine = check(set); !fine) return fine;
+  for (const double window_s : options.windows_s)
+    for (const vibro::Protocol protocol : protocols_of(options))
+      if (auto ok = check_windows(set, with(options.protocol, protocol, window_s)); !ok)
+        return pass(ok.error(),
+                    general(window_s) + " s windows, " + std::string(vibro::to_string(protocol)));
+  return {};
+}
+
+Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options,
+                                       const classifier::SecondsNow& seconds_now,
+                                       const TradeProgress& progress) {
+  if (auto fine = check_vibro_trade(set, options); !fine) return pass(fine.error());
   VibroTrade out;
   for (const vibro::Method method : options.methods)
     if (!vibro::available(method)) out.left_out.emplace_back(vibro::to_string(method));
@@ -145,13 +182,11 @@ Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTrade
     const auto recordings = of_source(set, source);
     for (const double window_s : options.windows_s) {
       for (const vibro::Family family : options.families) {
-        for (const vibro::Protocol protocol : {vibro::Protocol::random, options.honest}) {
-          Bed bed{source, &recordings, family, options.protocol};
-          bed.protocol.protocol = protocol;
-          bed.protocol.window_s = window_s;
+        for (const vibro::Protocol protocol : protocols_of(options)) {
+          const Bed bed{source, &recordings, family, with(options.protocol, protocol, window_s)};
           if (progress)
             progress(step++, steps,
-                     source + ", " + fixed(window_s, 2) + " s, " +
+                     source + ", " + general(window_s) + " s, " +
                          std::string(vibro::to_string(family)) + ", " +
                          std::string(vibro::to_string(protocol)));
           if (auto ok = measure_bed(bed, options, seconds_now, out); !ok) return pass(ok.error());

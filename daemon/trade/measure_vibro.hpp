@@ -61,8 +61,13 @@ std::vector<classifier::vibro::Recording> of_source(const RecordingSet& set,
 /// "random windows", "contiguous parts", "whole recordings".
 std::string protocol_name(classifier::vibro::Protocol protocol);
 
-/// All choices under both protocols. Refuses what extraction, splitting and training refuse, and
-/// fewer than 5 timings.
+/// What can be known before anything is trained: fewer than 5 timings, what check() refuses of the
+/// set, and every window and protocol whose places, with all channels, do not give splits or cannot
+/// be cut, by the window.
+Status check_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options);
+
+/// All choices under both protocols. Refuses what check_vibro_trade(), extraction and training
+/// refuse.
 Result<VibroTrade> measure_vibro_trade(const RecordingSet& set, const VibroTradeOptions& options,
                                        const classifier::SecondsNow& seconds_now,
                                        const TradeProgress& progress = {});

@@ -105,5 +105,34 @@ TEST_CASE("Too few timings and recordings too short for their blocks are refused
   CHECK_FALSE(measure_vibro_trade(RecordingSet{}, few(), ticks));
 }
 
+TEST_CASE("A window that does not fit is refused before anything is trained, by its name") {
+  VibroTradeOptions options = few();
+  options.windows_s = {1.0, 30.0};
+  std::size_t measured = 0;
+  const auto trade =
+      measure_vibro_trade(three_materials(), options, ticks,
+                          [&](std::size_t, std::size_t, const std::string&) { ++measured; });
+  REQUIRE_FALSE(trade);
+  CHECK(trade.error().where.find("30 s windows, random") == 0);
+  CHECK(measured == 0);
+  CHECK_FALSE(check_vibro_trade(three_materials(), options));
+  CHECK(check_vibro_trade(three_materials(), few()));
+  options.windows_s = {1.0, 1e-3};  // no sample of the slowest channel
+  CHECK_FALSE(check_vibro_trade(three_materials(), options));
+}
+
+TEST_CASE("Windows of different lengths have names of their own") {
+  VibroTradeOptions options = few();
+  options.windows_s = {0.25, 0.5};
+  options.methods = {vibro::Method::nb};
+  options.families = {vibro::Family::smmrp};
+  const auto trade = measure_vibro_trade(three_materials(), options, ticks).value();
+  const TradeSet set = vibro_trade_set(trade, three_materials(), "d.h5", vibro::Protocol::random);
+  std::set<std::string> names;
+  for (const TradePoint& p : set.points) names.insert(p.name);
+  CHECK(names.size() == set.points.size());
+  CHECK(names.contains("NB SMMRP 0.25 s S"));
+}
+
 }  // namespace
 }  // namespace weft::daemon::vibro_trade_test
