@@ -195,16 +195,18 @@ std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Pr
 
 double f_score(const Confusion& confusion) {
   double sum = 0.0;
+  std::size_t labels = 0;
   for (std::size_t c = 0; c < confusion.classes(); ++c) {
     std::size_t named = 0, own = 0;
     for (std::size_t k = 0; k < confusion.classes(); ++k) {
       named += confusion.at(k, c);
       own += confusion.at(c, k);
     }
-    if (named + own > 0)
-      sum += 2.0 * static_cast<double>(confusion.at(c, c)) / static_cast<double>(named + own);
+    if (named + own == 0) continue;
+    sum += 2.0 * static_cast<double>(confusion.at(c, c)) / static_cast<double>(named + own);
+    ++labels;
   }
-  return sum / static_cast<double>(confusion.classes());
+  return labels == 0 ? 0.0 : sum / static_cast<double>(labels);
 }
 
 Result<Assessment> assess(const WindowSet& windows, std::span<const Split> splits,

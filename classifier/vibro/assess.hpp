@@ -33,7 +33,8 @@ struct Assessment {
   std::vector<Method> chosen{};  ///< per split, where the learner was chosen
 };
 
-/// Macro F-score: the mean over the labels of 2 TP / (2 TP + FP + FN), 0 for a label without any.
+/// Macro F-score: the mean of 2 TP / (2 TP + FP + FN) over the labels that were asked about or
+/// answered, as scikit-learn takes it; 0 without any.
 double f_score(const Confusion& confusion);
 
 /// Refuses what Pipeline refuses, and no splits. Times are 0 without a clock.

@@ -61,16 +61,24 @@ std::set<std::string> labels_in(const WindowSet& windows, const std::vector<std:
   return out;
 }
 
-Status check_split(const WindowSet& windows, const Split& split) {
+Status check_side(const WindowSet& windows, const std::vector<std::size_t>& rows,
+                  const std::string& side) {
   const std::set<std::string> all(windows.matrix.labels.begin(), windows.matrix.labels.end());
-  for (const auto& [rows, what] : {std::pair(&split.train, "training"), {&split.test, "test"}}) {
-    const auto own = labels_in(windows, *rows);
-    for (const std::string& label : all)
-      if (!own.contains(label))
-        return fail(Errc::invalid_argument, std::string("no ") + what + " window", label, {}, {},
-                    "Take shorter windows, fewer blocks or more recordings");
-  }
+  const auto own = labels_in(windows, rows);
+  for (const std::string& label : all)
+    if (!own.contains(label))
+      return fail(Errc::invalid_argument, "no " + side + " window", label, {}, {},
+                  "Take shorter windows, fewer blocks or more recordings");
   return {};
+}
+
+// Of whole recordings one may be missing: a group tests what it has.
+Status check_split(const WindowSet& windows, const Split& split, Protocol protocol) {
+  if (auto ok = check_side(windows, split.train, "training"); !ok) return ok;
+  if (protocol != Protocol::groups) return check_side(windows, split.test, "test");
+  if (!split.test.empty()) return {};
+  return fail(Errc::invalid_argument, "no window is left to test", {}, {}, {},
+              "Take shorter windows or other groups");
 }
 
 }  // namespace
@@ -125,7 +133,7 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
     out.push_back(std::move(*split));
   }
   for (const Split& split : out)
-    if (auto ok = check_split(windows, split); !ok) return pass(ok.error());
+    if (auto ok = check_split(windows, split, options.protocol); !ok) return pass(ok.error());
   return out;
 }
 

@@ -38,8 +38,9 @@ struct ProtocolOptions {
 PlacesOf places_of(const ProtocolOptions& options);
 
 /// Splits of the windows that places_of() gave. Refuses fewer than two blocks, a share that leaves
-/// nothing to train or test, a test group that no recording has, a label without training or
-/// without test windows, and no windows at all (each with what to change).
+/// nothing to train or test, a test group that no recording has, a label without training windows,
+/// or, but for groups, without test windows, and no windows at all (each with what to change). A
+/// group that is left out may lack labels, as a recording may be missing.
 Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options);
 
 /// How much of the test windows the training has seen. Of each, the share of its samples that its

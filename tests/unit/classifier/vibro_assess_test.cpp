@@ -111,6 +111,34 @@ TEST_CASE("Every protocol splits what it says, and only random windows leak") {
     }
 }
 
+TEST_CASE("A group tests the labels that it has: one missing recording does not refuse the rest") {
+  auto recordings = levels(3, 4);
+  std::erase_if(recordings, [](const Recording& r) { return r.file == "c3"; });
+  const Cut each = cut(recordings, with(Protocol::groups));
+  REQUIRE(each.splits.size() == 4);
+  PipelineOptions options;
+  options.method = Method::lda;
+  const auto got = assess(each.windows, each.splits, options).value();
+  CHECK(got.voted == 11);
+  CHECK(got.accuracy > 0.9);
+  CHECK(got.split_f_score[2] == Approx(got.split_accuracy[2]).margin(0.1));
+
+  // A label that only one group has cannot be learnt without it.
+  std::erase_if(recordings, [](const Recording& r) { return r.file == "c1" || r.file == "c2"; });
+  const auto windows = cut_and_extract(recordings, 2.0, places_of(with(Protocol::groups)), {});
+  const auto refused = split_windows(*windows, with(Protocol::groups));
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message == "no training window");
+  // A group whose recordings are all shorter than a window has nothing to test.
+  auto some = levels(2, 2);
+  for (Recording& r : some)
+    if (r.group == "2") r.samples[0].resize(100);
+  ProtocolOptions second = with(Protocol::groups);
+  second.test_groups = {"2"};
+  const auto rest = cut_and_extract(some, 2.0, places_of(second), {});
+  CHECK_FALSE(split_windows(*rest, second));
+}
+
 TEST_CASE("Splits that cannot train or test are refused") {
   const auto recordings = levels(2, 2);
   const auto refuses = [&](const ProtocolOptions& options) {
@@ -141,13 +169,16 @@ TEST_CASE("Splits that cannot train or test are refused") {
     CHECK(protocol_from(to_string(p)).value() == p);
 }
 
-TEST_CASE("The macro F-score is the mean over the labels") {
+TEST_CASE("The macro F-score is the mean over the labels that were asked about or answered") {
   Confusion c({"a", "b", "c"});
   c.at(0, 0) = 3;
   c.at(0, 1) = 1;
   c.at(1, 1) = 2;
-  // a: 2*3/(4+3), b: 2*2/(2+3), c: nothing
-  CHECK(f_score(c) == Approx((6.0 / 7.0 + 4.0 / 5.0) / 3.0));
+  // a: 2*3/(4+3), b: 2*2/(2+3), c: nothing, as where its recording of a group is missing
+  CHECK(f_score(c) == Approx((6.0 / 7.0 + 4.0 / 5.0) / 2.0));
+  c.at(0, 2) = 1;  // answered, never right: 2*3/(5+3), 2*2/(2+3), 0
+  CHECK(f_score(c) == Approx((6.0 / 8.0 + 4.0 / 5.0) / 3.0));
+  CHECK(f_score(Confusion({"a", "b"})) == 0.0);
 }
 
 TEST_CASE(
