@@ -11,6 +11,8 @@
 namespace weft::classifier {
 namespace {
 
+constexpr std::size_t least_train = 2;  // trials of a label
+
 using RowsOfLabel = std::map<std::string, std::vector<std::size_t>>;
 
 Split one_split(const RowsOfLabel& rows, double fraction, RandomEngine& engine) {
@@ -19,7 +21,8 @@ Split one_split(const RowsOfLabel& rows, double fraction, RandomEngine& engine) 
     std::vector<std::size_t> members = entry.second;
     shuffle(members, engine);
     const double share = std::nearbyint(fraction * static_cast<double>(members.size()));
-    const auto train = static_cast<std::ptrdiff_t>(std::max(2.0, share));
+    const auto train =
+        static_cast<std::ptrdiff_t>(std::max(static_cast<double>(least_train), share));
     out.train.insert(out.train.end(), members.begin(), members.begin() + train);
     out.test.insert(out.test.end(), members.begin() + train, members.end());
   }
@@ -76,7 +79,7 @@ Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels
   RowsOfLabel rows;
   for (std::size_t r = 0; r < labels.size(); ++r) rows[labels[r]].push_back(r);
   for (const auto& [label, members] : rows) {
-    if (members.size() >= 2) continue;
+    if (members.size() >= least_train) continue;
     return fail(Errc::invalid_argument, "too few trials to split", "label " + label, "at least 2",
                 "1", "Record more trials of it or leave it out");
   }
@@ -84,6 +87,11 @@ Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels
   std::vector<Split> out;
   for (std::size_t i = 0; i < repeats; ++i) out.push_back(one_split(rows, fraction, engine));
   if (out.front().test.empty()) {
+    const bool none_spare = std::ranges::all_of(
+        rows, [](const auto& of_label) { return of_label.second.size() <= least_train; });
+    if (none_spare)
+      return fail(Errc::invalid_argument, "no trial is left to test: two of each label train",
+                  "labels", "at least 3 trials of each", "2", "Record more trials");
     return fail(Errc::range, "no trial is left to test", "train fraction", "a smaller fraction",
                 std::to_string(fraction));
   }

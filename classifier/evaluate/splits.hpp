@@ -20,7 +20,8 @@ struct Split {
 
 /// `repeats` random splits: of every label round(fraction x n) trials train (at least 2), the rest
 /// tests. Random within labels, so only for data whose trials are independent recordings. Refuses
-/// fraction outside (0, 1), no repeats, a label with fewer than two trials, an empty test part.
+/// fraction outside (0, 1), no repeats, a label with fewer than two trials, an empty test part
+/// (with two trials of every label no fraction leaves one).
 Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels, double fraction,
                                              std::size_t repeats, std::uint64_t seed);
 

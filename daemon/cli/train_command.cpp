@@ -84,10 +84,8 @@ json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained&
            {"train_s", trained.train_s},
            {"calibrate_s", trained.calibrate_s}};
   if (trained.imprints) {
-    const ci::TaxelGrid& grid = trained.imprints->grid;
     out["kind"] = "imprints";
-    out["taxels"] = grid.rows * grid.cols;
-    out["array"] = ci::words_of(grid);
+    out["array"] = ci::words_of(trained.imprints->grid);
   }
   if (!trained.scores.empty()) out["candidates"] = candidates_json(trained.scores);
   if (const classifier::FabricModel* model = stored.learner.cores()) {
@@ -154,9 +152,9 @@ void add_options(CLI::App& command, TrainArgs& args) {
           "--method", args.recordings.methods,
           "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
       ->expected(1)
-  note_given(command, args.trials.given);
       ->group("Recordings of sound and vibration");
   add_recording_feature_options(command, args.recordings);
+  note_given(command, args.trials.given);
 }
 
 namespace {

@@ -266,7 +266,10 @@ Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
   if (!features) return pass(features.error());
   ChosenTrials out;
   out.imprint_plan = std::move(*plan);
-  out.setup.taxels = dataset.trials.front().taxels;
+  const auto imprints = imprints_of(dataset);
+  if (!imprints) return pass(imprints.error());
+  const classifier::imprint::Image& first = imprints->front().image;
+  out.setup.taxels = first.rows() * first.cols();  // a trial of imprints is a row of them wide
   out.setup.exploration = imprint_exploration;
   out.strokes = features->size();
   out.features = std::move(*features);
@@ -281,11 +284,11 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
                                  bool one_exploration, bool may_join) {
   Result<Dataset> dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
+  if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
+    return pass(ok.error(), path.string());
   if (may_join && choice.exploration.find('+') != std::string::npos) {
     auto out = load_joined(std::move(*dataset), choice);
     if (!out) return pass(out.error(), path.string());
-  if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
-    return pass(ok.error(), path.string());
     return out;
   }
   if (holds_imprints(*dataset)) {

@@ -39,7 +39,14 @@ TEST_CASE("A stratified split refuses odd fractions, no repeats and a label with
   const auto lonely = stratified_splits(std::vector<std::string>{"a", "a", "b"}, 0.5, 1, 1);
   REQUIRE_FALSE(lonely);
   CHECK(lonely.error().where == "label b");
-  CHECK_FALSE(stratified_splits(std::vector<std::string>{"a", "a", "b", "b"}, 0.5, 1, 1));
+  const auto two_each = stratified_splits(std::vector<std::string>{"a", "a", "b", "b"}, 0.5, 1, 1);
+  REQUIRE_FALSE(two_each);
+  CHECK(two_each.error().expected == "at least 3 trials of each");
+  const auto large =
+      stratified_splits(std::vector<std::string>{"a", "a", "b", "b", "b"}, 0.9, 1, 1);
+  REQUIRE_FALSE(large);
+  CHECK(large.error().expected == "a smaller fraction");
+  CHECK(stratified_splits(std::vector<std::string>{"a", "a", "b", "b", "b"}, 0.5, 1, 1));
 }
 
 TEST_CASE("A grouped split keeps groups whole and leaves the others out") {

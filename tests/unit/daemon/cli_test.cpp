@@ -12,6 +12,7 @@
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
+#include "daemon/imprint/imprint_dataset.hpp"
 
 namespace weft::daemon::cli::cli_test {
 namespace {
@@ -157,6 +158,19 @@ TEST_CASE("windows are cut at the data set's own rate") {
   Dataset no_rate = two_explorations();
   no_rate.info.taxel_rate_hz = 0;
   CHECK_FALSE(choose_trials(no_rate, {"M1", 1.5, 0.0, "l2"}, true));
+}
+
+TEST_CASE("imprints have as many taxels as their array, not as a row of it") {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("weft-taxels-" + std::to_string(::getpid()) + ".h5");
+  Dataset dataset;
+  for (const char* label : {"ridge", "dot"})
+    REQUIRE(append_imprint(dataset, classifier::imprint::Image(8, 6), label, label, label));
+  REQUIRE(write_hdf5(dataset, path));
+  const auto chosen = load_trials(path, {}, true);
+  std::filesystem::remove(path);
+  REQUIRE(chosen);
+  CHECK(chosen->setup.taxels == 48);
 }
 
 TEST_CASE("features of two explorations stand side by side, for commands that make no model") {
