@@ -10,6 +10,23 @@ namespace {
 
 constexpr double z95 = 1.959963984540054;  // normal quantile of 0.975
 
+// Mean and t times the deviation times `widening`, cut to [0, 1]; of accuracies without a
+// deviation, Wilson's interval of one of them.
+Interval t_interval(std::span<const double> accuracy, std::size_t test, double widening,
+                    const char* what, const char* method) {
+  const double mean = mean_of(accuracy);
+  const double deviation = deviation_of(accuracy);
+  if (!(deviation > 0.0)) {
+    Interval one = wilson_interval(
+        static_cast<std::size_t>(std::llround(mean * static_cast<double>(test))), test);
+    one.method = std::string("Wilson score of one ") + what + ", all " + what + "s agree";
+    return one;
+  }
+  const double half =
+      critical_t(0.05, static_cast<double>(accuracy.size()) - 1.0) * deviation * widening;
+  return {std::max(0.0, mean - half), std::min(1.0, mean + half), method};
+}
+
 }  // namespace
 
 Interval wilson_interval(std::size_t correct, std::size_t total) {
@@ -31,19 +48,16 @@ Interval wilson_of_share(double share, double total) {
 }
 
 Interval split_interval(std::span<const double> accuracy, std::size_t train, std::size_t test) {
-  const double mean = mean_of(accuracy);
-  const double deviation = deviation_of(accuracy);
-  const auto tested = static_cast<double>(test);
-  if (!(deviation > 0.0)) {
-    Interval one = wilson_interval(static_cast<std::size_t>(std::llround(mean * tested)), test);
-    one.method = "Wilson score of one split, all splits agree";
-    return one;
-  }
-  const auto splits = static_cast<double>(accuracy.size());
-  const double inflation = 1.0 / splits + tested / static_cast<double>(train);
-  const double half = critical_t(0.05, splits - 1.0) * deviation * std::sqrt(inflation);
-  return {std::max(0.0, mean - half), std::min(1.0, mean + half),
-          "Student t with the Nadeau-Bengio variance, mean over random splits of the same data"};
+  const double inflation = 1.0 / static_cast<double>(accuracy.size()) +
+                           static_cast<double>(test) / static_cast<double>(train);
+  return t_interval(
+      accuracy, test, std::sqrt(inflation), "split",
+      "Student t with the Nadeau-Bengio variance, mean over random splits of the same data");
+}
+
+Interval repetition_interval(std::span<const double> accuracy, std::size_t test) {
+  return t_interval(accuracy, test, 1.0 / std::sqrt(static_cast<double>(accuracy.size())),
+                    "repetition", "Student t, mean over repetitions with data of their own");
 }
 
 double mean_of(std::span<const double> values) {

@@ -27,6 +27,10 @@ Interval wilson_of_share(double share, double total);
 /// resampled t). Splits that all agree have no sd to go by: Wilson's interval of a single one.
 Interval split_interval(std::span<const double> accuracy, std::size_t train, std::size_t test);
 
+/// The same of R >= 2 repetitions that share no trial, each with data of its own and `test` trials:
+/// mean +- t sd / sqrt(R). Repetitions that all agree: Wilson's interval of a single one.
+Interval repetition_interval(std::span<const double> accuracy, std::size_t test);
+
 double mean_of(std::span<const double> values);
 /// Sample standard deviation (n - 1); 0 for fewer than two values.
 double deviation_of(std::span<const double> values);

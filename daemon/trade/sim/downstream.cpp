@@ -32,6 +32,12 @@ SeedMean seed_mean(std::vector<double> values, double low, double high) {
   return out;
 }
 
+std::vector<double> column_of(std::span<const std::vector<double>> rows, std::size_t column) {
+  std::vector<double> out;
+  for (const std::vector<double>& row : rows) out.push_back(row[column]);
+  return out;
+}
+
 /// Rows that train and rows that test.
 struct Sides {
   std::vector<std::size_t> train, test;
@@ -65,6 +71,12 @@ Result<double> accuracy_of(const classifier::TrainedLearner& trained, const Feat
   return static_cast<double>(right) / static_cast<double>(rows.size());
 }
 
+/// How far the features of one level are from the yardstick's.
+struct Moved {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> by_seed;
+};
+
 /// All results of all seeds, in the order in which they are asked for.
 class Collector {
  public:
@@ -92,12 +104,16 @@ class Collector {
 
   void finish(DownstreamResult& out) {
     for (std::size_t i = 0; i < transfers_.size(); ++i) {
-      transfers_[i].accuracy = seed_mean(std::move(accuracies_[i]), 0, 1);
+      const classifier::Interval ci95 = classifier::repetition_interval(accuracies_[i], tested_[i]);
+      const double mean = classifier::mean_of(accuracies_[i]);
+      transfers_[i].accuracy = {mean, ci95, std::move(accuracies_[i])};
       out.transfers.push_back(std::move(transfers_[i]));
     }
     for (std::size_t i = 0; i < shifts_.size(); ++i) {
       shifts_[i].spearman = seed_mean(std::move(spearmans_[i]), -1, 1);
-      shifts_[i].max_shift = seed_mean(std::move(largest_[i]), 0, HUGE_VAL);
+      const std::size_t most = most_shifted(moved_[i].by_seed);
+      shifts_[i].shifted = moved_[i].names[most];
+      shifts_[i].max_shift = seed_mean(column_of(moved_[i].by_seed, most), 0, HUGE_VAL);
       out.shifts.push_back(std::move(shifts_[i]));
     }
   }
@@ -107,6 +123,8 @@ class Collector {
                       classifier::Learner learner, std::size_t level, bool crossing,
                       std::size_t& next) {
     std::vector<double> sums(seen.by_level.size(), 0);
+    std::size_t rows = 0;
+    for (const Sides& side : sides) rows += side.test.size();
     for (const Sides& side : sides) {
       const auto trained = classifier::train_learner(
           classifier::take_rows(seen.by_level[level], side.train), learner, options_.training);
@@ -126,6 +144,7 @@ class Collector {
                               crossing,
                               {}});
         accuracies_.emplace_back();
+        tested_.push_back(rows);
       }
       accuracies_[next].push_back(sums[tested]);
     }
@@ -136,23 +155,21 @@ class Collector {
     const FeatureMatrix& yardstick = seen.by_level.back();
     const std::vector<double> f = f_statistics(yardstick);
     for (std::size_t level = 0; level + 1 < seen.by_level.size(); ++level, ++next) {
-      const std::vector<double> moved = feature_shifts(seen.by_level[level], yardstick);
-      const auto most = std::ranges::max_element(moved);
       if (next == shifts_.size()) {
-        const auto column = static_cast<std::size_t>(most - moved.begin());
-        shifts_.push_back(
-            {seen.channels, options_.levels[level].name, {}, {}, yardstick.names[column]});
+        shifts_.push_back({seen.channels, options_.levels[level].name, {}, {}, {}});
         spearmans_.emplace_back();
-        largest_.emplace_back();
+        moved_.push_back({yardstick.names, {}});
       }
       spearmans_[next].push_back(spearman(f_statistics(seen.by_level[level]), f));
-      largest_[next].push_back(*most);
+      moved_[next].by_seed.push_back(feature_shifts(seen.by_level[level], yardstick));
     }
   }
 
   const DownstreamOptions& options_;
   std::vector<Transfer> transfers_;
-  std::vector<std::vector<double>> accuracies_, spearmans_, largest_;
+  std::vector<std::vector<double>> accuracies_, spearmans_;
+  std::vector<std::size_t> tested_;  // trials of a seed
+  std::vector<Moved> moved_;
   std::vector<FeatureShift> shifts_;
 };
 

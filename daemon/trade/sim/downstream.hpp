@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,8 @@ struct DownstreamOptions {
 /// L0, L1, L2 at 1.024 and at 0.192 ms.
 std::vector<DownstreamLevel> downstream_levels();
 
-/// Mean over the seeds, with Student's t.
+/// Mean over the seeds, with Student's t; of accuracies that are the same with every seed, with
+/// Wilson's interval of one.
 struct SeedMean {
   double mean = 0;
   classifier::Interval ci95;
@@ -47,9 +49,10 @@ struct Transfer {
 struct FeatureShift {
   std::string channels;
   std::string level;
-  SeedMean spearman;   ///< of the features' F statistics between cloths
-  SeedMean max_shift;  ///< of a feature's mean over cloths' shifts, in its deviation within a cloth
-  std::string shifted;  ///< which feature that was, of the first seed
+  SeedMean spearman;    ///< of the features' F statistics between cloths
+  SeedMean max_shift;   ///< of the feature that moves most in the mean over the seeds: mean over
+                        ///< cloths of its shift, in its deviation within a cloth
+  std::string shifted;  ///< which feature that is
 };
 
 struct DownstreamResult {
@@ -69,6 +72,9 @@ double spearman(std::span<const double> a, std::span<const double> b);
 /// deviation within labels of `yardstick`. 0 where neither varies.
 std::vector<double> feature_shifts(const classifier::FeatureMatrix& features,
                                    const classifier::FeatureMatrix& yardstick);
+/// Of the shifts of every feature, seed by seed, the feature with the largest mean; the first of
+/// equals. There must be one of both.
+std::size_t most_shifted(std::span<const std::vector<double>> by_seed);
 
 using DownstreamProgress = std::function<void(const std::string&)>;
 

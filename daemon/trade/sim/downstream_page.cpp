@@ -93,7 +93,8 @@ std::string downstream_html(const DownstreamResult& result) {
                                        "test. "
                                      : "On the same swatches: every other trial trains. ") +
                       "Tested at " + escape(yardstick) +
-                      "; accuracy in percent, 95 % intervals over seeds (Student's t).",
+                      "; accuracy in percent, 95 % intervals over seeds (Student's t; "
+                      "Wilson's of one seed where all agree).",
                   simulated_badge());
   out += figure(transfer_table(result, "L1", true),
                 "Across swatches, tested at L1: what happens to a classifier that was trained on "

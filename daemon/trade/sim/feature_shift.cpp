@@ -104,4 +104,11 @@ std::vector<double> feature_shifts(const classifier::FeatureMatrix& features,
   return out;
 }
 
+std::size_t most_shifted(std::span<const std::vector<double>> by_seed) {
+  std::vector<double> sum = by_seed.front();
+  for (const std::vector<double>& shifts : by_seed.subspan(1))
+    for (std::size_t f = 0; f < sum.size(); ++f) sum[f] += shifts[f];
+  return static_cast<std::size_t>(std::ranges::max_element(sum) - sum.begin());
+}
+
 }  // namespace weft::daemon

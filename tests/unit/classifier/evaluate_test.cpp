@@ -118,6 +118,19 @@ TEST_CASE("Splits that all agree have the interval of one of them, not none") {
   CHECK(all_right.low < 0.8);
 }
 
+TEST_CASE(
+    "Repetitions with data of their own have Student's interval, or that of one if all agree") {
+  const std::vector<double> accuracy = {0.5, 0.6, 0.55};
+  // 4.302653 * 0.05 / sqrt(3)
+  const Interval interval = repetition_interval(accuracy, 8);
+  CHECK(interval.low == Approx(0.55 - 0.124207).margin(1e-6));
+  CHECK(interval.high == Approx(0.55 + 0.124207).margin(1e-6));
+  const Interval same = repetition_interval(std::vector<double>{0.75, 0.75}, 8);
+  CHECK(same.low == Approx(wilson_interval(6, 8).low));
+  CHECK(same.high == Approx(wilson_interval(6, 8).high));
+  CHECK(same.method == "Wilson score of one repetition, all repetitions agree");
+}
+
 TEST_CASE("Permuting the labels brings the accuracy to chance, the true labels do not") {
   const FeatureMatrix matrix = gaussian_classes(4, 20, 20, 3.0, 1);
   const auto splits = stratified_splits(matrix.labels, 0.4, 6, 2).value();

@@ -75,6 +75,11 @@ TEST_CASE("a feature's shift is counted in its deviations within a label") {
   CHECK(feature_shifts(yardstick, yardstick).front() == 0);
 }
 
+TEST_CASE("the feature that moves most is that of the mean over seeds, not of the first one") {
+  const std::vector<std::vector<double>> by_seed{{5, 1, 4}, {0, 1, 4}, {0, 9, 4}};
+  CHECK(most_shifted(by_seed) == 2);
+}
+
 TEST_CASE("trials of one seed are the same trials at every level, seen with its mechanisms") {
   const DownstreamCampaign campaign = small_campaign();
   const auto levels = downstream_levels();
@@ -118,11 +123,14 @@ TEST_CASE("a classifier trained at L1 knows three very different cloths at L2") 
     CHECK(t.accuracy.values.size() == 2);
     CHECK(t.accuracy.ci95.low <= t.accuracy.mean);
     CHECK(t.accuracy.ci95.high >= t.accuracy.mean);
+    CHECK(t.accuracy.ci95.high > t.accuracy.ci95.low);  // also where both seeds agree
     if (t.channels == "pads" && !t.across_swatches) CHECK(t.accuracy.mean > 0.9);
   }
   REQUIRE(result->shifts.size() == 2);
   CHECK(result->shifts.front().spearman.mean > 0.9);
   CHECK(result->shifts.front().max_shift.mean > 0);
+  CHECK(result->shifts.front().max_shift.values.size() == 2);
+  CHECK_FALSE(result->shifts.front().shifted.empty());
   const std::string html = downstream_html(*result);
   CHECK(html.find("SIMULATED") != std::string::npos);
   CHECK(html.find("nan") == std::string::npos);
