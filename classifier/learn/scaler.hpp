@@ -10,8 +10,8 @@ namespace weft::classifier {
 /// value -> (value - mean) / deviation, per column.
 struct Scaler {
   std::vector<double> mean;
-  /// Biased; 1 for a column that is constant up to rounding, and where it is below the least
-  /// double.
+  /// Biased; 1 where it is below the least double, and for a column that is constant up to
+  /// rounding, but at least 1e-9 of its largest value: the rounding of 1e22 must not count.
   std::vector<double> deviation;
 
   [[nodiscard]] double apply(std::size_t column, double value) const {

@@ -30,11 +30,13 @@ std::vector<double> deviations(const FeatureMatrix& matrix, std::span<const std:
   std::vector<double> out = fit_scaler(residual).deviation;
   const std::vector<double> overall = fit_scaler(matrix.values).deviation;
   for (std::size_t k = 0; k < out.size(); ++k) {
-    double largest = 0.0;
-    for (std::size_t r = 0; r < residual.rows(); ++r)
+    double largest = 0.0, top = overall[k];
+    for (std::size_t r = 0; r < residual.rows(); ++r) {
       largest = std::max(largest, std::abs(residual(r, k)));
-    // what is left of a constant is the rounding of its mean
-    if (!(largest > 1e-12 * overall[k])) out[k] = overall[k];
+      top = std::max(top, std::abs(matrix.values(r, k)));
+    }
+    // what is left of a constant is the rounding of its values and of its mean
+    if (!(largest > 1e-12 * top)) out[k] = overall[k];
     // one over a subnormal number would be infinite, and so every distance
     if (!(out[k] >= std::numeric_limits<double>::min() && std::isfinite(out[k]))) out[k] = 1.0;
   }

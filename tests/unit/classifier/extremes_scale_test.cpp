@@ -40,6 +40,39 @@ TEST_CASE("Extremes: a spread below the least double is none, and differences do
   }
 }
 
+TEST_CASE("Extremes: a column that is constant up to rounding says nothing, whatever its size") {
+  FeatureMatrix matrix = gaussian_classes(3, 8, 4, 6.0, 21),
+                fresh = gaussian_classes(3, 8, 4, 6.0, 22);
+  RandomEngine engine(23);
+  for (FeatureMatrix* one : {&matrix, &fresh})
+    for (std::size_t r = 0; r < one->size(); ++r) {
+      one->values(r, 2) = 3e22 * (1.0 + 1e-14 * testing::normal(engine));
+      one->values(r, 3) = 3e22;
+    }
+  fresh.values(0, 3) = std::nextafter(3e22, 0.0);
+  const Scaler scaler = fit_scaler(matrix.values);
+  const Matrix z = scaled(scaler, fresh.values);
+  for (std::size_t r = 0; r < fresh.size(); ++r)
+    for (const std::size_t k : {2U, 3U}) CHECK(std::abs(z(r, k)) < 1e-3);
+  for (const Learner learner :
+       {Learner::svc, Learner::lda, Learner::trees, Learner::all, Learner::pca, Learner::pvalue}) {
+    CAPTURE(to_string(learner));
+    const auto model = train_learner(matrix, learner, {});
+    REQUIRE(model);
+    const auto aids = learn_aids(model->trained, matrix, {});
+    REQUIRE((aids && *aids));
+    // of distances too nothing comes from it: two columns that tell classes apart, two that do not
+    for (const std::size_t k : {2U, 3U}) CHECK((*aids)->profile.deviation[k] > 1e12);
+    std::size_t right = 0;
+    for (std::size_t r = 0; r < fresh.size(); ++r) {
+      const auto said = answer(model->trained, *aids, fresh.values.row(r));
+      REQUIRE(said);
+      right += model->trained.labels()[said->ballot.winner] == fresh.labels[r] ? 1 : 0;
+    }
+    CHECK(right >= 22);
+  }
+}
+
 TEST_CASE(
     "Extremes: features beyond what can be subtracted are refused by name, up to there used") {
   const double most = std::numeric_limits<double>::max();
