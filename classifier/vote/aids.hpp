@@ -51,7 +51,7 @@ Result<VoteAids> learn_aids(const FabricModel& model, const FeatureMatrix& matri
 /// Everything known about one trial.
 struct Answer {
   Ballot ballot;
-  std::vector<double> probability;  ///< per class; empty for VoteKind::dag
+  std::vector<double> probability;  ///< per class; empty for VoteKind::dag, a short-list of one
   Novelty novelty{};
   bool none_of_these = false;  ///< aids.reject refuses the trial; the ballot says what is nearest
 };

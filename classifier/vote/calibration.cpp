@@ -88,7 +88,7 @@ std::vector<double> probabilities(const Calibration& calibration, std::size_t al
 }
 
 std::vector<double> probabilities(const Calibration& calibration, const Ballot& ballot) {
-  if (ballot.classes.empty()) return {};
+  if (ballot.classes.size() < 2) return {};  // no core was asked
   const std::size_t all = ballot.votes.size();
   const std::vector<double> p = probabilities(calibration, all, ballot.classes, ballot.decision);
   std::vector<double> out(all);

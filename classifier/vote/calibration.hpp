@@ -28,7 +28,7 @@ std::vector<double> probabilities(const Calibration& calibration, std::size_t al
                                   std::span<const double> decision);
 
 /// The same of a ballot, per class of the model; classes that were not asked about have 0. Empty
-/// where the ballot has no decisions to couple (VoteKind::dag).
+/// where the ballot has no decisions to couple (VoteKind::dag, a short-list of one).
 std::vector<double> probabilities(const Calibration& calibration, const Ballot& ballot);
 
 /// One per core, from its held-out rows.

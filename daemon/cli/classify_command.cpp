@@ -115,10 +115,14 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
       ->capture_default_str();
   command.add_option("--shortlist", args.shortlist, "fabrics on the short-list")
       ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->each([&args](const std::string&) { args.shortlist_told = true; });
 }
 
 Result<int> run_classify(const ClassifyArgs& args, Console& console) {
+  if (args.shortlist_told && args.vote != "shortlist")
+    return fail(Errc::invalid_argument, "a short-list is of another kind of vote", "--shortlist",
+                "--vote shortlist", "--vote " + args.vote);
   const auto beginning = beginning_of(args.model);
   if (classifier::is_of_kind(beginning, classifier::vibro::recording_model_header))
     return run_classify_recordings(args, console);
