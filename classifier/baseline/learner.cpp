@@ -32,20 +32,6 @@ bool is_cores(Learner learner) {
   return learner == Learner::pvalue || learner == Learner::pca || learner == Learner::all;
 }
 
-Status check_rows(const FeatureMatrix& matrix, const Classes& classes) {
-  if (auto ok = check(matrix); !ok) return ok;
-  if (classes.labels.size() < 2)
-    return fail(Errc::invalid_argument, "nothing to tell apart", "labels", "at least 2",
-                std::to_string(classes.labels.size()));
-  std::vector<std::size_t> rows(classes.labels.size());
-  for (const std::size_t c : classes.of_row) ++rows[c];
-  const auto lonely = std::find(rows.begin(), rows.end(), 1U);
-  if (lonely == rows.end()) return {};
-  return fail(Errc::invalid_argument, "too few training trials",
-              "label " + classes.labels[static_cast<std::size_t>(lonely - rows.begin())],
-              "at least 2", "1", "Record more trials of it or leave it out");
-}
-
 // Folds of a learner without cores.
 std::vector<Fold> folds_of(const FeatureMatrix& matrix, const TrainOptions& options) {
   return class_folds(classes_of(matrix).of_row, row_units(matrix, options.fold_unit), options.folds,
@@ -106,8 +92,9 @@ Result<TrainedLearner::Machine> train_simple(const FeatureMatrix& rows, const Cl
 Result<TrainedLearner> train_on(FeatureMatrix rows, std::optional<std::size_t> fold,
                                 const Recipe& recipe, TrainOptions options,
                                 const TaskTrainer& trainer) {
+  if (auto ok = check(rows); !ok) return pass(ok.error());
+  if (auto ok = check_labels(rows.labels); !ok) return pass(ok.error());
   const Classes classes = classes_of(rows);
-  if (auto ok = check_rows(rows, classes); !ok) return pass(ok.error());
   if (auto ok = unless_stopped(options); !ok) return pass(ok.error());
   FeatureView view = FeatureView::fit(recipe.view, rows.values);
   view.apply(rows.values);

@@ -12,19 +12,6 @@
 namespace weft::classifier {
 namespace {
 
-Status check_labels(const RowsOfLabel& rows) {
-  if (rows.size() < 2) {
-    return fail(Errc::invalid_argument, "nothing to tell apart", "labels", "at least 2",
-                std::to_string(rows.size()));
-  }
-  for (const auto& [label, members] : rows) {
-    if (members.size() >= 2) continue;
-    return fail(Errc::invalid_argument, "too few training trials", "label " + label, "at least 2",
-                "1", "Record more trials of it or leave it out");
-  }
-  return {};
-}
-
 std::vector<std::string> labels_of(const RowsOfLabel& rows) {
   std::vector<std::string> out;
   for (const auto& entry : rows) out.push_back(entry.first);
@@ -181,9 +168,8 @@ Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& optio
                           const CoreTrainer& trainer) {
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   if (auto ok = check(options); !ok) return pass(ok.error());
-  const RowsOfLabel rows = rows_by_label(matrix);
-  if (auto ok = check_labels(rows); !ok) return pass(ok.error());
-  std::vector<std::string> labels = labels_of(rows);
+  if (auto ok = check_labels(matrix.labels); !ok) return pass(ok.error());
+  std::vector<std::string> labels = labels_of(rows_by_label(matrix));
   auto cores = trainer(options);
   if (!cores) return pass(cores.error());
   const std::size_t pairs = labels.size() * (labels.size() - 1) / 2;

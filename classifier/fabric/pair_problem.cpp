@@ -25,6 +25,19 @@ RowsOfLabel rows_by_label(const FeatureMatrix& matrix) {
   return out;
 }
 
+Status check_labels(std::span<const std::string> labels) {
+  std::map<std::string_view, std::size_t> rows;
+  for (const std::string& label : labels) ++rows[label];
+  if (rows.size() < 2)
+    return fail(Errc::invalid_argument, "nothing to tell apart", "labels", "at least 2",
+                std::to_string(rows.size()));
+  for (const auto& [label, count] : rows)
+    if (count < 2)
+      return fail(Errc::invalid_argument, "too few training trials", "label " + std::string(label),
+                  "at least 2", "1", "Record more trials of it or leave it out");
+  return {};
+}
+
 PairMaker::PairMaker(const FeatureMatrix& matrix, const TrainOptions& options)
     : options_(options), unit_(row_units(matrix, options.fold_unit)) {}
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ RowsOfLabel rows_by_label(const FeatureMatrix& matrix);
 /// (recording_of()), or with FoldUnit::group all rows of a group; a row without a name is its own
 /// unit.
 std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind);
+
+/// Of every training row. Refuses fewer than two labels, and one of a single row.
+Status check_labels(std::span<const std::string> labels);
 
 /// What a core learns from: `sign` and `folds` count positions in `rows`.
 struct PairProblem {

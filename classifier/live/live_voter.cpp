@@ -6,7 +6,7 @@ namespace weft::classifier {
 
 bool is_sure(const StopRule& rule, const LiveAnswer& answer) {
   if (answer.none_of_these || answer.winner >= answer.probability.size()) return false;
-  return answer.slide_s >= rule.least_slide_s &&
+  return answer.slide_s >= rule.least_slide_s * (1 - rate_rounding) &&
          answer.probability[answer.winner] >= rule.sure_probability;
 }
 

@@ -25,7 +25,7 @@ struct LiveAnswer {
 /// When a slide has told enough.
 struct StopRule {
   double sure_probability = 0.95;  ///< of the winner
-  double least_slide_s = 0;
+  double least_slide_s = 0;        ///< to rate_rounding
 };
 
 /// A vote without probability, and one for a stranger, is never sure.

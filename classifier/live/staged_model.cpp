@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "classifier/fabric/line_text.hpp"
+#include "classifier/fabric/pair_problem.hpp"
 #include "classifier/fabric/sealed_text.hpp"
 
 namespace weft::classifier {
@@ -26,9 +27,7 @@ std::size_t motion_frames_of(const Trial& trial) {
 
 /// The fewest that last so long: a rule that waits for half a second hears the stage of it.
 std::size_t frames_in(double seconds, double sample_rate_hz) {
-  auto frames = static_cast<std::size_t>(std::ceil(seconds * sample_rate_hz));
-  if (static_cast<double>(frames) / sample_rate_hz < seconds) ++frames;  // by the last bit
-  return frames;
+  return static_cast<std::size_t>(std::ceil(seconds * sample_rate_hz * (1 - rate_rounding)));
 }
 
 std::vector<Trial> as_long_as(std::span<const Trial> slides, std::size_t frames) {
@@ -64,8 +63,7 @@ Result<StoredModel> train_stage(const std::vector<Trial>& slides, double sample_
 }
 
 Status has_rate(const FeatureSetup& setup, double sample_rate_hz) {
-  constexpr double rounding = 1e-9;
-  if (std::abs(setup.sample_period_s * sample_rate_hz - 1) <= rounding) return {};
+  if (std::abs(setup.sample_period_s * sample_rate_hz - 1) <= rate_rounding) return {};
   return fail(Errc::corrupt, "a stage was trained at another sample rate", "live model",
               std::to_string(1 / sample_rate_hz) + " s",
               std::to_string(setup.sample_period_s) + " s");
@@ -189,10 +187,16 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
     return fail(Errc::invalid_argument,
                 "the sample rate is not known, so neither is how far a slide had come",
                 "live model", "over 0 and under 1 MHz", std::to_string(sample_rate_hz));
+  std::vector<std::string> labels;
   std::size_t longest = 0;
-  for (const Trial& slide : slides) longest = std::max(longest, motion_frames_of(slide));
+  for (const Trial& slide : slides) {
+    labels.push_back(slide.label);
+    longest = std::max(longest, motion_frames_of(slide));
+  }
+  if (Status ok = check_labels(labels); !ok) return pass(ok.error());
   StagedModel out{sample_rate_hz, {}};
-  for (const double seconds : stage_seconds(static_cast<double>(longest) / sample_rate_hz)) {
+  const double longest_s = static_cast<double>(longest) / sample_rate_hz;
+  for (const double seconds : stage_seconds(longest_s * (1 + rate_rounding))) {
     const std::size_t frames = frames_in(seconds, sample_rate_hz);
     const bool is_new = out.stages.empty() || frames > out.stages.back().motion_frames;
     if (frames == 0 || !is_new) continue;

@@ -30,6 +30,9 @@ struct StagedModel {
   [[nodiscard]] const StoredModel& last() const { return stages.back().model; }
 };
 
+/// A sample rate read from times is right to so much: 50.00000000000001 Hz is 50 Hz.
+inline constexpr double rate_rounding = 1e-9;
+
 /// A live model has no more: FeatureStream keeps the tables of all their lengths.
 inline constexpr std::size_t most_stages = 64;
 static_assert(most_stages <= SpectrumCache::most);
@@ -52,7 +55,8 @@ struct StagedOptions {
 /// A stage learns from the slides that are as long as it, aids included; there are as many stages
 /// as have two such slides of every label. Each is of the fewest frames that last as long as
 /// stage_seconds() says: at 37 Hz the first has 19, 0.514 s. Refuses a sample rate that is not
-/// positive, slides of which none is half a second long, and what training refuses.
+/// positive, what check_labels() refuses, slides of which none is half a second long, and what
+/// training refuses.
 Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
                                  const StagedOptions& options);
 

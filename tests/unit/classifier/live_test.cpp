@@ -111,6 +111,31 @@ TEST_CASE("a stage is trained as far as every fabric has two slides of its lengt
     CHECK_FALSE(train_staged(some, rate, options_of_lda()));
 }
 
+TEST_CASE("a rate that is off by a rounding changes no stage, and keeps the last one") {
+  for (const double rate : {50.0, 50.00000000000001, 49.99999999999999}) {
+    CAPTURE(rate);
+    const auto model = train_staged(slides(3, 100), rate, options_of_lda());
+    REQUIRE(model);
+    std::vector<std::size_t> frames;
+    for (std::size_t i = 0; i < model->stages.size(); ++i) {
+      frames.push_back(model->stages[i].motion_frames);
+      LiveAnswer answer{model->slide_s(i), 0, {1.0}};
+      CHECK(is_sure({0.9, stage_seconds(2)[i]}, answer));
+    }
+    CHECK(frames == std::vector<std::size_t>{25, 50, 100});
+  }
+}
+
+TEST_CASE("slides that cannot be trained on are refused as trials are, before their length") {
+  auto some = slides(3);
+  some.push_back(slide(3, 0, 120));
+  const auto refused = train_staged(some, rate_hz, options_of_lda());
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message == "too few training trials");
+  CHECK(refused.error().where == "label cloth 3");
+  CHECK(train_staged({}, rate_hz, options_of_lda()).error().message == "nothing to tell apart");
+}
+
 TEST_CASE("a staged model comes back from its file as it was, and nothing else is taken for one") {
   const auto model = staged();
   const std::string text = text_of(*model);
