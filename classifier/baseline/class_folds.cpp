@@ -1,11 +1,9 @@
 #include "classifier/baseline/class_folds.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
-#include <set>
-#include <string>
-#include <tuple>
 
 #include "classifier/learn/random.hpp"
 
@@ -14,16 +12,21 @@ namespace {
 
 using RowsOfClass = std::map<std::size_t, std::size_t>;  // class -> rows
 
+constexpr std::size_t least_trained = 2;  // rows of a class in every training part
+constexpr std::size_t never_held_out = std::numeric_limits<std::size_t>::max();
+
 struct Unit {
   std::vector<std::size_t> rows;
   RowsOfClass held;
 };
 
+// Of the rows of classes that are dealt at all, in order of first appearance.
 std::vector<Unit> gather_units(std::span<const std::size_t> of_row,
-                               std::span<const std::size_t> unit) {
+                               std::span<const std::size_t> unit, const std::vector<bool>& dealt) {
   std::map<std::size_t, std::size_t> place;
   std::vector<Unit> out;
   for (std::size_t r = 0; r < unit.size(); ++r) {
+    if (!dealt[of_row[r]]) continue;
     const std::size_t at = place.emplace(unit[r], out.size()).first->second;
     if (at == out.size()) out.emplace_back();
     out[at].rows.push_back(r);
@@ -32,19 +35,41 @@ std::vector<Unit> gather_units(std::span<const std::size_t> of_row,
   return out;
 }
 
+// Which classes a dealing balances first. Of a unit's classes only so many are looked at.
+struct Balance {
+  std::vector<std::size_t> rank;  // per class
+  std::size_t classes = 1;
+};
+
+// The classes of a unit that are balanced, first ones first.
+std::vector<std::size_t> balanced_classes(const Unit& unit, const Balance& balance) {
+  std::vector<std::size_t> out;
+  for (const auto& entry : unit.held) out.push_back(entry.first);
+  std::ranges::sort(out, {}, [&](std::size_t c) { return balance.rank[c]; });
+  out.resize(std::min(out.size(), balance.classes));
+  return out;
+}
+
 // Units of one class after the other, so that each class is spread by itself; each unit goes to the
-// fold with the fewest rows of its first class, then the fewest in all.
-std::vector<std::size_t> deal(const std::vector<Unit>& units, std::size_t rows, std::size_t folds) {
+// fold with the fewest rows of its classes, the first of them first, then the fewest in all.
+std::vector<std::size_t> deal(const std::vector<Unit>& units, std::size_t rows, std::size_t folds,
+                              const Balance& balance) {
+  std::vector<std::vector<std::size_t>> classes;
+  for (const Unit& unit : units) classes.push_back(balanced_classes(unit, balance));
   std::vector<std::size_t> order(units.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto first_class = [&](std::size_t u) { return units[u].held.begin()->first; };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return first_class(a) < first_class(b); });
+  std::ranges::stable_sort(order, {},
+                           [&](std::size_t u) { return balance.rank[classes[u].front()]; });
   std::vector<RowsOfClass> held(folds);
-  std::vector<std::size_t> size(folds), fold_of_row(rows);
+  std::vector<std::size_t> size(folds), fold_of_row(rows, never_held_out);
   for (const std::size_t u : order) {
+    const auto load = [&](std::size_t f) {
+      std::vector<std::size_t> out;
+      for (const std::size_t c : classes[u]) out.push_back(held[f][c]);
+      out.push_back(size[f]);
+      return out;
+    };
     std::size_t to = 0;
-    const auto load = [&](std::size_t f) { return std::tuple(held[f][first_class(u)], size[f]); };
     for (std::size_t f = 1; f < folds; ++f)
       if (load(f) < load(to)) to = f;
     for (const auto& [c, count] : units[u].held) held[to][c] += count;
@@ -63,57 +88,108 @@ std::vector<Fold> as_folds(const std::vector<std::size_t>& fold_of_row, std::siz
   return out;
 }
 
-bool usable(const std::vector<Fold>& folds, std::span<const std::size_t> of_row) {
-  const std::size_t classes = std::set<std::size_t>(of_row.begin(), of_row.end()).size();
-  return folds.size() >= 2 && std::all_of(folds.begin(), folds.end(), [&](const Fold& fold) {
-           RowsOfClass rows;
-           for (const std::size_t r : fold.train) ++rows[of_row[r]];
-           return rows.size() == classes &&
-                  std::all_of(rows.begin(), rows.end(),
-                              [](const auto& c) { return c.second >= 2; });
-         });
-}
-
-// The fewest units that any class has.
-std::size_t units_of_rarest(const std::vector<Unit>& units) {
-  RowsOfClass count;
-  for (const Unit& unit : units)
-    for (const auto& entry : unit.held) ++count[entry.first];
-  std::size_t out = units.size();
-  for (const auto& entry : count) out = std::min(out, entry.second);
+// Classes of which some fold trains on too few rows.
+std::vector<std::size_t> short_classes(const std::vector<Fold>& folds,
+                                       std::span<const std::size_t> of_row, std::size_t classes) {
+  std::vector<bool> is_short(classes, folds.size() < 2);
+  for (const Fold& fold : folds) {
+    std::vector<std::size_t> rows(classes);
+    for (const std::size_t r : fold.train) ++rows[of_row[r]];
+    for (std::size_t c = 0; c < classes; ++c)
+      if (rows[c] < least_trained) is_short[c] = true;
+  }
+  std::vector<std::size_t> out;
+  for (std::size_t c = 0; c < classes; ++c)
+    if (is_short[c]) out.push_back(c);
   return out;
 }
 
-std::vector<Fold> folds_of(std::span<const std::size_t> of_row, std::span<const std::size_t> unit,
-                           std::size_t folds, std::uint64_t seed) {
-  std::vector<Unit> units = gather_units(of_row, unit);
-  const std::size_t k = std::min(folds, units_of_rarest(units));
+// Units that each class has; of classes that are not dealt none.
+std::vector<std::size_t> units_of_each(const std::vector<Unit>& units, std::size_t classes) {
+  std::vector<std::size_t> out(classes);
+  for (const Unit& unit : units)
+    for (const auto& entry : unit.held) ++out[entry.first];
+  return out;
+}
+
+// Every class, balanced by the first one of each unit alone; nothing where that leaves one short.
+std::vector<Fold> dealt_by_first_class(std::span<const std::size_t> of_row, std::size_t classes,
+                                       std::span<const std::size_t> unit, std::size_t folds,
+                                       std::uint64_t seed) {
+  std::vector<Unit> units = gather_units(of_row, unit, std::vector<bool>(classes, true));
+  const std::size_t k = std::min(folds, std::ranges::min(units_of_each(units, classes)));
   if (k < 2) return {};
   RandomEngine engine(seed);
   shuffle(units, engine);
-  std::vector<Fold> out = as_folds(deal(units, of_row.size(), k), k);
-  return usable(out, of_row) ? out : std::vector<Fold>{};
+  Balance balance{std::vector<std::size_t>(classes)};
+  std::iota(balance.rank.begin(), balance.rank.end(), std::size_t{0});
+  std::vector<Fold> out = as_folds(deal(units, of_row.size(), k, balance), k);
+  return short_classes(out, of_row, classes).empty() ? out : std::vector<Fold>{};
+}
+
+struct Dealt {
+  std::vector<Fold> folds;
+  std::vector<std::size_t> short_of;  // classes; empty: the folds are usable
+};
+
+// The classes `dealt`, all balanced, the one with the fewest units first: in as many folds as that
+// has units or, where some class is left short, in more.
+Dealt dealt_by_all_classes(std::span<const std::size_t> of_row, const std::vector<bool>& dealt,
+                           std::span<const std::size_t> unit, std::size_t folds,
+                           std::uint64_t seed) {
+  const std::size_t classes = dealt.size();
+  std::vector<Unit> units = gather_units(of_row, unit, dealt);
+  const std::vector<std::size_t> count = units_of_each(units, classes);
+  std::size_t fewest = folds;
+  std::vector<std::size_t> order(classes);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t c) { return count[c]; });
+  Balance balance{std::vector<std::size_t>(classes), classes};
+  for (std::size_t i = 0; i < classes; ++i) balance.rank[order[i]] = i;
+  for (std::size_t c = 0; c < classes; ++c)
+    if (dealt[c]) fewest = std::min(fewest, count[c]);
+  RandomEngine engine(seed);
+  shuffle(units, engine);
+  Dealt out;
+  for (std::size_t k = fewest; k <= folds; ++k) {
+    out.folds = as_folds(deal(units, of_row.size(), k, balance), k);
+    out.short_of = short_classes(out.folds, of_row, classes);
+    std::erase_if(out.short_of, [&](std::size_t c) { return !dealt[c]; });
+    if (out.short_of.empty()) break;
+  }
+  return out;
 }
 
 }  // namespace
 
-Classes classes_of(const FeatureMatrix& matrix) {
-  const std::set<std::string> distinct(matrix.labels.begin(), matrix.labels.end());
-  Classes out{{distinct.begin(), distinct.end()}, {}};
-  for (const std::string& label : matrix.labels)
-    out.of_row.push_back(static_cast<std::size_t>(
-        std::lower_bound(out.labels.begin(), out.labels.end(), label) - out.labels.begin()));
-  return out;
+ClassFolds class_folds(std::span<const std::size_t> of_row, const UnitLevels& levels,
+                       std::size_t folds, std::uint64_t seed) {
+  const auto rows = rows_by_class(of_row);
+  const std::size_t classes = rows.size();
+  if (classes < 2) return {{}, std::vector<std::size_t>(classes, levels.size())};
+  ClassFolds out{dealt_by_first_class(of_row, classes, levels.front(), folds, seed),
+                 std::vector<std::size_t>(classes)};
+  if (!out.folds.empty()) return out;
+  for (std::size_t c = 0; c < classes; ++c)
+    out.level[c] = first_level(levels, rows[c], least_trained);
+  while (true) {
+    std::vector<bool> dealt(classes);
+    for (std::size_t c = 0; c < classes; ++c) dealt[c] = out.tests(c, levels);
+    if (std::ranges::count(dealt, true) < 2) return out;
+    Dealt tried =
+        dealt_by_all_classes(of_row, dealt, units_at(levels, of_row, out.level), folds, seed);
+    if (tried.short_of.empty()) {
+      out.folds = std::move(tried.folds);
+      return out;
+    }
+    for (const std::size_t c : tried.short_of)
+      out.level[c] = first_level(levels, rows[c], least_trained, out.level[c] + 1);
+  }
 }
 
-std::vector<Fold> class_folds(std::span<const std::size_t> of_row,
-                              std::span<const std::size_t> unit, std::size_t folds,
-                              std::uint64_t seed) {
-  std::vector<Fold> out = folds_of(of_row, unit, folds, seed);
-  if (!out.empty()) return out;
-  std::vector<std::size_t> single(of_row.size());
-  std::iota(single.begin(), single.end(), std::size_t{0});
-  return folds_of(of_row, single, folds, seed);
+ClassFolds class_folds(const FeatureMatrix& matrix, const TrainOptions& options) {
+  return class_folds(classes_of(matrix).of_row, unit_levels(matrix, options.fold_unit),
+                     options.folds, options.seed);
 }
 
 }  // namespace weft::classifier

@@ -6,25 +6,34 @@
 #include <span>
 #include <vector>
 
+#include "classifier/fabric/fold_units.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/learn/folds.hpp"
 
 namespace weft::classifier {
 
-/// The classes of rows as numbers: place in the sorted list of distinct labels.
-struct Classes {
-  std::vector<std::string> labels;  ///< sorted
-  std::vector<std::size_t> of_row;
-};
-Classes classes_of(const FeatureMatrix& matrix);
+/// Folds, and by which units each class was dealt into them.
+struct ClassFolds {
+  std::vector<Fold> folds;         ///< empty: nothing can be tested
+  std::vector<std::size_t> level;  ///< per class: of the levels; their number: it is never held out
 
-/// Stratified folds: every row validates once, units stay together, and every fold trains on at
-/// least two rows of every class (as a core needs). At most `folds`; fewer where a class has fewer
-/// units; where units are too few for that, rows are dealt singly; nothing where rows are too few
-/// as well (a class with two rows). Reproducible from the seed.
-std::vector<Fold> class_folds(std::span<const std::size_t> of_row,
-                              std::span<const std::size_t> unit, std::size_t folds,
-                              std::uint64_t seed);
+  /// Whether rows of the class are held out, where there are folds.
+  [[nodiscard]] bool tests(std::size_t own, const UnitLevels& levels) const {
+    return level[own] < levels.size();
+  }
+};
+
+/// Stratified folds: units stay together, and every fold trains on at least two rows of every class
+/// (as a core needs). At most `folds`; fewer where a class has fewer units. Every row validates
+/// once, by units of levels[0], where these can be dealt so. Where they cannot, classes of which
+/// they are too few are dealt by the next finer level, all others stay; a class with too few rows
+/// (two) is never held out. No folds where fewer than two classes could be: errors of one class
+/// alone say nothing. Reproducible from the seed. Every class has two rows, `levels` one level.
+ClassFolds class_folds(std::span<const std::size_t> of_row, const UnitLevels& levels,
+                       std::size_t folds, std::uint64_t seed);
+
+/// The same of unit_levels() and with the options of a training.
+ClassFolds class_folds(const FeatureMatrix& matrix, const TrainOptions& options);
 
 }  // namespace weft::classifier

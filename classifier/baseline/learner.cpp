@@ -34,8 +34,7 @@ bool is_cores(Learner learner) {
 
 // Folds of a learner without cores.
 std::vector<Fold> folds_of(const FeatureMatrix& matrix, const TrainOptions& options) {
-  return class_folds(classes_of(matrix).of_row, row_units(matrix, options.fold_unit), options.folds,
-                     options.seed);
+  return class_folds(matrix, options).folds;
 }
 
 // How few trials happen to fall to folds weighs more than what separates the learners: over eight

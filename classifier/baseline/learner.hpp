@@ -51,8 +51,8 @@ std::string to_string(const Recipe& recipe);
 struct RecipeScore {
   Recipe recipe;
   std::size_t errors = 0;  ///< out of `tested`
-  /// Trials, each as often as there are rounds; fewer: dropped once it could not win any more. 0:
-  /// rows were too few for folds.
+  /// Trials, each as often as there are rounds; fewer: dropped once it could not win any more, or
+  /// of a label that is never held out (class_folds()). 0: rows were too few for folds.
   std::size_t tested = 0;
   std::size_t rounds = 1;  ///< over new folds
 };
@@ -126,8 +126,9 @@ struct ChosenLearner {
 /// errors, of as many the first, which is the simplest. Errors are counted after the vote, over
 /// class_folds() of the training part; below a hundred trials in five rounds from as many seeds
 /// (one where groups are the folds). A candidate that has as many errors as one that is through is
-/// not tried further. Where rows are too few for folds (a label with two trials) nothing is tested,
-/// every candidate has 0 errors of 0, and the first is taken: LDA, or of `cores_best` all features.
+/// not tried further. Where there are no folds (fewer than two labels with three trials) nothing is
+/// tested, every candidate has 0 errors of 0, and the first is taken: LDA, or of `cores_best` all
+/// features.
 /// All cores come from `trainer`, which must give what train_task() would (empty: that is asked);
 /// everything else is done here.
 Result<ChosenLearner> train_learner(const FeatureMatrix& matrix, Learner learner,

@@ -119,9 +119,23 @@ struct GridChoice {
   std::size_t c = 0, gamma = 0, errors = 0;
 };
 
+// Of a grid that ascends, by the logarithm; the smaller of two.
+std::size_t nearest(const std::vector<double>& grid, double value) {
+  const auto off = [&](double v) { return std::abs(std::log(v) - std::log(value)); };
+  return static_cast<std::size_t>(std::ranges::min_element(grid, {}, off) - grid.begin());
+}
+
+// Where nothing can be tested: neither so stiff nor so flat that few rows are hardly learnt.
+GridChoice untested(std::size_t columns, const TrainOptions& options) {
+  constexpr double usual_c = 8.0;
+  const double usual_gamma = 1.0 / static_cast<double>(std::max<std::size_t>(1, columns));
+  return {nearest(options.grid.c, usual_c), nearest(options.grid.gamma, usual_gamma), 0};
+}
+
 Result<GridChoice> search(const Matrix& rows, std::span<const std::size_t> of_row,
                           std::size_t classes, std::span<const Fold> folds,
                           const TrainOptions& options) {
+  if (folds.empty()) return untested(rows.cols(), options);
   const std::size_t gammas = options.grid.gamma.size();
   const std::size_t cs = options.grid.c.size();
   std::vector<std::vector<std::size_t>> errors(gammas, std::vector<std::size_t>(cs));

@@ -44,8 +44,9 @@ class MultiClassSvc {
 
   /// Chooses C and gamma from options.grid by the fewest errors over `folds` (then the smaller C,
   /// then the smaller gamma), scaling anew in each fold, and trains on all rows. Without folds the
-  /// first grid point is taken. `of_row`: class of every row, below `classes`, each at least once
-  /// in every training part. Values finite.
+  /// grid's C nearest to 8 and its gamma nearest to 1 / columns are taken, by their logarithms: a
+  /// scaled column then adds about one to what gamma multiplies, however many there are. `of_row`:
+  /// class of every row, below `classes`, each at least once in every training part. Values finite.
   static Result<MultiClassSvc> fit(const Matrix& rows, std::span<const std::size_t> of_row,
                                    std::size_t classes, std::span<const Fold> folds,
                                    const TrainOptions& options);

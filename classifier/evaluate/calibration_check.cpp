@@ -75,11 +75,11 @@ double error_of_draw(const std::vector<BinSums>& recordings, std::size_t bins,
 
 Status CalibrationTally::add(const FeatureMatrix& matrix, const Split& split,
                              const TrainedLearner& learner, const TrainOptions& options) {
-  auto aids = learn_aids(learner, take_rows(matrix, split.train), options);
+  const auto aids = learn_aids(learner, take_rows(matrix, split.train), options);
   if (!aids) return pass(aids.error());
-  const std::optional<VoteAids> some = std::move(*aids);
+  if (!*aids) return {};
   for (const std::size_t r : split.test) {
-    const auto said = answer(learner, some, matrix.values.row(r));
+    const auto said = answer(learner, *aids, matrix.values.row(r));
     if (!said) return pass(said.error(), matrix.files[r]);
     std::vector<double> p(labels_.size());
     for (std::size_t k = 0; k < said->probability.size(); ++k)

@@ -34,8 +34,10 @@ class CalibrationTally {
   explicit CalibrationTally(std::vector<std::string> labels) : labels_(std::move(labels)) {}
 
   /// Learns the aids of `learner` from the split's training part and asks it for the test part.
+  /// Nothing is added where there are none: such a learner says no probability.
   Status add(const FeatureMatrix& matrix, const Split& split, const TrainedLearner& learner,
              const TrainOptions& options);
+  [[nodiscard]] bool empty() const { return answer_.empty(); }
   /// Refuses to finish before anything was added.
   [[nodiscard]] Result<CalibrationCheck> finish(std::size_t bins = 10) const;
 

@@ -176,7 +176,7 @@ Result<LearnerEvaluation> evaluate(const FeatureMatrix& matrix, std::span<const 
   if (!scores) return pass(scores.error());
   LearnerEvaluation out{std::move(*scores), std::move(recipes), std::move(candidates),
                         std::move(*first)};
-  if (!calibration) return out;
+  if (tally.empty()) return out;
   auto check = tally.finish();
   if (!check) return pass(check.error());
   out.calibration = std::move(*check);

@@ -22,6 +22,10 @@ class Tally {
     if (!trained) return pass(trained.error());
     const auto aids = learn_aids(*trained, known, options_);
     if (!aids) return pass(aids.error());
+    if (!*aids)
+      return fail(Errc::invalid_argument, "too few training trials to refuse any", "none of these",
+                  "three trials of two labels at least beside " + label, {},
+                  "Train with more trials of each label");
     for (const std::size_t r : split.test) {
       const auto said = answer(*trained, *aids, matrix_.values.row(r));
       if (!said) return pass(said.error(), matrix_.files[r]);

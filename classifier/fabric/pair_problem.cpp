@@ -2,22 +2,7 @@
 
 #include <unordered_map>
 
-#include "classifier/features/windows.hpp"
-
 namespace weft::classifier {
-
-std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind) {
-  std::map<std::string, std::size_t> number;
-  std::vector<std::size_t> out;
-  for (std::size_t r = 0; r < matrix.size(); ++r) {
-    const std::string_view unit =
-        kind == FoldUnit::group ? matrix.groups[r] : recording_of(matrix.files[r]);
-    // rows without a name are recordings of their own
-    const std::string key = unit.empty() ? "#" + std::to_string(r) : std::string(unit);
-    out.push_back(number.emplace(key, number.size()).first->second);
-  }
-  return out;
-}
 
 RowsOfLabel rows_by_label(const FeatureMatrix& matrix) {
   RowsOfLabel out;
@@ -39,7 +24,7 @@ Status check_labels(std::span<const std::string> labels) {
 }
 
 PairMaker::PairMaker(const FeatureMatrix& matrix, const TrainOptions& options)
-    : options_(options), unit_(row_units(matrix, options.fold_unit)) {}
+    : options_(options), unit_(units_by_label(matrix, options.fold_unit).of_row) {}
 
 // Units numbered as they come.
 std::vector<std::size_t> PairMaker::pattern(const std::vector<std::size_t>& rows) const {

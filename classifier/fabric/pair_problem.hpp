@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "classifier/fabric/fold_units.hpp"
 #include "classifier/fabric/options.hpp"
 #include "classifier/features/feature_matrix.hpp"
 
@@ -17,11 +18,6 @@ using RowsOfLabel = std::map<std::string, std::vector<std::size_t>>;
 /// Row numbers of every label, ascending.
 RowsOfLabel rows_by_label(const FeatureMatrix& matrix);
 
-/// A number per row: equal for rows that a fold keeps together. Windows of one recording
-/// (recording_of()), or with FoldUnit::group all rows of a group; a row without a name is its own
-/// unit.
-std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind);
-
 /// Of every training row. Refuses fewer than two labels, and one of a single row.
 Status check_labels(std::span<const std::string> labels);
 
@@ -29,7 +25,7 @@ Status check_labels(std::span<const std::string> labels);
 struct PairProblem {
   std::vector<std::size_t> rows;  ///< of the matrix: class a, then class b
   std::vector<int> sign;          ///< +1 for class a, -1 for class b
-  std::vector<Fold> folds;        ///< of options.make_folds, or stratified by options.fold_unit
+  std::vector<Fold> folds;        ///< of options.make_folds, or stratified by units_by_label()
 };
 
 /// Pair after pair of one matrix. Folds depend on the pattern of signs and units alone, so those of

@@ -9,6 +9,7 @@
 #include <ostream>
 #include <sstream>
 
+#include "classifier/baseline/fold_report.hpp"
 #include "classifier/fabric/line_text.hpp"
 #include "classifier/fabric/pair_problem.hpp"
 #include "classifier/fabric/sealed_text.hpp"
@@ -58,7 +59,10 @@ Result<StoredModel> train_stage(const std::vector<Trial>& slides, double sample_
   if (!trained) return pass(trained.error());
   auto aids = learn_aids(trained->trained, *matrix, options.training);
   if (!aids) return pass(aids.error());
-  return StoredModel{std::move(trained->trained), std::move(setup), options.provenance,
+  Provenance provenance = options.provenance;
+  const FoldReport folds = fold_report(*matrix, options.learner, options.training);
+  if (!folds.as_asked()) provenance.training += ", folds of this stage: " + words_of(folds);
+  return StoredModel{std::move(trained->trained), std::move(setup), std::move(provenance),
                      std::move(*aids)};
 }
 
@@ -204,6 +208,8 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
     if (!enough_of_each(long_enough, slides)) break;
     auto model = train_stage(long_enough, sample_rate_hz, options);
     if (!model) return pass(model.error(), std::to_string(seconds) + " s of slide");
+    const bool knew = !out.stages.empty() && out.stages.back().model.aids;
+    if (knew && !model->aids) break;  // what is sure so far must not be less so later
     out.stages.push_back({frames, std::move(*model)});
   }
   if (!out.stages.empty()) return out;

@@ -60,13 +60,11 @@ Recipe recipe_of(const TrainedLearner& learner, TrainOptions& options) {
   return {learner.kind(), options.cap, learner.view().kind()};
 }
 
-// Empty where there are no folds.
 Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& matrix,
-                         const std::vector<std::size_t>& own, TrainOptions options) {
+                         const std::vector<Fold>& folds, TrainOptions options) {
   const Recipe recipe = recipe_of(learner, options);
   HeldOut out;
-  for (const Fold& fold :
-       class_folds(own, row_units(matrix, options.fold_unit), options.folds, options.seed)) {
+  for (const Fold& fold : folds) {
     const auto part = train_recipe(take_rows(matrix, fold.train), recipe, options);
     if (!part) return pass(part.error());
     for (const std::size_t r : fold.validate) {
@@ -80,17 +78,21 @@ Result<HeldOut> held_out(const TrainedLearner& learner, const FeatureMatrix& mat
   return out;
 }
 
-Result<VoteAids> learn_without_cores(const TrainedLearner& learner, const FeatureMatrix& matrix,
-                                     const TrainOptions& options, double false_reject) {
+Result<std::optional<VoteAids>> learn_without_cores(const TrainedLearner& learner,
+                                                    const FeatureMatrix& matrix,
+                                                    const TrainOptions& options,
+                                                    double false_reject) {
+  const std::vector<Fold> folds = class_folds(matrix, options).folds;
+  if (folds.empty()) return std::optional<VoteAids>{};
   auto profile = fit_profile(matrix, learner.labels());
   if (!profile) return pass(profile.error());
   const auto own = class_numbers(matrix, learner.labels());
   if (!own) return pass(own.error());
-  const auto held = held_out(learner, matrix, *own, options);
+  const auto held = held_out(learner, matrix, folds, options);
   if (!held) return pass(held.error());
   VoteAids begun;
   begun.profile = std::move(*profile);
-  return with_held_out(std::move(begun), *held, matrix, *own, options, false_reject);
+  return std::optional(with_held_out(std::move(begun), *held, matrix, *own, options, false_reject));
 }
 
 Result<Answer> answer_of_cores(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
@@ -131,16 +133,20 @@ void ask_all_cores(const TrainedLearner& learner, const std::optional<VoteAids>&
 
 }  // namespace
 
-Result<VoteAids> learn_aids(const TrainedLearner& learner, const FeatureMatrix& matrix,
-                            const TrainOptions& options, double false_reject) {
+Result<std::optional<VoteAids>> learn_aids(const TrainedLearner& learner,
+                                           const FeatureMatrix& matrix, const TrainOptions& options,
+                                           double false_reject) {
   if (!(false_reject > 0.0 && false_reject < 1.0))
     return fail(Errc::range, "unusable share of known trials to refuse", "learn_aids",
                 "between 0 and 1", std::to_string(false_reject));
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   if (matrix.names != learner.feature_names())
     return fail(Errc::invalid_argument, "columns are not those of the training", "learn_aids");
-  if (const FabricModel* cores = learner.cores())
-    return learn_aids(*cores, learner.prepared(matrix), options, false_reject);
+  if (const FabricModel* cores = learner.cores()) {
+    auto aids = learn_aids(*cores, learner.prepared(matrix), options, false_reject);
+    if (!aids) return pass(aids.error());
+    return std::optional(std::move(*aids));
+  }
   return learn_without_cores(learner, matrix, options, false_reject);
 }
 

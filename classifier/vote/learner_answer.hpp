@@ -17,9 +17,11 @@ namespace weft::classifier {
 /// say in it (mean and deviation only; their labels do not enter). LDA, SVC and trees are trained
 /// again on class_folds() with the parameters they have; their scores of rows held out are
 /// sharpened until they are the likeliest probabilities (softmax of the LDA's discriminants, of the
-/// SVC's sums of tanh(f), of ln of the trees' shares). Refuses what learn_aids() refuses.
-Result<VoteAids> learn_aids(const TrainedLearner& learner, const FeatureMatrix& matrix,
-                            const TrainOptions& options, double false_reject = 0.05);
+/// SVC's sums of tanh(f), of ln of the trees' shares). Nothing where there are no such folds: a
+/// probability would be of the training rows' own fit. Refuses what learn_aids() refuses.
+Result<std::optional<VoteAids>> learn_aids(const TrainedLearner& learner,
+                                           const FeatureMatrix& matrix, const TrainOptions& options,
+                                           double false_reject = 0.05);
 
 /// Without `aids`: no probability and nothing refused. Kinds of vote are for cores: another learner
 /// refuses all but VoteKind::majority, and has no votes (LDA, trees) or its own (SVC). Refuses what

@@ -75,6 +75,7 @@ json outcome_json(const Outcome& outcome) {
   const LearnerEvaluation& e = outcome.evaluation;
   json out = evaluation_json(e);
   out["pooled_accuracy"] = e.confusion.accuracy();
+  if (!outcome.folds.empty()) out["folds"] = outcome.folds;
   out["chosen"] = json::array();
   for (const auto& recipe : e.recipes) out["chosen"].push_back(recipe_json(recipe));
   if (is_choice(outcome.learner)) {

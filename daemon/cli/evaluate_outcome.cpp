@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "classifier/baseline/fold_report.hpp"
 #include "daemon/cli/imprint_features.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -15,6 +16,23 @@ namespace {
 
 using classifier::Learner;
 using classifier::LearnerEvaluation;
+
+// LDA and trees have nothing to choose by folds; their probabilities are learnt from them.
+bool needs_folds(Learner learner, bool calibration) {
+  return calibration || (learner != Learner::lda && learner != Learner::trees);
+}
+
+std::map<std::string, std::size_t> folds_of(const EvaluateArgs& args, Learner learner,
+                                            const classifier::FeatureMatrix& features,
+                                            const std::vector<classifier::Split>& splits) {
+  std::map<std::string, std::size_t> out;
+  for (const classifier::Split& split : splits) {
+    const classifier::FoldReport report =
+        fold_report(take_rows(features, split.train), learner, options_of(args));
+    if (!report.as_asked()) ++out[words_of(report)];
+  }
+  return out;
+}
 
 Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
                                           const std::vector<Learner>& learners,
@@ -101,6 +119,9 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
   if (!outcomes) return pass(outcomes.error());
   out.outcomes = std::move(*outcomes);
+  for (Outcome& outcome : out.outcomes)
+    if (needs_folds(outcome.learner, calibration || args.none_of_these))
+      outcome.folds = folds_of(args, outcome.learner, chosen.features, out.splits);
   if (args.leave_one_group_out) out.groups = by_group(chosen.features, out);
   auto curve = curve_of(args, *learners, chosen.features, out.splits);
   if (!curve) return pass(curve.error());

@@ -1,6 +1,7 @@
 #pragma once
 // What `weft evaluate` measures, before it is shown.
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@ namespace weft::daemon::cli {
 struct Outcome {
   classifier::Learner learner = classifier::Learner::pvalue;
   classifier::LearnerEvaluation evaluation;
+  /// What words_of() says of the folds of its trainings, where they are not those asked for, and of
+  /// how many trainings.
+  std::map<std::string, std::size_t> folds = {};
   [[nodiscard]] std::string name() const { return std::string(classifier::to_string(learner)); }
 };
 

@@ -39,6 +39,20 @@ std::string accuracy_table(const std::vector<Outcome>& outcomes) {
   return table.text() + choices + "  interval: " + methods_text(methods) + "\n";
 }
 
+// Folds of trainings that are not those asked for: the same words once, with the learners.
+std::string folds_text(const Measured& measured) {
+  std::map<std::string, std::vector<std::string>> learners;
+  for (const Outcome& outcome : measured.outcomes) {
+    for (const auto& [words, trainings] : outcome.folds)
+      learners["folds of " + std::to_string(trainings) + " of " +
+               std::to_string(measured.splits.size()) + " trainings: " + words]
+          .push_back(outcome.name());
+  }
+  std::string out;
+  for (const auto& [words, names] : learners) out += "  " + joined(names) + ", " + words + "\n";
+  return out;
+}
+
 // A simple learner that does at least as well as every kind of cores, in words.
 std::string simple_wins_text(const std::vector<Outcome>& outcomes) {
   const Outcome* simple = nullptr;
@@ -127,7 +141,8 @@ std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
   Table facts(Align::left);
   for (const auto& [name, value] : facts_of(args, chosen, measured)) facts.row({name, value});
   std::string out = bench_banner(chosen.dataset.info) + facts.text() +
-                    accuracy_table(measured.outcomes) + simple_wins_text(measured.outcomes);
+                    accuracy_table(measured.outcomes) + folds_text(measured) +
+                    simple_wins_text(measured.outcomes);
   for (const Outcome& outcome : measured.outcomes)
     out += "Confusion, " + outcome.name() + " (row: true label, column: answer):\n" +
            confusion_text(outcome.evaluation.confusion);

@@ -5,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "classifier/baseline/fold_report.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/cli/dataset_file.hpp"
@@ -35,6 +36,7 @@ struct Trained {
   double train_s = 0.0;      // choice and machine
   double calibrate_s = 0.0;  // probabilities and the reject rule
   classifier::TrainOptions options;
+  classifier::FoldReport folds;
 };
 
 json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
@@ -45,6 +47,10 @@ json candidates_json(const std::vector<classifier::RecipeScore>& scores) {
                    {"tested", score.tested},
                    {"rounds", score.rounds}});
   return out;
+}
+
+json folds_json(const classifier::FoldReport& report) {
+  return {{"none", report.none}, {"finer", report.finer}, {"not_tested", report.untested}};
 }
 
 // Of a data set of imprints; nothing of fabrics.
@@ -81,8 +87,10 @@ json summary_json(const TrainArgs& args, const DatasetInfo& info, const Trained&
            {"features", stored.learner.feature_names().size()},
            {"taxels", stored.setup.taxels},
            {"unconverged", trained.options.unconverged->load()},
+           {"calibrated", stored.aids.has_value()},
            {"train_s", trained.train_s},
            {"calibrate_s", trained.calibrate_s}};
+  if (!trained.folds.as_asked()) out["folds"] = folds_json(trained.folds);
   if (trained.imprints) {
     out["kind"] = "imprints";
     out["array"] = ci::words_of(trained.imprints->grid);
@@ -103,19 +111,37 @@ std::string machine_words(const StoredModel& stored, const classifier::Recipe& r
          to_string(recipe);
 }
 
+// What no fold had a say in, where there were none.
+std::string untested_words(const Trained& trained) {
+  if (!trained.folds.none) return {};
+  std::string out = "; not tested";
+  if (!trained.scores.empty()) out += ", the simplest learner taken";
+  const auto* svc = std::get_if<classifier::MultiClassSvc>(&trained.model.learner.machine());
+  if (svc != nullptr) out += ", C " + general(svc->c()) + ", gamma " + general(svc->gamma());
+  if (!trained.model.aids) out += ", not calibrated: no probability, no \"none of these\"";
+  return out;
+}
+
+std::string folds_line(const Trained& trained) {
+  if (trained.folds.as_asked()) return {};
+  return "  folds: " + words_of(trained.folds) + untested_words(trained) + "\n";
+}
+
 std::string summary_text(const TrainArgs& args, const Trained& trained) {
   const StoredModel& stored = trained.model;
-  std::string out =
-      args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
-      (trained.imprints ? " classes of imprints, " : " fabrics, ") +
-      machine_words(stored, trained.recipe) + ", trained on " + std::to_string(trained.rows) +
-      " feature vectors of " + std::to_string(stored.learner.feature_names().size()) + " in " +
-      duration(trained.train_s) + ", calibrated in " + duration(trained.calibrate_s) + "\n";
+  std::string out = args.out.string() + ": " + std::to_string(stored.learner.labels().size()) +
+                    (trained.imprints ? " classes of imprints, " : " fabrics, ") +
+                    machine_words(stored, trained.recipe) + ", trained on " +
+                    std::to_string(trained.rows) + " feature vectors of " +
+                    std::to_string(stored.learner.feature_names().size()) + " in " +
+                    duration(trained.train_s) +
+                    (stored.aids ? ", calibrated in " + duration(trained.calibrate_s) : "") + "\n" +
+                    folds_line(trained);
   std::vector<std::string> tried;
   for (const classifier::RecipeScore& score : trained.scores)
     tried.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
                     std::to_string(score.tested));
-  if (!tried.empty()) {
+  if (!tried.empty() && !trained.folds.none) {
     const std::size_t rounds = trained.scores.front().rounds;
     out += "  errors in cross-validation" +
            (rounds > 1 ? ", " + std::to_string(rounds) + " rounds" : "") + ": " +
@@ -166,7 +192,10 @@ std::string stages_text(const TrainArgs& args, const classifier::StagedModel& mo
     lengths.push_back(general(model.slide_s(i)));
   return args.out.string() + ": " + std::to_string(model.last().learner.labels().size()) +
          " fabrics, votes after " + joined(lengths) + " s of slide, trained on " +
-         std::to_string(slides) + " slides in " + duration(train_s) + "\n";
+         std::to_string(slides) + " slides in " + duration(train_s) + "\n" +
+         (model.last().aids ? ""
+                            : "  not calibrated, so never sure: fewer than two labels have three "
+                              "slides\n");
 }
 
 json stages_json(const TrainArgs& args, const DatasetInfo& info,
@@ -175,7 +204,9 @@ json stages_json(const TrainArgs& args, const DatasetInfo& info,
   json stages = json::array();
   for (std::size_t i = 0; i < model.stages.size(); ++i)
     stages.push_back({{"slide_s", model.slide_s(i)},
-                      {"learner", classifier::to_string(model.stages[i].model.learner.kind())}});
+                      {"learner", classifier::to_string(model.stages[i].model.learner.kind())},
+                      {"training", model.stages[i].model.provenance.training},
+                      {"calibrated", model.stages[i].model.aids.has_value()}});
   const StoredModel& last = model.last();
   return {{"command", "train"},
           {"live", true},
@@ -211,7 +242,7 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   options.features.norm = args.trials.norm == "rms" ? classifier::Norm::rms : classifier::Norm::l2;
   options.exploration = chosen->exploration;
   options.provenance = {std::string(to_string(dataset->info.kind)), dataset_sha256(*dataset),
-                        WEFT_VERSION, describe(args.training, label_count(chosen->trials))};
+                        WEFT_VERSION, describe(args.training, label_count(chosen->trials), {})};
   const double began_s = steady_wall_seconds();
   const auto model = classifier::train_staged(chosen->trials, dataset->info.taxel_rate_hz, options);
   if (!model) return pass(model.error(), args.dataset.string());
@@ -266,7 +297,9 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (!aids) return pass(aids.error(), args.dataset.string());
   const double calibrate_s = steady_wall_seconds() - began_s - train_s;
   const BenchKind kind = chosen->dataset.info.kind;
-  const std::string how = describe(args.training, trained->trained.labels().size());
+  classifier::FoldReport folds = fold_report(chosen->features, *learner, options);
+  const std::string how =
+      describe(args.training, trained->trained.labels().size(), words_of(folds));
   const Trained done{{std::move(trained->trained),
                       std::move(chosen->setup),
                       {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, how},
@@ -277,7 +310,8 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
                      chosen->features.size(),
                      train_s,
                      calibrate_s,
-                     options};
+                     options,
+                     std::move(folds)};
   const auto written =
       write_streamed_file(args.out, [&](std::ostream& out) { return write_model(done, out); });
   if (!written) return pass(written.error());

@@ -88,18 +88,19 @@ std::string unconverged_text(const classifier::TrainOptions& options) {
          "iterations\n";
 }
 
-std::string describe(const TrainChoice& choice) {
+std::string describe(const TrainChoice& choice, const std::string& folds) {
   return "seed " + std::to_string(choice.seed) + ", cap " + std::to_string(choice.cap) +
-         ", folds " + std::to_string(choice.folds) + " by " + choice.fold_unit + ", selection " +
+         ", folds " + std::to_string(choice.folds) + " by " + choice.fold_unit +
+         (folds.empty() ? "" : " (" + folds + ")") + ", selection " +
          (choice.paper_selection ? "once (paper)" : "inside each fold") +
          (choice.t_test == "pooled" ? "" : " by Welch's t") +
          (choice.solver == "own" ? "" : ", solver " + choice.solver) +
          (choice.tie == "auto" ? "" : ", ties by " + choice.tie);
 }
 
-std::string describe(TrainChoice choice, std::size_t fabrics) {
+std::string describe(TrainChoice choice, std::size_t fabrics, const std::string& folds) {
   choice.tie = to_string(classifier::resolved(tie_of(choice), fabrics));
-  return describe(choice);
+  return describe(choice, folds);
 }
 
 }  // namespace weft::daemon::cli

@@ -38,9 +38,9 @@ classifier::TrainOptions train_options(const TrainChoice& choice, classifier::Re
 /// were.
 std::string unconverged_text(const classifier::TrainOptions& options);
 
-/// One line for people.
-std::string describe(const TrainChoice& choice);
+/// One line for people. `folds`: in what they are not as chosen, words_of().
+std::string describe(const TrainChoice& choice, const std::string& folds = {});
 /// The same for the model file, with the rule for ties that a training on so many fabrics used.
-std::string describe(TrainChoice choice, std::size_t fabrics);
+std::string describe(TrainChoice choice, std::size_t fabrics, const std::string& folds);
 
 }  // namespace weft::daemon::cli

@@ -46,7 +46,8 @@ Result<LearntImprints> learn_imprints(const Dataset& data, const std::string& da
   Lesson lesson{model_name, std::move(*matrix), std::move(*splits), "one object"};
   auto got = evaluate_and_train(lesson, learner, options, hooks, announce);
   if (!got) return pass(got.error());
-  const std::string how = training_words(to_string(learner), options, got->learner.labels().size());
+  const std::string how =
+      training_words(to_string(learner), options, got->learner.labels().size(), got->folds);
   return LearntImprints{
       std::move(lesson),
       std::move(got->evaluation),

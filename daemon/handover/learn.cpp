@@ -85,15 +85,19 @@ Result<EvaluatedModel> evaluate_and_train(const Lesson& lesson, classifier::Lear
   const double train_s = now() - began_s;
   auto aids = classifier::learn_aids(chosen->trained, matrix, options);
   if (!aids) return pass(aids.error());
-  return EvaluatedModel{std::move(*evaluation), std::move(chosen->trained), std::move(*aids),
-                        to_string(chosen->recipe), train_s};
+  return EvaluatedModel{
+      std::move(*evaluation),    std::move(chosen->trained),
+      std::move(*aids),          classifier::fold_report(matrix, learner, options),
+      to_string(chosen->recipe), train_s};
 }
 
 std::string training_words(std::string_view learner, const classifier::TrainOptions& options,
-                           std::size_t labels) {
+                           std::size_t labels, const classifier::FoldReport& folds) {
   return "by the recipe's hand_over: learner " + std::string(learner) + ", seed " +
          std::to_string(options.seed) + ", cap " + std::to_string(options.cap) + ", folds " +
-         std::to_string(options.folds) + " by recording, selection inside each fold, ties by " +
+         std::to_string(options.folds) + " by recording" +
+         (folds.as_asked() ? "" : " (" + words_of(folds) + ")") +
+         ", selection inside each fold, ties by " +
          std::string(to_string(classifier::resolved(options.tie, labels)));
 }
 
@@ -114,7 +118,8 @@ Result<Learnt> learn(const Material& material, const DatasetInfo& info,
                 "one group of repetitions"};
   auto got = evaluate_and_train(lesson, *learner, options, hooks, announce);
   if (!got) return pass(got.error());
-  const std::string how = training_words(wanted.learner, options, got->learner.labels().size());
+  const std::string how =
+      training_words(wanted.learner, options, got->learner.labels().size(), got->folds);
   return Learnt{{std::move(got->learner),
                  setup_of(material, info),
                  {std::string(to_string(info.kind)), dataset_sha256, WEFT_VERSION, how},

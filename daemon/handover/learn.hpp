@@ -2,9 +2,11 @@
 // One exploration of a hand-over: features, groups of repetitions, evaluation, model.
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "classifier/baseline/fold_report.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/fabric/model_file.hpp"
 #include "daemon/dataset/dataset.hpp"
@@ -29,7 +31,8 @@ std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint3
 struct EvaluatedModel {
   classifier::LearnerEvaluation evaluation;
   classifier::TrainedLearner learner;
-  classifier::VoteAids aids;
+  std::optional<classifier::VoteAids> aids;  ///< nothing where no fold could be made
+  classifier::FoldReport folds;
   std::string words;   ///< which learner it is: "lda, ranks"
   double train_s = 0;  ///< of the model, measured
 };
@@ -49,7 +52,7 @@ Result<EvaluatedModel> evaluate_and_train(const Lesson& lesson, classifier::Lear
 
 /// How it was trained, for the model's provenance.
 std::string training_words(std::string_view learner, const classifier::TrainOptions& options,
-                           std::size_t labels);
+                           std::size_t labels, const classifier::FoldReport& folds);
 
 /// What an evaluation says, for evaluation.json: evaluation_json() with the share of all answers
 /// and the calibration.

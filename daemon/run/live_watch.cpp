@@ -49,7 +49,7 @@ Status knows_enough(const recipes::Exploration& exploration, const classifier::S
       model.stages, [](const auto& stage) { return stage.model.aids.has_value(); });
   if (!exploration.live_vote->stop_early || knows) return {};
   return fail(Errc::unsupported, "the model knows no probability, so it is never sure", {}, {}, {},
-              "weft train --live writes one that does");
+              "weft train --live writes one that does, of three slides or more of each label");
 }
 
 using recipes::Exploration;

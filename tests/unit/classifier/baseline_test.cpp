@@ -139,7 +139,7 @@ TEST_CASE(
     "The grid of the multi-class machine takes the fewest errors, then the smallest C and gamma") {
   const FeatureMatrix data = gaussian_classes(3, 20, 8, 2.5, 21);
   const Classes classes = classes_of(data);
-  const auto folds = class_folds(classes.of_row, row_units(data, FoldUnit::recording), 5, 1);
+  const auto folds = class_folds(data, {}).folds;
   TrainOptions options;
   const auto chosen = MultiClassSvc::fit(data.values, classes.of_row, 3, folds, options);
   REQUIRE(chosen);
@@ -168,7 +168,7 @@ TEST_CASE("Folds of many classes hold every row once, keep units whole and train
     data.files[r] = data.labels[r] + std::to_string(r % 4) + "#" + std::to_string(r);
   const Classes classes = classes_of(data);
   const auto unit = row_units(data, FoldUnit::recording);
-  const auto folds = class_folds(classes.of_row, unit, 5, 7);
+  const auto folds = class_folds(classes.of_row, {unit}, 5, 7).folds;
   REQUIRE(folds.size() == 4);
   std::multiset<std::size_t> validated;
   for (const Fold& fold : folds) {
@@ -181,16 +181,17 @@ TEST_CASE("Folds of many classes hold every row once, keep units whole and train
   }
   CHECK(validated.size() == data.size());
   CHECK(std::set<std::size_t>(validated.begin(), validated.end()).size() == data.size());
-  CHECK(class_folds(classes.of_row, unit, 5, 7).front().validate == folds.front().validate);
+  CHECK(class_folds(classes.of_row, {unit}, 5, 7).folds.front().validate == folds.front().validate);
 }
 
 TEST_CASE("A single group is dealt by rows, and two rows of a class cannot be folded") {
   const FeatureMatrix data = gaussian_classes(3, 4, 2, 1, 41);
   const Classes classes = classes_of(data);
-  const std::vector<std::size_t> one_unit(data.size(), 0);
-  CHECK(class_folds(classes.of_row, one_unit, 5, 1).size() == 4);
+  const UnitLevels one_unit = {std::vector<std::size_t>(data.size(), 0),
+                               unit_levels(data, FoldUnit::recording).back()};
+  CHECK(class_folds(classes.of_row, one_unit, 5, 1).folds.size() == 4);
   const std::vector<std::size_t> few = {0, 0, 1, 1};
-  CHECK(class_folds(few, std::vector<std::size_t>{0, 1, 2, 3}, 5, 1).empty());
+  CHECK(class_folds(few, {{0, 1, 2, 3}}, 5, 1).folds.empty());
 }
 
 TEST_CASE("Every learner tells clear classes apart and knows its name") {
@@ -213,8 +214,7 @@ TEST_CASE("Few trials are tried in five rounds, each over other folds") {
   std::set<std::size_t> of_one_round;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     std::size_t errors = 0;
-    const auto folds =
-        class_folds(classes_of(data).of_row, row_units(data, FoldUnit::recording), 5, seed);
+    const auto folds = class_folds(data, {.seed = seed}).folds;
     for (const Fold& fold : folds) {
       const auto lda = train_recipe(take_rows(data, fold.train), {Learner::lda}, {}).value();
       for (const std::size_t r : fold.validate)

@@ -136,6 +136,25 @@ TEST_CASE("slides that cannot be trained on are refused as trials are, before th
   CHECK(train_staged({}, rate_hz, options_of_lda()).error().message == "nothing to tell apart");
 }
 
+TEST_CASE(
+    "stages end where no probability could be learnt any more; two slides of each know none") {
+  auto some = slides(4, 60);
+  for (std::size_t i = 0; i < some.size(); ++i)
+    if (i % 4 < 2) some[i] = slide(i / 4, i % 4, 120);
+  const auto model = train_staged(some, rate_hz, options_of_lda());
+  REQUIRE(model);
+  CHECK(model->stages.size() == 2);  // 0.5, 1 s; of 2 and 3 s there are two slides of each
+  for (const LiveStage& stage : model->stages) CHECK(stage.model.aids);
+  const auto few = train_staged(slides(2), rate_hz, options_of_lda());
+  REQUIRE(few);
+  CHECK(few->stages.size() == 4);
+  for (const LiveStage& stage : few->stages) {
+    CHECK_FALSE(stage.model.aids);
+    CHECK(stage.model.provenance.training.find("none: label cloth 0 has 2 trials") !=
+          std::string::npos);
+  }
+}
+
 TEST_CASE("a staged model comes back from its file as it was, and nothing else is taken for one") {
   const auto model = staged();
   const std::string text = text_of(*model);

@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""`weft train`, `evaluate` and `classify` where a label has few trials or a single group: what was not tested is said.
+
+    cli_few_trials.py WEFT
+"""
+import pathlib
+import shutil
+import sys
+import tempfile
+
+from cli_support import Checks
+from made_up_cloths import write_manifest, write_set
+
+
+def imported(t, d, name, rows):
+    write_manifest(d / f"{name}.csv", rows)
+    t.succeeds("dataset", "import", f"{name}.csv", "-o", f"{name}.h5", cwd=d)
+    return f"{name}.h5"
+
+
+def two_trials_of_one_label(t, d, rows):
+    data = imported(t, d, "rare", rows[:18])  # wool: two
+    for learner in ("best", "svc", "lda"):
+        trained = t.succeeds("train", data, "-o", "rare.weft", "--learner", learner, cwd=d)
+        said = "folds 5 by recording (not tested: wool (2 trials)), selection"
+        t.expect(trained["folds"] == {"none": False, "finer": {}, "not_tested": {"wool": 2}}, f"{learner}: {trained}")
+        t.expect(trained["calibrated"] and said in trained["training"], f"{learner}: {trained}")
+        t.expect(said in (d / "rare.weft").read_text(), f"{learner}: the model file does not say it")
+        text = t.run("train", data, "-o", "rare.weft", "--learner", learner, cwd=d).stdout
+        t.expect("folds: not tested: wool (2 trials)" in text and "calibrated in" in text, text)
+    answer = t.succeeds("classify", "rare.weft", data, cwd=d)["trials"][0]
+    t.expect("probability" in answer and "none_of_these" in answer, f"calibrated by the others: {answer}")
+
+
+def two_trials_of_every_label(t, d, rows):
+    data = imported(t, d, "few", [row for k, row in enumerate(rows) if k % 8 < 2])
+    for learner, words in (("best", ["the simplest learner taken", "not calibrated"]),
+                           ("svc", ["C 8, gamma 0.03125", "not calibrated"])):
+        trained = t.succeeds("train", data, "-o", "few.weft", "--learner", learner, cwd=d)
+        t.expect(trained["folds"]["none"] and not trained["calibrated"], f"{learner}: {trained}")
+        t.expect("none: label cotton has 2 trials" in trained["training"], f"{learner}: {trained}")
+        text = t.run("train", data, "-o", "few.weft", "--learner", learner, cwd=d).stdout
+        for word in words + ["folds: none: label cotton has 2 trials", "not tested"]:
+            t.expect(word in text, f"{learner}: no '{word}' in {text}")
+        t.expect("calibrated in" not in text and "0/0" not in text, text)
+        for answer in t.succeeds("classify", "few.weft", data, cwd=d)["trials"]:
+            t.expect("probability" not in answer and "none_of_these" not in answer, f"nothing claimed: {answer}")
+    evaluated = t.succeeds("evaluate", "d.h5", "--train-fraction", "0.2", "--learner", "svc,lda", cwd=d)
+    t.expect(list(evaluated["results"]["svc"]["folds"].values()) == [30], f"evaluate: {evaluated['results']['svc']}")
+    t.expect("folds" not in evaluated["results"]["lda"], f"LDA has nothing to choose: {evaluated['results']['lda']}")
+    text = t.run("evaluate", "d.h5", "--train-fraction", "0.2", "--learner", "svc,lda", cwd=d).stdout
+    t.expect("svc, folds of 30 of 30 trainings: none: label cotton has 2 trials" in text, text)
+    live = t.succeeds("train", data, "-o", "few.live", "--live", "--learner", "lda", cwd=d)
+    t.expect(not any(stage["calibrated"] for stage in live["stages"]), f"live: {live}")
+    t.expect("never sure" in t.run("train", data, "-o", "few.live", "--live", "--learner", "lda", cwd=d).stdout, "live text")
+
+
+def one_group_of_one_label(t, d, rows):
+    data = imported(t, d, "group", [row for row in rows if row[1] != "wool" or row[2] == "A"])
+    for learner in ("svc", "pvalue", "best"):
+        trained = t.succeeds("train", data, "-o", "group.weft", "--fold-unit", "group", "--learner", learner, cwd=d)
+        t.expect(trained["folds"]["finer"] == {"wool": "recording"}, f"{learner}: {trained}")
+        t.expect("by group (wool dealt by recording), " in trained["training"], f"{learner}: {trained}")
+    t.expect("folds" not in t.succeeds("train", data, "-o", "group.weft", cwd=d), "by recording nothing is special")
+
+
+def one_trial_of_one_label(t, d, rows):
+    data = imported(t, d, "lone", rows[:17])
+    said = [t.refuses("train", data, "-o", "bad", *live, cwd=d, says=["label wool", "at least 2"])["sentence"]
+            for live in ([], ["--live"])]
+    t.expect(said[0] == said[1], f"one sentence: {said}")
+
+
+def short_lists(t, d):
+    t.succeeds("train", "d.h5", "-o", "m.weft", "--learner", "pvalue", cwd=d)
+    one = t.succeeds("classify", "m.weft", "d.h5", "--vote", "shortlist", "--shortlist", "1", cwd=d)["trials"][0]
+    t.expect(one["cores_asked"] == 0 and "probability" not in one, f"nobody was asked: {one}")
+    for vote in ([], ["--vote", "dag"], ["--vote", "majority"]):
+        t.refuses("classify", "m.weft", "d.h5", "--shortlist", "2", *vote, cwd=d, says=["--shortlist", "--vote shortlist"])
+
+
+def main():
+    t = Checks(sys.argv[1])
+    work = pathlib.Path(tempfile.mkdtemp(prefix="weft-cli-"))
+    try:
+        d = work / "set"
+        rows = write_set(d)
+        imported(t, d, "d", rows)
+        two_trials_of_one_label(t, d, rows)
+        two_trials_of_every_label(t, d, rows)
+        one_group_of_one_label(t, d, rows)
+        one_trial_of_one_label(t, d, rows)
+        short_lists(t, d)
+    finally:
+        shutil.rmtree(work)
+    t.finish()
+
+
+if __name__ == "__main__":
+    main()
