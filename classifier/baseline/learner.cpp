@@ -8,6 +8,7 @@
 
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/fabric/pair_problem.hpp"
+#include "classifier/learn/memory.hpp"
 
 namespace weft::classifier {
 namespace {
@@ -87,10 +88,9 @@ Result<TrainedLearner::Machine> train_simple(const FeatureMatrix& rows, const Cl
   return std::move(*svc);
 }
 
-// `fold`: whose training rows these are.
-Result<TrainedLearner> train_on(FeatureMatrix rows, std::optional<std::size_t> fold,
-                                const Recipe& recipe, TrainOptions options,
-                                const TaskTrainer& trainer) {
+Result<TrainedLearner> trained_on(FeatureMatrix rows, std::optional<std::size_t> fold,
+                                  const Recipe& recipe, TrainOptions options,
+                                  const TaskTrainer& trainer) {
   if (auto ok = check(rows); !ok) return pass(ok.error());
   if (auto ok = check_labels(rows.labels); !ok) return pass(ok.error());
   const Classes classes = classes_of(rows);
@@ -104,6 +104,14 @@ Result<TrainedLearner> train_on(FeatureMatrix rows, std::optional<std::size_t> f
                      : train_simple(rows, classes, recipe.learner, options);
   if (!machine) return pass(machine.error());
   return TrainedLearner(classes.labels, rows.names, std::move(view), std::move(*machine));
+}
+
+// `fold`: whose training rows these are.
+Result<TrainedLearner> train_on(FeatureMatrix rows, std::optional<std::size_t> fold,
+                                const Recipe& recipe, const TrainOptions& options,
+                                const TaskTrainer& trainer) {
+  return within_memory(rows.size(),
+                       [&] { return trained_on(std::move(rows), fold, recipe, options, trainer); });
 }
 
 std::vector<Recipe> candidates(Learner learner, std::size_t cap) {

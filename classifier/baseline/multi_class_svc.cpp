@@ -7,6 +7,7 @@
 
 #include "classifier/learn/distance.hpp"
 #include "classifier/learn/exponential.hpp"
+#include "classifier/learn/memory.hpp"
 #include "classifier/learn/parallel.hpp"
 #include "classifier/learn/svm_solver.hpp"
 
@@ -167,6 +168,8 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
                                          std::size_t classes, std::span<const Fold> folds,
                                          const TrainOptions& unsorted) {
   if (auto ok = check(unsorted); !ok) return pass(ok.error());
+  // of all rows at the end: distances and kernel
+  if (auto ok = check_square_memory(rows.rows(), 2.0); !ok) return pass(ok.error());
   const TrainOptions options = ascending(unsorted);
   const auto chosen = search(rows, of_row, classes, folds, options);
   if (!chosen) return pass(chosen.error());

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <tuple>
 
 #include "classifier/fabric/pair_problem.hpp"
+#include "classifier/learn/memory.hpp"
 #include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
@@ -137,6 +140,14 @@ Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix, const T
                                             std::size_t first, std::size_t stride) {
   const RowsOfLabel rows = rows_by_label(matrix);
   const std::vector<std::string> labels = labels_of(rows);
+  std::vector<std::size_t> size;
+  for (const auto& entry : rows) size.push_back(entry.second.size());
+  std::ranges::sort(size, std::greater<>());
+  size.resize(std::min<std::size_t>(size.size(), 2));
+  // of the largest pair, when one of its folds is tested: distances and kernel
+  if (auto ok = check_square_memory(std::accumulate(size.begin(), size.end(), std::size_t{0}), 1.6);
+      !ok)
+    return pass(ok.error());
   TrainOptions options = asked;
   options.tie = resolved(asked.tie, labels.size());
   std::vector<Pair> pairs;

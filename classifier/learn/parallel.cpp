@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -13,12 +15,39 @@ std::size_t thread_count(std::size_t count, std::size_t asked) {
   return std::clamp<std::size_t>(asked == 0 ? cores : asked, 1, std::max<std::size_t>(1, count));
 }
 
+// Keeps what the first thread threw until all have ended.
+class FirstThrown {
+ public:
+  void keep() noexcept {
+    const std::lock_guard lock(mutex_);
+    if (!thrown_) thrown_ = std::current_exception();
+  }
+  void rethrow() const {
+    if (thrown_) std::rethrow_exception(thrown_);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::exception_ptr thrown_;
+};
+
 // Runs `body(t)` on threads t = 0 .. n - 1, the first of them the caller's own.
 void on_threads(std::size_t n, const std::function<void(std::size_t)>& body) {
-  std::vector<std::jthread> others;
-  others.reserve(n - 1);
-  for (std::size_t t = 1; t < n; ++t) others.emplace_back([&body, t] { body(t); });
-  body(0);
+  FirstThrown first;
+  const auto guarded = [&](std::size_t t) {
+    try {
+      body(t);
+    } catch (...) {
+      first.keep();
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    others.reserve(n - 1);
+    for (std::size_t t = 1; t < n; ++t) others.emplace_back([&guarded, t] { guarded(t); });
+    guarded(0);
+  }
+  first.rethrow();
 }
 
 }  // namespace

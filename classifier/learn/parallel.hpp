@@ -8,7 +8,9 @@
 namespace weft::classifier {
 
 /// Calls `work(i)` once for every i < count, on up to `threads` threads (0: one per core). Items
-/// are handed out one at a time, so unequal items still balance. `work` must not throw.
+/// are handed out one at a time, so unequal items still balance. What `work` throws (memory that
+/// ran out) ends its own thread's part; the first of it is thrown to the caller once all have
+/// ended. So in the two below.
 void parallel_for(std::size_t count, std::size_t threads,
                   const std::function<void(std::size_t)>& work);
 

@@ -5,6 +5,7 @@
 
 #include "classifier/baseline/class_folds.hpp"
 #include "classifier/fabric/pair_problem.hpp"
+#include "classifier/learn/memory.hpp"
 #include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {
@@ -95,6 +96,14 @@ Result<std::optional<VoteAids>> learn_without_cores(const TrainedLearner& learne
   return std::optional(with_held_out(std::move(begun), *held, matrix, *own, options, false_reject));
 }
 
+Result<std::optional<VoteAids>> learn_of_cores(const TrainedLearner& learner,
+                                               const FeatureMatrix& matrix,
+                                               const TrainOptions& options, double false_reject) {
+  auto aids = learn_aids(*learner.cores(), learner.prepared(matrix), options, false_reject);
+  if (!aids) return pass(aids.error());
+  return std::optional(std::move(*aids));
+}
+
 Result<Answer> answer_of_cores(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
                                std::span<const double> features, const VoteOptions& options) {
   const auto own = learner.prepared(features);
@@ -142,14 +151,11 @@ Result<std::optional<VoteAids>> learn_aids(const TrainedLearner& learner,
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   if (matrix.names != learner.feature_names())
     return fail(Errc::invalid_argument, "columns are not those of the training", "learn_aids");
-  if (const FabricModel* cores = learner.cores()) {
-    auto aids = learn_aids(*cores, learner.prepared(matrix), options, false_reject);
-    if (!aids) return pass(aids.error());
-    return std::optional(std::move(*aids));
-  }
-  return learn_without_cores(learner, matrix, options, false_reject);
+  return within_memory(matrix.size(), [&] {
+    return learner.cores() != nullptr ? learn_of_cores(learner, matrix, options, false_reject)
+                                      : learn_without_cores(learner, matrix, options, false_reject);
+  });
 }
-
 Result<Answer> answer(const TrainedLearner& learner, const std::optional<VoteAids>& aids,
                       std::span<const double> features, const VoteOptions& options) {
   if (learner.cores() != nullptr) return answer_of_cores(learner, aids, features, options);

@@ -1,6 +1,7 @@
 #include "daemon/handover/hand_over.hpp"
 
 #include <algorithm>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -216,7 +217,9 @@ Result<std::optional<recipes::HandOver>> wanted_hand_over(const fs::path& folder
   return std::move(plan->hand_over);
 }
 
-Result<HandedOver> hand_over(const fs::path& folder, const HandOverHooks& hooks) {
+namespace {
+
+Result<HandedOver> whole_hand_over(const fs::path& folder, const HandOverHooks& hooks) {
   const auto lock = FolderLock::take(folder);
   if (!lock) return pass(lock.error());
   const auto certificate = complete_certificate(folder);
@@ -244,6 +247,17 @@ Result<HandedOver> hand_over(const fs::path& folder, const HandOverHooks& hooks)
   Handing handing(*data, certificate->dataset_sha256, *plan, hooks, allowed);
   if (Status ok = handing.work(); !ok) return pass(allowed.told(ok.error()));
   return write_hand_over(folder, handing.evaluation(), handing.texts());
+}
+
+}  // namespace
+
+Result<HandedOver> hand_over(const fs::path& folder, const HandOverHooks& hooks) {
+  try {
+    return whole_hand_over(folder, hooks);
+  } catch (const std::bad_alloc&) {
+    return fail(Errc::range, "the campaign is too large for the memory of this machine",
+                folder.string(), {}, {}, "Hand it over on a machine with more memory");
+  }
 }
 
 }  // namespace weft::daemon

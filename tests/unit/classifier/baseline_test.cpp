@@ -2,6 +2,7 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <new>
 #include <set>
 
 #include "classifier/baseline/class_folds.hpp"
@@ -9,6 +10,7 @@
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/pair_problem.hpp"
 #include "classifier/learn/svm.hpp"
+#include "classifier/vote/learner_answer.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::baseline_test {
@@ -313,6 +315,30 @@ TEST_CASE("A training that is told to stop ends with that, whatever is trained, 
     options.stop = [] { return false; };
     CHECK(train_learner(data, learner, options));
   }
+}
+
+TEST_CASE("A training that runs out of memory on any thread ends with that, whatever is trained") {
+  const FeatureMatrix data = gaussian_classes(4, 8, 6, 1.5, 84);
+  for (const Learner learner : all_learners()) {
+    CAPTURE(to_string(learner));
+    std::atomic<int> asked{0};
+    TrainOptions options;
+    options.threads = 3;
+    options.stop = [&]() -> bool {
+      if (++asked > (learner == Learner::lda ? 0 : 4)) throw std::bad_alloc();
+      return false;
+    };
+    const auto trained = train_learner(data, learner, options);
+    REQUIRE_FALSE(trained);
+    const std::string said = to_string(trained.error());
+    CHECK(said.find("memory") != std::string::npos);
+    CHECK(said.find("feature vectors") != std::string::npos);
+  }
+  TrainOptions options;
+  const auto lda = train_recipe(data, {Learner::lda}, options);
+  REQUIRE(lda);
+  options.stop = []() -> bool { throw std::bad_alloc(); };
+  CHECK_FALSE(learn_aids(*lda, data, options));
 }
 
 TEST_CASE("Cores evaluated as a learner score as cores evaluated by themselves") {

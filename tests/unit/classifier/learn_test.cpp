@@ -1,10 +1,13 @@
 #include <algorithm>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <limits>
+#include <new>
 #include <set>
 
 #include "classifier/learn/distance.hpp"
 #include "classifier/learn/folds.hpp"
+#include "classifier/learn/memory.hpp"
 #include "classifier/learn/parallel.hpp"
 #include "classifier/learn/scaler.hpp"
 #include "classifier/learn/svm.hpp"
@@ -250,6 +253,33 @@ TEST_CASE("Two trials of each class are left out one at a time, so that a fold c
       for (const std::size_t r : fold.validate) CHECK(trained.count(recording[r]) == 0);
     }
   }
+}
+
+TEST_CASE("What a thread throws comes to the caller of a parallel loop once all have ended") {
+  for (const std::size_t threads : {1U, 2U, 5U}) {
+    std::atomic<std::size_t> done{0};
+    const auto work = [&](std::size_t i) {
+      if (i == 7) throw std::bad_alloc();
+      ++done;
+    };
+    CHECK_THROWS_AS(parallel_for(20, threads, work), std::bad_alloc);
+    CHECK(done >= (threads == 1 ? 7 : 19));
+    CHECK_THROWS_AS(parallel_workers(20, threads, [&] { return work; }), std::bad_alloc);
+    CHECK_THROWS_AS(parallel_blocks(20, threads,
+                                    [](std::size_t, std::size_t to) {
+                                      if (to == 20) throw std::bad_alloc();
+                                    }),
+                    std::bad_alloc);
+  }
+}
+
+TEST_CASE("Kernels larger than the machine are refused with rows, gigabytes and a way out") {
+  CHECK(check_square_memory(1000, 2.0));
+  const auto refused = check_square_memory(10'000'000, 2.0);  // 1.6 PB
+  REQUIRE_FALSE(refused);
+  const std::string said = to_string(refused.error());
+  for (const char* part : {"10000000 feature vectors", "1600000.0 GB", "--learner lda"})
+    CHECK(said.find(part) != std::string::npos);
 }
 
 TEST_CASE("A parallel loop visits every item once with any number of threads") {
