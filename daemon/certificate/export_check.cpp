@@ -75,7 +75,8 @@ void check_exports(const fs::path& folder, const StopAsked& stop_asked, VerifyRe
     if (what.empty()) continue;
     if (now) report.exports[i].state = ExportState::altered;
     report.findings.push_back(
-        {name, std::move(what), "weft export (of a daemon, data.export) makes it anew, of the campaign beside it"});
+        {name, std::move(what),
+         "weft export (of a daemon, data.export) makes it anew, of the campaign beside it"});
   }
 }
 

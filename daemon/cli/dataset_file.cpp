@@ -110,7 +110,7 @@ Status check_outputs(std::span<const std::filesystem::path> inputs,
         return fail(Errc::invalid_argument,
                     before.name + " and " + own.name + " cannot be one file", "--" + own.name, {},
                     own.file.string(), "Choose another name");
-    if (auto ok = check_target(own.file); !ok) return ok;
+    if (auto ok = check_output(own.file); !ok) return ok;
   }
   return {};
 }

@@ -23,7 +23,8 @@ Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const 
   if (present.empty()) return fail(Errc::not_found, "no complete trial in the data set");
   if (choice.exploration.empty()) {
     if (present.size() == 1) return present.front();
-    if (!one_exploration) return std::nullopt;
+    const bool told_apart = !dataset.info.factors.empty();  // cells of a sweep, by their columns
+    if (!one_exploration && told_apart) return std::nullopt;
     return fail(Errc::invalid_argument, "the data set holds several explorations", {}, {},
                 joined(present), "Choose one with --exploration");
   }

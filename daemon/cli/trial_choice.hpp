@@ -54,9 +54,9 @@ struct TrialSelection {
 };
 
 /// Complete trials of the exploration that `choice` names, or of the only one there is, cut into
-/// windows where asked for. Refuses an exploration that is not there. Without a name and with
-/// several of them all are taken, but refused in `one_exploration` mode: M1 and M2 are different
-/// experiments.
+/// windows where asked for. Refuses an exploration that is not there. Several of them
+/// without a name are refused: M1 and M2 are different experiments. Cells of a sweep are all taken,
+/// but not in `one_exploration` mode.
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration);
 

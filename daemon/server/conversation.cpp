@@ -38,8 +38,8 @@ json features_for(const json& params) {
   return out;
 }
 
-/// As long for any request, as it is kept. Whose lease it is asked with is not part of the wish: who
-/// asks again after a restart has a new one.
+/// As long for any request, as it is kept. Whose lease it is asked with is not part of the wish:
+/// who asks again after a restart has a new one.
 std::string fingerprint_of(const rpc::MethodSpec& spec, json params) {
   params.erase("lease");
   return sha256_hex(std::string(spec.name) +

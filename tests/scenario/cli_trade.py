@@ -150,6 +150,7 @@ def chosen_families(t, d):
 
 
 def refusals(t, d):
+    t.refuses("features", "sim.h5", "-o", "f.csv", cwd=d, says=["several explorations", "--exploration"])
     trade = ["trade", "classifier", "recorded.h5"]
     t.refuses(*trade, "-o", "x.html", "--vary", "learnr", cwd=d, says=["--vary", "learnr", "Did you mean learner?"], status=2)
     t.refuses(*trade, cwd=d, says=["--output"], status=2)
