@@ -22,7 +22,7 @@ def killed(t, d, rig, undisturbed):
     again = ["run", "recipe.json", "--rig", str(rig), "--out", "killed", *RUN, "--resume"]
     preview = t.succeeds(*again, "--preview", cwd=d)
     t.expect(preview["trials_complete"] == seen["trials_complete"], f"preview: {preview}")
-    t.expect(any(f"go on with trial {seen['trials_complete']}" in w for w in preview["will"]), f"preview: {preview}")
+    t.expect(any(f"go on with trial {seen['trials_complete'] + 1} " in w for w in preview["will"]), f"preview: {preview}")
     t.expect((d / "killed/campaign.sqlite").read_bytes() == before, "a preview changes nothing")
     ran = t.run(*again, cwd=d)
     t.expect(ran.returncode == 0 and "go on with trial" in ran.stderr, f"resume: {ran.returncode} {ran.stderr}")
