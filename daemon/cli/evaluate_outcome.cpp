@@ -172,4 +172,14 @@ std::string split_text(const EvaluateArgs& args, const std::vector<classifier::S
          " % of each label: " + sizes;
 }
 
+std::string tried_text(const std::vector<classifier::RecipeScore>& scores) {
+  std::size_t most = 0;
+  for (const auto& score : scores) most = std::max(most, score.tested);
+  std::vector<std::string> out;
+  for (const auto& score : scores)
+    out.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
+                  std::to_string(score.tested) + (score.tested < most ? ", then dropped" : ""));
+  return joined(out, "; ");
+}
+
 }  // namespace weft::daemon::cli

@@ -47,6 +47,9 @@ double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen
 /// "lda" or "lda (4 splits), svc (1 splits)": what a choice came to, and how often.
 std::string chosen_text(const classifier::LearnerEvaluation& evaluation);
 
+/// Errors of the candidates in cross-validation: "lda 5/644; trees 3/129, then dropped; ...".
+std::string tried_text(const std::vector<classifier::RecipeScore>& scores);
+
 /// How the trials were split, in words.
 std::string split_text(const EvaluateArgs& args, const std::vector<classifier::Split>& splits);
 

@@ -10,12 +10,9 @@ using classifier::Learner;
 using classifier::LearnerEvaluation;
 
 std::string candidates_text(const LearnerEvaluation& e) {
-  std::vector<std::string> out;
-  for (const auto& score : e.candidates.front())
-    out.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
-                  std::to_string(score.tested));
   const std::size_t rounds = e.candidates.front().front().rounds;
-  return joined(out, "; ") + (rounds > 1 ? ", in " + std::to_string(rounds) + " rounds" : "");
+  return tried_text(e.candidates.front()) +
+         (rounds > 1 ? ", in " + std::to_string(rounds) + " rounds" : "");
 }
 
 std::string accuracy_table(const std::vector<Outcome>& outcomes) {

@@ -137,15 +137,11 @@ std::string summary_text(const TrainArgs& args, const Trained& trained) {
                     duration(trained.train_s) +
                     (stored.aids ? ", calibrated in " + duration(trained.calibrate_s) : "") + "\n" +
                     folds_line(trained);
-  std::vector<std::string> tried;
-  for (const classifier::RecipeScore& score : trained.scores)
-    tried.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
-                    std::to_string(score.tested));
-  if (!tried.empty() && !trained.folds.none) {
+  if (!trained.scores.empty() && !trained.folds.none) {
     const std::size_t rounds = trained.scores.front().rounds;
     out += "  errors in cross-validation" +
            (rounds > 1 ? ", " + std::to_string(rounds) + " rounds" : "") + ": " +
-           joined(tried, "; ") + "\n";
+           tried_text(trained.scores) + "\n";
   }
   return out;
 }

@@ -1,7 +1,7 @@
 """Campaign files (campaign.sqlite) as arrays, without HDF5 (extra: numpy). Layout: docs/dataset.md, "Campaign file".
 
     from weft_client.campaign import Campaign
-    with Campaign("out/m1/campaign.sqlite") as campaign:
+    with Campaign("out/m1") as campaign:
         for trial in campaign.trials():
             print(trial.label, trial.in_phase("M").mean())
 """
@@ -24,11 +24,13 @@ _NS_PER_S = 1e9
 
 
 class Campaign:
-    """One campaign file, opened to read. It may be under way: then what is committed is there."""
+    """One campaign file, or the one of a run's folder, opened to read. It may be under way: then what is committed is there."""
 
     def __init__(self, file: "Union[str, os.PathLike[str]]") -> None:
         """Errors: RequestError, where it is no campaign file."""
         self._path = pathlib.Path(file)
+        if self._path.is_dir():
+            self._path /= "campaign.sqlite"
         if not self._path.is_file():
             raise RequestError("no such file", 1004, {"kind": "not_found", "where": str(self._path)})
         self._data = sqlite3.connect(f"{self._path.resolve().as_uri()}?mode=ro", uri=True)
