@@ -14,9 +14,10 @@ constexpr double z95 = 1.959963984540054;  // normal quantile of 0.975
 // deviation, Wilson's interval of one of them.
 Interval t_interval(std::span<const double> accuracy, std::size_t test, double widening,
                     const char* what, const char* method) {
+  constexpr double rounding = 1e-12;  // of shares that are computed alike
   const double mean = mean_of(accuracy);
   const double deviation = deviation_of(accuracy);
-  if (!(deviation > 0.0)) {
+  if (!(deviation > rounding)) {
     Interval one = wilson_interval(
         static_cast<std::size_t>(std::llround(mean * static_cast<double>(test))), test);
     one.method = std::string("Wilson score of one ") + what + ", all " + what + "s agree";

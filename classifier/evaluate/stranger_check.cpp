@@ -22,10 +22,10 @@ class Tally {
     if (!trained) return pass(trained.error());
     const auto aids = learn_aids(*trained, known, options_);
     if (!aids) return pass(aids.error());
-    if (!*aids)
-      return fail(Errc::invalid_argument, "too few training trials to refuse any", "none of these",
-                  "three trials of two labels at least beside " + label, {},
-                  "Train with more trials of each label");
+    if (!*aids) {
+      not_measured_.insert(label);
+      return {};
+    }
     for (const std::size_t r : split.test) {
       const auto said = answer(*trained, *aids, matrix_.values.row(r));
       if (!said) return pass(said.error(), matrix_.files[r]);
@@ -34,8 +34,13 @@ class Tally {
     return {};
   }
 
-  [[nodiscard]] StrangerCheck finish() const {
+  [[nodiscard]] Result<StrangerCheck> finish() const {
+    if (strangers_.empty() && known_ == 0)
+      return fail(Errc::invalid_argument, "too few training trials to refuse any", "none of these",
+                  "enough of two labels, beside the one that is left out, for folds", {},
+                  "Train with more trials of each label");
     StrangerCheck out;
+    out.not_measured.assign(not_measured_.begin(), not_measured_.end());
     std::size_t trials = 0, accepted = 0;
     for (const auto& [label, one] : strangers_) {
       out.strangers.push_back(one);
@@ -67,6 +72,7 @@ class Tally {
   const FeatureMatrix& matrix_;
   const TrainOptions& options_;
   std::map<std::string, Stranger> strangers_;
+  std::set<std::string> not_measured_;
   std::size_t known_ = 0, refused_ = 0;
 };
 

@@ -24,14 +24,16 @@ struct Stranger {
 struct StrangerCheck {
   std::vector<Stranger> strangers;  ///< one per label, sorted; over all splits
   double false_accept = 0.0;        ///< accepted strangers / strangers
-  Interval false_accept_ci95;       ///< Wilson, test answers taken as independent
-  double false_reject = 0.0;        ///< refused known trials / known trials, over all trainings
+  /// Labels without which, in some split, too little is left to learn thresholds from.
+  std::vector<std::string> not_measured;
+  Interval false_accept_ci95;  ///< Wilson, test answers taken as independent
+  double false_reject = 0.0;   ///< refused known trials / known trials, over all trainings
 };
 
 /// Trains recipes[s] on each split's training part without one label, thresholds included, and
 /// shows it the test part; so for every label. Asks train_recipe() and learn_aids() labels x splits
 /// times. The recipe itself may have been chosen with the label. Refuses what these refuse, fewer
-/// than three labels in a training part, and no split.
+/// than three labels in a training part, no split, and where no label could be left out.
 Result<StrangerCheck> check_strangers(const FeatureMatrix& matrix, std::span<const Split> splits,
                                       std::span<const Recipe> recipes, const TrainOptions& options);
 

@@ -64,8 +64,9 @@ void IdempotencyCache::answered(std::string_view user, std::string_view key,
                                 const rpc::Outcome& outcome) {
   const auto found = entries_.find(name_of(user, key));
   if (found == entries_.end()) return;
-  // what may be tried again is not kept: the next try is a new one
-  if (!outcome && outcome.error().retryable) return forget(found);
+  // What may be tried again is not kept: the next try is a new one. So is one with another lease.
+  if (!outcome && (outcome.error().retryable || outcome.error().kind.starts_with("lease.")))
+    return forget(found);
   found->second.outcome = outcome;
   if (found->second.is_kept && memory_.answered) memory_.answered(found->first, outcome);
 }

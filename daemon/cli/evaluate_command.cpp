@@ -59,11 +59,16 @@ Status add_strangers(const EvaluateArgs& args, const ChosenTrials& chosen, const
                                                        {"ci95", {ci.low, ci.high}},
                                                        {"ci95_method", ci.method},
                                                        {"false_reject", found->false_reject},
-                                                       {"strangers", strangers}};
+                                                       {"strangers", strangers},
+                                                       {"not_measured", found->not_measured}};
     text += "  " + outcome.name() + " takes " + percent(found->false_accept, 1) + " % (" +
             percent(ci.low, 1) + " to " + percent(ci.high, 1) + ") of " + thousands(trials) +
             " strangers for a fabric that it knows, and refuses " +
-            percent(found->false_reject, 1) + " % of the trials that it knows\n";
+            percent(found->false_reject, 1) + " % of the trials that it knows" +
+            (found->not_measured.empty()
+                 ? ""
+                 : "; not measured, for want of trials beside it: " + joined(found->not_measured)) +
+            "\n";
   }
   return {};
 }

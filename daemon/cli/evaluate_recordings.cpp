@@ -317,10 +317,10 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
   if (!args.report.empty())
     if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
-  const auto plan = plan_of(args);
-  if (!plan) return pass(plan.error());
   const auto set = open_recordings(args.dataset);
   if (!set) return pass(set.error());
+  const auto plan = plan_of(args);
+  if (!plan) return pass(plan.error());
   const auto windows = cut_windows(*set, *plan);
   if (!windows) return pass(windows.error(), args.dataset.string());
   const classifier::FeatureMatrix& matrix = windows->set.matrix;

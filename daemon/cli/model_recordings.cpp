@@ -71,10 +71,10 @@ bool is_about_recordings(const TrainArgs& args) {
 
 Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
-  const auto plan = plan_for(args);
-  if (!plan) return pass(plan.error());
   const auto set = open_recordings(args.dataset);
   if (!set) return pass(set.error());
+  const auto plan = plan_for(args);
+  if (!plan) return pass(plan.error());
   const double began_s = steady_wall_seconds();
   const auto model = vibro::train_recording_model(
       set->recordings, plan->setup, plan->pipeline,

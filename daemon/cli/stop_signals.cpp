@@ -6,13 +6,18 @@ namespace {
 // A signal handler reaches nothing but what is static.
 std::atomic<bool> stop_asked{false};
 std::atomic<int> stop_number{0};
+std::atomic<bool> hung_up{false};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_stop_signal(int number) {
+  if (number == SIGHUP) {  // no person's word: one that follows is the first
+    hung_up.store(true);
+    stop_asked.store(true);
+    return;
+  }
   int none = 0;
   const bool first = stop_number.compare_exchange_strong(none, number);
   stop_asked.store(true);
-  if (number == SIGHUP) return;
   signal(SIGINT, SIG_DFL);
   signal(SIGTERM, SIG_DFL);
   if (!first) raise(number);  // two threads were told at once; it ends when this one returns
@@ -37,6 +42,7 @@ void install(int number, struct sigaction& before) {
 StopSignals::StopSignals() {
   stop_asked.store(false);
   stop_number.store(0);
+  hung_up.store(false);
   install(SIGINT, before_interrupt_);
   install(SIGTERM, before_terminate_);
   install(SIGHUP, before_hangup_);
@@ -53,7 +59,8 @@ const std::atomic<bool>& StopSignals::asked() const {
 }
 
 int StopSignals::number() const {
-  return stop_number.load();
+  const int asked = stop_number.load();
+  return asked == 0 && hung_up.load() ? SIGHUP : asked;
 }
 
 }  // namespace weft::daemon::cli

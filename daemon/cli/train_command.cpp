@@ -9,6 +9,7 @@
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/evaluate_outcome.hpp"
 #include "daemon/cli/model_recordings.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"

@@ -16,6 +16,17 @@ namespace {
 
 using classifier::Trial;
 
+// Whether each combination of the factors of a sweep is one exploration: a cell, told by its
+// columns.
+bool factors_tell(const Dataset& dataset) {
+  std::map<std::vector<double>, std::string> exploration;
+  for (const TrialRecord& record : dataset.records) {
+    const auto at = exploration.emplace(record.spec.factors, record.spec.exploration).first;
+    if (at->second != record.spec.exploration) return false;
+  }
+  return !dataset.info.factors.empty();
+}
+
 // The exploration that `choice` means; nothing: all of them.
 Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const TrialChoice& choice,
                                                   bool one_exploration) {
@@ -23,8 +34,7 @@ Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const 
   if (present.empty()) return fail(Errc::not_found, "no complete trial in the data set");
   if (choice.exploration.empty()) {
     if (present.size() == 1) return present.front();
-    const bool told_apart = !dataset.info.factors.empty();  // cells of a sweep, by their columns
-    if (!one_exploration && told_apart) return std::nullopt;
+    if (!one_exploration && factors_tell(dataset)) return std::nullopt;
     return fail(Errc::invalid_argument, "the data set holds several explorations", {}, {},
                 joined(present), "Choose one with --exploration");
   }

@@ -8,7 +8,7 @@ namespace weft::daemon::control {
 
 void RunDesk::keep(Run& run) {
   StoredRun& stored = run.view.stored;
-  if (run.view.trials_planned > 0) {
+  if (run.counted && run.view.trials_planned > 0) {
     stored.trials_done = static_cast<std::int64_t>(run.view.trials_done);
     stored.trials_planned = static_cast<std::int64_t>(run.view.trials_planned);
   }

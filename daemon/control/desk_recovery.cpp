@@ -23,16 +23,6 @@ Result<ResumePreview> preview_of(Recovery choice, const CampaignRequest& request
   return fail(Errc::invalid_argument, "no such choice");
 }
 
-/// One that recorded something would begin anew, somewhere else, where its folder is gone.
-Status is_where_it_was(const StoredRun& run) {
-  std::error_code unseen;
-  const std::filesystem::path campaign = run.folder / campaign_file_name;
-  if (run.trials_done.value_or(0) == 0 || std::filesystem::exists(campaign, unseen)) return {};
-  return fail(Errc::not_found, "the campaign of this run is not there any more", campaign.string(),
-              std::to_string(*run.trials_done) + " trials on record", {},
-              "Put its folder back, or discard the run");
-}
-
 /// A file that is damaged cannot be marked, and nothing makes a data set of it either. What may be
 /// put right keeps the run from being discarded.
 Result<CampaignSummary> discarded(const std::filesystem::path& folder, std::string_view by) {
@@ -48,6 +38,14 @@ Result<CampaignSummary> discarded(const std::filesystem::path& folder, std::stri
 
 }  // namespace
 
+Status is_where_it_was(const StoredRun& run) {
+  std::error_code unseen;
+  const std::filesystem::path campaign = run.folder / campaign_file_name;
+  if (run.trials_done == 0 || std::filesystem::exists(campaign, unseen)) return {};
+  return fail(Errc::not_found, "the campaign of this run is not there any more", campaign.string(),
+              {}, {}, "Put its folder back, or discard the run");
+}
+
 std::string_view to_string(Recovery choice) {
   constexpr std::array<std::string_view, 3> names{"resume", "discard", "keep-partial"};
   return names[static_cast<std::size_t>(choice)];
@@ -55,10 +53,12 @@ std::string_view to_string(Recovery choice) {
 
 std::string RunDesk::way_on(const Run& run) {
   const StoredRun& stored = run.view.stored;
-  if (run.state() != RunState::ended || stored.outcome == "complete" || run.view.trials_done == 0)
+  if (run.state() != RunState::ended || stored.outcome == "complete" ||
+      stored.recovered == "discard" || run.view.trials_done == 0)
     return {};
+  const std::string seed = stored.seed ? " --seed " + std::to_string(*stored.seed) : "";
   return "What is left of its campaign: weft run " + stored.recipe.string() + " --rig " +
-         stored.rig.string() + " --out " + stored.folder.string() + " --resume";
+         stored.rig.string() + " --out " + stored.folder.string() + seed + " --resume";
 }
 
 Result<RunDesk::Run*> RunDesk::interrupted(std::string_view id) const {
@@ -121,6 +121,7 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by, const
   if (!found) return pass(found.error());
   Run& run = **found;
   if (!checked) return pass(checked.error());
+  if (!run.counted) count_trials(run);  // its folder may be back
   StoredRun stored = run.view.stored;
   if (Status there = is_where_it_was(stored); !there) return pass(there.error());
   stored.resume = true;

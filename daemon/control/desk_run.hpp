@@ -26,6 +26,10 @@ inline constexpr const char* after_restart = "auto:restart";
 /// Who holds a line after a run whose bench did not come up.
 inline constexpr const char* after_failure = "auto:failed";
 
+/// Where a run that goes on has its campaign: one that recorded something would begin anew,
+/// somewhere else. Errors: not_found.
+Status is_where_it_was(const StoredRun& run);
+
 struct RunDesk::Run {
   RunView view;
   Deadlines limits{};
@@ -33,6 +37,7 @@ struct RunDesk::Run {
   std::jthread thread;
   recipes::Ticket asked = 0;           ///< of what a person is asked for
   bool kept = true;                    ///< the store has it as it is
+  bool counted = true;                 ///< how many trials are on record is known
   bool at_work = false;                ///< the thread has not told its end
   std::atomic<bool> checked = false;   ///< set by the thread: what it was asked for can be done
   std::atomic<bool> took_rig = false;  ///< likewise

@@ -50,7 +50,8 @@ RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(aroun
     run->view.machine.state = stored.state;
     run->view.trials_done = static_cast<std::size_t>(stored.trials_done.value_or(0));
     run->view.trials_planned = static_cast<std::size_t>(stored.trials_planned.value_or(0));
-    if (stored.state == RunState::interrupted && !stored.trials_done) count_trials(*run);
+    if (stored.state == RunState::interrupted && !stored.trials_done)
+      run->counted = count_trials(*run);
     runs_.push_back(std::move(run));
   }
   wall_ahead_ = wall_ahead();
@@ -152,6 +153,8 @@ Result<CampaignRequest> RunDesk::request_of(const StoredRun& run) const {
   CampaignRequest request{run.recipe, run.rig, run.folder, run.seed};
   request.resume = run.resume;
   request.accept_whole = true;
+  if (run.resume)
+    if (Status there = is_where_it_was(run); !there) return pass(there.error());
   if (run.recipe_sha256.empty()) return request;
   auto text = store_.recipe_text(run.recipe_sha256);
   if (!text) return pass(text.error(), run.id());
@@ -180,7 +183,8 @@ void RunDesk::begin_next() {
   run.orders.emplace();
   run.at_work = true;
   run.checked = run.took_rig = false;
-  run.thread = std::jthread([this, &run, plan_is_known, request = request_of(run.view.stored)] {
+  run.thread = std::jthread([this, &run, plan_is_known, resumes = run.view.stored.resume,
+                             request = request_of(run.view.stored)] {
     CampaignHooks hooks;
     hooks.planned = [this, &run, plan_is_known](const recipes::Plan& plan) {
       run.checked = true;
@@ -216,9 +220,9 @@ void RunDesk::begin_next() {
       if (!request) return pass(request.error());
       return around_.perform(*request, hooks);
     });
-    const bool may_be_left = request && !around_.one_run;
-    const bool left = may_be_left && (request->resume ? is_anything_left(*request)
-                                                      : !summary && is_only_end_left(*request));
+    const bool may_be_left = !around_.one_run && (request || resumes);
+    const bool left = may_be_left && (resumes ? !request || is_anything_left(*request)
+                                              : !summary && is_only_end_left(*request));
     give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });
@@ -245,6 +249,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     run.view.stored.cleanup = "skipped";
     run.view.stored.rig_fact = "unknown";
     run.view.stored.error = "the run does not answer";
+    run.view.stored.dataset_sha256 = certified_dataset(run.view.stored.folder);
     if (standing_.fact != RigStanding::Fact::latched)
       stand({RigStanding::Fact::unknown, run.view.stored.id()}, by);
     keep(run);
@@ -277,7 +282,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     stored.rig_fact = "unknown";
     stored.error = to_string(summary.error());
     count_trials(run);  // of what was told the disk may have refused some, or more is on record
-    if (!is_certified(stored.folder)) stored.dataset_sha256.clear();
+    stored.dataset_sha256 = certified_dataset(stored.folder);
   }
   run.at_work = false;
   refuse_faults(run);
@@ -302,13 +307,15 @@ void RunDesk::note_rejected(Run& run, const TrialProgress& line) {
   note(run.view.stored.id(), "take_rejected", "auto:repeat_bad", payload.dump());
 }
 
-/// Of a run that the daemon's death cut: its file knows.
-void RunDesk::count_trials(Run& run) {
-  if (const auto found = load_progress(run.view.stored.folder / campaign_file_name)) {
-    run.view.trials_done = found->done;
-    run.view.trials_planned = found->planned;
-  }
+/// Of a run that the daemon's death cut: its file knows. False where that cannot be read.
+bool RunDesk::count_trials(Run& run) {
+  const auto found = load_progress(run.view.stored.folder / campaign_file_name);
+  if (!found) return false;
+  run.view.trials_done = found->done;
+  run.view.trials_planned = found->planned;
+  run.counted = true;
   keep(run);
+  return true;
 }
 
 void RunDesk::tell(Run& run, std::string_view by) {

@@ -233,7 +233,7 @@ class RunDesk {
   void tell(Run& run, std::string_view by);
   [[nodiscard]] RunView shown(const Run& run) const;
   void keep(Run& run);
-  void count_trials(Run& run);
+  bool count_trials(Run& run);
   void name_time(RunView& view) const;
   [[nodiscard]] std::chrono::nanoseconds wall_ahead() const;
   Run* find(std::string_view id) const;

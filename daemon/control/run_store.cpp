@@ -202,12 +202,15 @@ Status RunStore::take_stock() {
   if (!before) return pass(before.error());
   for (StoredRun& run : *runs) {
     if (!was_under_way(run.state)) continue;
+    const bool was_arming = run.state == RunState::arming;
     run.state = RunState::interrupted;
     run.outcome = "interrupted";
     run.cleanup = "skipped";
     run.rig_fact = "unknown";
+    run.error.clear();
     run.trials_done.reset();  // more may have been recorded since
-    if (!is_certified(run.folder)) run.dataset_sha256.clear();
+    if (was_arming && !run.resume) run.trials_done = 0;
+    run.dataset_sha256 = certified_dataset(run.folder);
     if (before->fact != RigStanding::Fact::latched)
       if (Status ok = keep({RigStanding::Fact::unknown, run.id()}); !ok) return ok;
     if (Status ok = update(run); !ok) return ok;
@@ -319,7 +322,7 @@ std::filesystem::path RunStore::found_folder(const std::string& kept) const {
   if (home_.empty() || folder.empty()) return folder;
   const std::filesystem::path here = home_ / folder.filename();
   std::error_code unseen;
-  for (const auto& place : {folder.is_relative() ? home_ / folder : here, here, folder})
+  for (const auto& place : {folder.is_relative() ? home_ / folder : here, here})
     if (std::filesystem::exists(place, unseen)) return place;
   return home_ / folder;
 }

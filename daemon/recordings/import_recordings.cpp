@@ -61,23 +61,47 @@ Result<TimedRate> even_rate(const std::vector<double>& times) {
                    rate_hz * 2 * worst_s / duration_s};
 }
 
-// The tables of one set are of one rate where their times do not tell otherwise: that of the first.
+// The tables of one set are of one rate where their times do not tell otherwise: that of the first,
+// or, where a table knows better, of the one whose times tell it best.
 class TableRates {
  public:
-  double rate_hz(const TimedRate& own) {
-    if (!first_) first_ = own;
-    const double apart_hz = std::abs(own.measured_hz - first_->measured_hz);
-    return apart_hz <= own.tolerance_hz + first_->tolerance_hz ? first_->written_hz
-                                                               : own.written_hz;
+  void add(std::size_t recording, const TimedRate& own) { tables_.push_back({recording, own}); }
+
+  void settle(std::vector<Recording>& recordings) const {
+    if (tables_.empty()) return;
+    const TimedRate rate = common();
+    for (const auto& [recording, own] : tables_)
+      for (Channel& c : recordings[recording].channels)
+        c.rate_hz = may_be_one(own, rate) ? rate.written_hz : own.written_hz;
   }
 
  private:
-  std::optional<TimedRate> first_;
+  struct Table {
+    std::size_t recording;
+    TimedRate own;
+  };
+
+  static bool may_be_one(const TimedRate& a, const TimedRate& b) {
+    return std::abs(a.measured_hz - b.measured_hz) <= a.tolerance_hz + b.tolerance_hz;
+  }
+
+  [[nodiscard]] TimedRate common() const {
+    const TimedRate& first = tables_.front().own;
+    const auto knows_better = [&first](const Table& table) {
+      return may_be_one(table.own, first) &&
+             std::abs(first.written_hz - table.own.measured_hz) > table.own.tolerance_hz;
+    };
+    if (std::ranges::none_of(tables_, knows_better)) return first;
+    return std::ranges::min_element(tables_, {}, [](const Table& t) { return t.own.tolerance_hz; })
+        ->own;
+  }
+
+  std::vector<Table> tables_;
 };
 
-// Evenly sampled columns beside a column of times.
-Status read_table(const std::filesystem::path& path, const std::string& time,
-                  const std::string& unit, TableRates& rates, Recording& out) {
+// Evenly sampled columns beside a column of times; the rate of its channels is settled later.
+Result<TimedRate> read_table(const std::filesystem::path& path, const std::string& time,
+                             const std::string& unit, Recording& out) {
   auto csv = CsvReader::open(path);
   if (!csv) return pass(csv.error());
   const auto& header = csv->header();
@@ -101,11 +125,9 @@ Status read_table(const std::filesystem::path& path, const std::string& time,
   }
   if (times.size() < 2 || !(times.back() > times.front()))
     return csv->complaint("the times do not tell the sampling rate");
-  const auto timed = even_rate(times);
+  auto timed = even_rate(times);
   if (!timed) return pass(timed.error(), path.string());
-  const double rate_hz = rates.rate_hz(*timed);
-  for (Channel& c : out.channels) c.rate_hz = rate_hz;
-  return {};
+  return timed;
 }
 
 Status read_sound(const std::filesystem::path& path, Recording& out) {
@@ -205,11 +227,16 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
     const auto& fields = manifest->fields();
     Recording own{fields[file], fields[label], group < fields.size() ? fields[group] : "", {}, {}};
     const auto from = path.parent_path() / own.file;
-    const Status done = from.extension() == ".csv" ? read_table(from, "t_s", "1", rates, own)
-                                                   : read_sound(from, own);
-    if (!done) return pass(done.error(), manifest->where());
+    if (from.extension() == ".csv") {
+      const auto timed = read_table(from, "t_s", "1", own);
+      if (!timed) return pass(timed.error(), manifest->where());
+      rates.add(set.recordings.size(), *timed);
+    } else if (const Status done = read_sound(from, own); !done) {
+      return pass(done.error(), manifest->where());
+    }
     set.recordings.push_back(std::move(own));
   }
+  rates.settle(set.recordings);
   return finished(std::move(set), path);
 }
 
@@ -263,9 +290,12 @@ Result<RecordingSet> import_hapmat(const std::filesystem::path& folder) {
   for (const auto& path : files_in(folder)) {
     if (path.extension() != ".csv") continue;
     Recording own{path.filename().string(), path.stem().string(), "1", {}, {}};
-    if (auto done = read_table(path, "time", "1", rates, own); !done) return pass(done.error());
+    const auto timed = read_table(path, "time", "1", own);
+    if (!timed) return pass(timed.error());
+    rates.add(set.recordings.size(), *timed);
     set.recordings.push_back(std::move(own));
   }
+  rates.settle(set.recordings);
   return finished(std::move(set), folder);
 }
 

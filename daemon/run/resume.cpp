@@ -124,6 +124,11 @@ bool is_certified(const std::filesystem::path& folder) {
   return std::filesystem::exists(folder / certificate_file_name, unseen);
 }
 
+std::string certified_dataset(const std::filesystem::path& folder) {
+  const auto certificate = read_certificate(folder);
+  return certificate && *certificate ? (*certificate)->dataset_sha256 : "";
+}
+
 bool is_handed_over(const std::filesystem::path& folder) {
   std::error_code unseen;
   return std::filesystem::exists(folder / hand_over_folder_name, unseen);

@@ -57,6 +57,9 @@ bool is_anything_left(const CampaignRequest& request);
 /// It has a certificate: nobody has written to it since its end.
 bool is_certified(const std::filesystem::path& folder);
 
+/// The digest of the data set of which it tells; empty where there is neither.
+std::string certified_dataset(const std::filesystem::path& folder);
+
 /// A hand-over that was begun is there whole, or there is none: this asks no more than which.
 bool is_handed_over(const std::filesystem::path& folder);
 

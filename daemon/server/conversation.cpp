@@ -41,7 +41,7 @@ json features_for(const json& params) {
 /// As long for any request, as it is kept. Whose lease it is asked with is not part of the wish:
 /// who asks again after a restart has a new one.
 std::string fingerprint_of(const rpc::MethodSpec& spec, json params) {
-  params.erase("lease");
+  if (!std::string_view(spec.name).starts_with("lease.")) params.erase("lease");
   return sha256_hex(std::string(spec.name) +
                     params.dump(-1, ' ', false, json::error_handler_t::replace));
 }

@@ -60,6 +60,18 @@ def stopped_tidily(t, d, rig, number):
     t.expect(not (d / f"by{number}/report.json").exists(), "an interrupted campaign is not evaluated")
 
 
+def hung_up_and_told(t, d, rig):
+    """A session that ends says both: neither is a second Ctrl-C."""
+    process, campaign = start(t, d, rig, out="both")
+    process.send_signal(signal.SIGSTOP)  # so that both signals wait together
+    process.send_signal(signal.SIGTERM)
+    process.send_signal(signal.SIGHUP)
+    process.send_signal(signal.SIGCONT)
+    out, err = process.communicate(timeout=PATIENCE_S)
+    t.expect(process.returncode == 128 + signal.SIGTERM, f"it ended tidily: {process.returncode}: {err}")
+    t.expect(trials(campaign, "aborted") == 1 and trials(campaign, None) == 0, "the trial under way was ended as aborted")
+
+
 def stopped_at_once(t, d, rig):
     process, campaign = start(t, d, rig, out="twice")
     process.send_signal(signal.SIGSTOP)  # so that both signals wait together
@@ -87,6 +99,7 @@ def main():
         stopped_tidily(t, d, rig, signal.SIGINT.value)
         stopped_tidily(t, d, rig, signal.SIGTERM.value)
         stopped_tidily(t, d, rig, signal.SIGHUP.value)  # the terminal was closed
+        hung_up_and_told(t, d, rig)
         stopped_at_once(t, d, rig)
     t.finish()
 

@@ -167,6 +167,10 @@ def after_its_death(folder, daemon, client, first, lease_of_then):
     known = [r["run"] for r in client.call("run.list")["runs"]]
     for either in lease_of_then, lease:
         assert client.call("run.start", recipe="small", lease=either, idem="first") == first
+    assert client.refused("run.start", recipe="small", lease=lease_of_then, idem="late")["data"]["kind"] == "lease.required"
+    late = client.call("run.start", recipe="small", lease=lease, idem="late")["run"]
+    known.append(late)
+    client.call("run.wait", run=late)
     assert client.refused("run.start", recipe="small", lease=lease_of_then, name="other", idem="first")["data"]["kind"] == "idem.reused", "another request"
     assert client.refused("queue.remove", run="R-000099", idem="refused")["data"]["kind"] == "not_found"
     assert [r["run"] for r in client.call("run.list")["runs"]] == known, "started twice"

@@ -116,6 +116,8 @@ TEST_CASE("Splits that all agree have the interval of one of them, not none") {
   CHECK(all_right.high == 1.0);
   CHECK(all_right.low == Approx(wilson_interval(12, 12).low));
   CHECK(all_right.low < 0.8);
+  const Interval same = split_interval(std::vector<double>(10, 0.9), 8, 10);  // mean 0.9 + 1e-16
+  CHECK(same.low == Approx(wilson_interval(9, 10).low));
 }
 
 TEST_CASE(

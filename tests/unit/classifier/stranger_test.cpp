@@ -50,5 +50,24 @@ TEST_CASE("Leaving one of two fabrics out is refused, and so are splits without 
   CHECK_FALSE(check_strangers(two, {}, {}, {}));
 }
 
+TEST_CASE(
+    "A fabric without which no threshold can be learnt is named, and the others are measured") {
+  const FeatureMatrix all = testing::gaussian_classes(3, 12, 4, 40.0, 6);
+  std::vector<std::size_t> kept;
+  for (std::size_t r = 0; r < all.size(); ++r)
+    if (all.labels[r] != "classc" || kept.size() < 26) kept.push_back(r);
+  const FeatureMatrix rare = take_rows(all, kept);  // 12, 12, 2
+  Split split;
+  for (std::size_t r = 0; r < rare.size(); ++r) split.train.push_back(r);
+  split.test = split.train;
+  const std::vector<Split> splits = {split};
+  const std::vector<Recipe> recipes = {Recipe{Learner::lda, 20}};
+  const auto check = check_strangers(rare, splits, recipes, {});
+  REQUIRE(check);
+  CHECK(check->not_measured == std::vector<std::string>{"classa", "classb"});
+  REQUIRE(check->strangers.size() == 1);
+  CHECK(check->strangers.front().label == "classc");
+}
+
 }  // namespace
 }  // namespace weft::classifier::stranger_test

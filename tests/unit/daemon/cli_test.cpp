@@ -128,12 +128,19 @@ TEST_CASE("only complete trials of the chosen exploration take part") {
   CHECK(chosen->exploration == "M2");
 }
 
-TEST_CASE("explorations are not mixed in one classifier unless nobody trains") {
-  CHECK(choose_trials(two_explorations(), {}, false)->trials.size() == 2);
-  CHECK(choose_trials(two_explorations(), {}, false)->exploration.empty());
-  const auto mixed = choose_trials(two_explorations(), {}, true);
-  REQUIRE_FALSE(mixed);
-  CHECK(to_string(mixed.error()).find("M1, M2") != std::string::npos);
+TEST_CASE("explorations are not mixed, but for the cells of a sweep where nobody trains") {
+  Dataset swept = two_explorations();
+  swept.info.factors = {"force_N"};
+  for (TrialRecord& record : swept.records)
+    record.spec.factors = {record.spec.exploration == "M1" ? 2.0 : 5.0};
+  CHECK(choose_trials(swept, {}, false)->trials.size() == 2);
+  CHECK(choose_trials(swept, {}, false)->exploration.empty());
+  CHECK_FALSE(choose_trials(swept, {}, true));
+  for (const bool one_exploration : {false, true}) {
+    const auto mixed = choose_trials(two_explorations(), {}, one_exploration);
+    REQUIRE_FALSE(mixed);
+    CHECK(to_string(mixed.error()).find("M1, M2") != std::string::npos);
+  }
   CHECK(choose_trials(two_explorations(), {"M3", 0.0, 0.0, "l2"}, true).error().code ==
         Errc::not_found);
 }

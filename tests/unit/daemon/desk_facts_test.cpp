@@ -144,6 +144,42 @@ TEST_CASE("a run whose campaign is gone is not begun anew") {
   CHECK(bench.desk->recover(only_run(bench), "test"));
 }
 
+TEST_CASE(
+    "a run whose campaign was gone when the daemon began is not begun anew, until it is back") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  const fs::path campaign = folder / "R-000001", elsewhere = folder / "elsewhere";
+  fs::rename(campaign, elsewhere);
+  DeskBench bench(folder);
+  CHECK_FALSE(bench.desk->recover(only_run(bench), "test"));
+  fs::rename(elsewhere, campaign);
+  REQUIRE(bench.desk->hold_line("test"));
+  REQUIRE(bench.desk->recover(only_run(bench), "test"));
+  CHECK(bench.desk->get(only_run(bench))->trials_done >= 2);
+  fs::rename(campaign, elsewhere);  // it waits in line
+  REQUIRE(bench.desk->start_line("test"));
+  const RunView refused = bench.ended(only_run(bench));
+  CHECK(refused.machine.state == RunState::interrupted);
+  CHECK(refused.stored.error.find("is not there any more") != std::string::npos);
+  CHECK_FALSE(fs::exists(campaign));
+}
+
+TEST_CASE("a folder of the same name elsewhere is not taken for a run's") {
+  const TemporaryFolder folder, other;
+  {
+    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+    StoredRun run;
+    run.folder = folder / "R-000001";
+    REQUIRE(store.add(run));
+  }
+  fs::create_directory(other / "R-000001");
+  const fs::path before = fs::current_path();
+  fs::current_path(other.path());
+  const fs::path found = RunStore::open(folder / "weftd.sqlite")->load()->front().folder;
+  fs::current_path(before);
+  CHECK(found == folder / "R-000001");
+}
+
 TEST_CASE("a bench that does not come up costs one run; the others wait for a word") {
   const TemporaryFolder folder;
   DeskBench bench(folder);

@@ -201,6 +201,19 @@ TEST_CASE("Tables are of one rate where their times do not tell another") {
   write_file(folder / "a.csv", table_at(400.0, 2001, 6));
   write_file(folder / "b.csv", table_at(400.1, 2001, 6));
   CHECK_FALSE(import_recordings(folder / "fine.csv"));
+
+  // A short table hardly tells its rate: long ones do, and may still differ from each other.
+  const auto short_and_long = [&](double long_hz, double other_hz) {
+    write_file(folder / "a.csv", table_at(400.0, 40, 3));
+    write_file(folder / "b.csv", table_at(long_hz, 20000, 3));
+    write_file(folder / "c.csv", table_at(other_hz, 20001, 3));
+    return import_recordings(folder / "m.csv");
+  };
+  const auto settled = short_and_long(400.0, 400.0);
+  REQUIRE(settled);
+  for (const Recording& r : settled->recordings)
+    CHECK(r.channels.front().rate_hz == Approx(400.0).margin(0.015));
+  CHECK_FALSE(short_and_long(395.0, 405.0));
 }
 
 TEST_CASE("VibTac-12 needs twelve lines of numbers") {
