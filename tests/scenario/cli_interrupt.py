@@ -60,25 +60,26 @@ def stopped_tidily(t, d, rig, number):
     t.expect(not (d / f"by{number}/report.json").exists(), "an interrupted campaign is not evaluated")
 
 
+def told_at_once(process, *signals):
+    """What it says on standard error before it ends."""
+    process.send_signal(signal.SIGSTOP)  # so that all of them wait together
+    for number in signals:
+        process.send_signal(number)
+    process.send_signal(signal.SIGCONT)
+    return process.communicate(timeout=PATIENCE_S)[1]
+
+
 def hung_up_and_told(t, d, rig):
     """A session that ends says both: neither is a second Ctrl-C."""
     process, campaign = start(t, d, rig, out="both")
-    process.send_signal(signal.SIGSTOP)  # so that both signals wait together
-    process.send_signal(signal.SIGTERM)
-    process.send_signal(signal.SIGHUP)
-    process.send_signal(signal.SIGCONT)
-    out, err = process.communicate(timeout=PATIENCE_S)
+    err = told_at_once(process, signal.SIGTERM, signal.SIGHUP)
     t.expect(process.returncode == 128 + signal.SIGTERM, f"it ended tidily: {process.returncode}: {err}")
     t.expect(trials(campaign, "aborted") == 1 and trials(campaign, None) == 0, "the trial under way was ended as aborted")
 
 
 def stopped_at_once(t, d, rig):
     process, campaign = start(t, d, rig, out="twice")
-    process.send_signal(signal.SIGSTOP)  # so that both signals wait together
-    process.send_signal(signal.SIGINT)
-    process.send_signal(signal.SIGTERM)
-    process.send_signal(signal.SIGCONT)
-    out, err = process.communicate(timeout=PATIENCE_S)
+    err = told_at_once(process, signal.SIGINT, signal.SIGTERM)
     # Whichever is taken second, for two threads may take one each at the same time.
     t.expect(process.returncode in (-signal.SIGTERM, -signal.SIGINT), f"the second signal ends it: {process.returncode}: {err}")
     database = sqlite3.connect(campaign)
