@@ -91,6 +91,11 @@ bool is_over(const CampaignPast& past, const recipes::Plan& plan) {
   return past.progress.finished && past.first_left(carries_on(plan)) >= past.progress.planned;
 }
 
+bool is_certified(const std::filesystem::path& folder) {
+  std::error_code unseen;
+  return std::filesystem::exists(folder / certificate_file_name, unseen);
+}
+
 }  // namespace
 
 Status no_end_is_there(const std::filesystem::path& folder) {
@@ -117,11 +122,6 @@ bool is_anything_left(const CampaignRequest& request) {
   const auto checked = check_request(request);
   const auto past = load_past(campaign);
   return !checked || !past || !is_over(*past, checked->plan) || !is_certified(request.out);
-}
-
-bool is_certified(const std::filesystem::path& folder) {
-  std::error_code unseen;
-  return std::filesystem::exists(folder / certificate_file_name, unseen);
 }
 
 std::string certified_dataset(const std::filesystem::path& folder) {

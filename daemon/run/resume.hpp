@@ -54,9 +54,6 @@ Status holds(const std::filesystem::path& campaign, const StopAsked& stop_asked)
 /// True as well where that cannot be read: somebody may put right what keeps it from it.
 bool is_anything_left(const CampaignRequest& request);
 
-/// It has a certificate: nobody has written to it since its end.
-bool is_certified(const std::filesystem::path& folder);
-
 /// The digest of the data set of which it tells; empty where there is neither.
 std::string certified_dataset(const std::filesystem::path& folder);
 
