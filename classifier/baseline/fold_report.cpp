@@ -30,6 +30,7 @@ FoldReport fold_report(const FeatureMatrix& matrix, Learner learner, const Train
   const auto rows = rows_by_class(classes.of_row);
   const std::size_t levels = unit_levels(matrix, options.fold_unit).size();
   FoldReport out;
+  out.folds = options.folds;
   for (const std::string& file : matrix.files)
     out.windows = out.windows || recording_of(file) != file;
   std::vector<std::size_t> level;
@@ -55,7 +56,9 @@ std::string words_of(const FoldReport& report) {
   for (const auto& [label, rows] : report.untested)
     untested.push_back(report.none ? "label " + label + " has " + std::to_string(rows) + unit
                                    : label + " (" + std::to_string(rows) + unit + ")");
-  if (report.none) return "none: " + joined(untested);
+  if (report.none)
+    return "none: " + joined(untested) + ", too few for " + std::to_string(report.folds) +
+           " folds that train on 2 of each";
   std::map<std::string, std::vector<std::string>> finer;
   for (const auto& [label, by] : report.finer) finer[by].push_back(label);
   std::string out;

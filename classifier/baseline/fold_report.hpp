@@ -18,6 +18,7 @@ struct FoldReport {
   std::map<std::string, std::string> finer;     ///< label: "recording" or "window"
   std::map<std::string, std::size_t> untested;  ///< label: its rows, of which none is held out
   bool windows = false;                         ///< rows are windows of recordings
+  std::size_t folds = 0;                        ///< as asked for
 
   /// Nothing to report.
   [[nodiscard]] bool as_asked() const { return !none && finer.empty() && untested.empty(); }
@@ -26,7 +27,8 @@ struct FoldReport {
 /// Of cores the folds of their pairs; of a choice and of everything else class_folds().
 FoldReport fold_report(const FeatureMatrix& matrix, Learner learner, const TrainOptions& options);
 
-/// "c dealt by recording, not tested: zz (2 trials)"; of no folds "none: label zz has 2 trials".
+/// "c dealt by recording, not tested: zz (2 trials)"; of no folds "none: label zz has 2 trials, too
+/// few for 5 folds that train on 2 of each".
 /// Empty where the folds are those asked for.
 std::string words_of(const FoldReport& report);
 

@@ -6,6 +6,7 @@
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/run/rig_file.hpp"
 #include "daemon/server/conversation.hpp"
+#include "daemon/version/software_version.hpp"
 #include "recipes/engine/rig_limits.hpp"
 
 namespace weft::daemon::api {
@@ -19,7 +20,7 @@ constexpr std::int64_t most_lines = 10'000;
 
 json system_info(const Services& services) {
   return {{"product", "weftd"},
-          {"version", WEFT_VERSION},
+          {"version", software_version()},
           {"protocol", server::protocol_version},
           {"epoch", services.epoch},
           {"rig", services.rig_name},

@@ -28,6 +28,7 @@
 #include "daemon/cli/trade_vibro_command.hpp"
 #include "daemon/cli/train_command.hpp"
 #include "daemon/cli/verify_command.hpp"
+#include "daemon/version/software_version.hpp"
 #include "drivers/api/config.hpp"
 
 namespace weft::daemon::cli {
@@ -258,7 +259,7 @@ int run(int argc, const char* const* argv, Console& console) {
   CLI::App root("Weft runs tactile-exploration campaigns and tells fabrics apart.", "weft");
   Commands commands;
   root.add_flag("--json", console.json, "one JSON object on standard output");
-  root.set_version_flag("--version", "weft " WEFT_VERSION);
+  root.set_version_flag("--version", "weft " + software_version());
   root.require_subcommand(1);
   try {
     add_commands(root, commands);
@@ -269,7 +270,7 @@ int run(int argc, const char* const* argv, Console& console) {
     const Result<int> status = commands.chosen(console);
     return status ? *status : report(console, status.error());
   } catch (const std::exception& e) {  // std::bad_alloc and what else a library throws
-    return report(console, Error{Errc::io, e.what(), "weft", {}, {}, {}});
+    return report_thrown(console, e, "weft");
   }
 }
 

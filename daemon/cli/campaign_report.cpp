@@ -13,7 +13,7 @@
 #include "daemon/report/evaluate_campaign.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/run/rig_file.hpp"
-#include "weft_build_stamp.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -86,8 +86,8 @@ Result<CampaignReport> write_report_to(const CampaignSummary& summary, const Dat
                                  : design_of(dataset, [&console](const std::string& what) {
                                      console.err << "design: " << what << std::endl;
                                    });
-  ReportInput input{summary,        dataset,     results ? *results : none,
-                    machine_text(), WEFT_COMMIT, design};
+  ReportInput input{summary,        dataset,           results ? *results : none,
+                    machine_text(), software_commit(), design};
   input.verified = extras.verified;
   input.trade_html = extras.trade_html;
   if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());

@@ -1,5 +1,6 @@
 #include "daemon/cli/console.hpp"
 
+#include <new>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -53,6 +54,18 @@ int report(Console& console, const Error& error) {
   console.err << "weft: " << harmless(to_string(error)) << '\n';
   if (console.json) put(console.out, {{"error", error_json(error)}});
   return exit_failure;
+}
+
+int report_thrown(Console& console, const std::exception& thrown, const std::string& where) {
+  if (dynamic_cast<const std::bad_alloc*>(&thrown) == nullptr)
+    return report(console, Error{Errc::io, thrown.what(), where, {}, {}, {}});
+  return report(console, Error{Errc::range,
+                               "no memory is left for this",
+                               where,
+                               {},
+                               {},
+                               "Give it less at a time, end other programs, or take a machine "
+                               "with more memory"});
 }
 
 int report_usage(Console& console, const std::string& message) {

@@ -1,6 +1,7 @@
 #pragma once
 // Where a command writes: people's text or one JSON object on `out`, errors and progress on `err`.
 
+#include <exception>
 #include <iosfwd>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -35,6 +36,9 @@ nlohmann::json error_json(const Error& error);
 
 /// One sentence on `err`; with --json also {"error": {...}} on `out`. Returns exit_failure.
 int report(Console& console, const Error& error);
+/// The same of what a library threw through `where` ("weft", "rank 3"): of std::bad_alloc that
+/// memory ran out, with what to do.
+int report_thrown(Console& console, const std::exception& thrown, const std::string& where);
 /// The same for a command line that cannot be understood. Returns exit_usage.
 int report_usage(Console& console, const std::string& message);
 

@@ -22,6 +22,7 @@ constexpr Kinds for_fabrics = for_slides | for_imprints;
 constexpr Kinds for_random = bit(DataKind::random_windows);
 constexpr Kinds for_cut = bit(DataKind::parts) | for_random;
 constexpr Kinds for_recordings = for_cut | bit(DataKind::whole_recordings);
+constexpr Kinds for_even_steps = for_recordings & ~for_random;
 constexpr Kinds for_all = for_fabrics | for_recordings;
 
 struct Instead {
@@ -58,7 +59,9 @@ const std::vector<OptionRow>& options_by_kind() {
       {"--draws", for_all},
       {"--resamples", for_all},
       {"--window-s", for_slides | for_recordings},
-      {"--window-step-s", for_slides, {{for_recordings, "--step-s"}}},
+      {"--window-step-s",
+       for_slides,
+       {{for_even_steps, "--step-s"}, {for_random, "--per-recording"}}},
       {"--exploration", for_slides},
       {"--norm", for_slides},
       {"--remove-level", for_slides},
@@ -86,7 +89,9 @@ const std::vector<OptionRow>& options_by_kind() {
       {"--features", for_recordings, {{for_imprints, "--imprint-features"}, if_heard}},
       {"--combine", for_recordings, {if_heard}},
       {"--components", for_recordings, {if_heard}},
-      {"--step-s", for_recordings, {{for_slides, "--window-step-s"}}},
+      {"--step-s",
+       for_even_steps,
+       {{for_slides, "--window-step-s"}, {for_random, "--per-recording"}}},
       {"--protocol", for_cut, {if_heard}},
       {"--blocks", bit(DataKind::parts), {if_heard}},
       {"--per-recording", for_random, {if_heard}},

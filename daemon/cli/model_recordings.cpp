@@ -13,6 +13,7 @@
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -76,9 +77,10 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   const auto plan = plan_for(args);
   if (!plan) return pass(plan.error());
   const double began_s = steady_wall_seconds();
-  const auto model = vibro::train_recording_model(
-      set->recordings, plan->setup, plan->pipeline,
-      {std::string(to_string(set->kind)), recordings_sha256(*set), WEFT_VERSION, words_of(*plan)});
+  const auto model =
+      vibro::train_recording_model(set->recordings, plan->setup, plan->pipeline,
+                                   {std::string(to_string(set->kind)), recordings_sha256(*set),
+                                    software_version(), words_of(*plan)});
   if (!model) return pass(model.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
   std::ostringstream text;

@@ -13,7 +13,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/trade/measure_classifier.hpp"
 #include "daemon/trade/trade_page.hpp"
-#include "weft_build_stamp.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -130,8 +130,8 @@ TradeReport empty_report(const TradeClassifierArgs& args) {
                "in turn within each repetition, all trainings over";
   out.training = describe(args.training);
   out.machine = machine_text();
-  out.software = WEFT_VERSION;
-  out.commit = WEFT_COMMIT;
+  out.software = software_version();
+  out.commit = software_commit();
   return out;
 }
 

@@ -15,7 +15,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/trade/sim/reference_file.hpp"
 #include "daemon/trade/sim/sim_page.hpp"
-#include "weft_build_stamp.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -168,8 +168,8 @@ SimTradeReport empty_report(const TradeSimArgs& args) {
                std::to_string(args.timings) +
                " repetitions of the whole scene, one thread; making the models is apart";
   out.machine = machine_text();
-  out.software = WEFT_VERSION;
-  out.commit = WEFT_COMMIT;
+  out.software = software_version();
+  out.commit = software_commit();
   return out;
 }
 

@@ -16,7 +16,7 @@
 #include "daemon/trade/page_parts.hpp"
 #include "daemon/trade/trade_page.hpp"
 #include "daemon/trade/vibro_tables.hpp"
-#include "weft_build_stamp.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -86,8 +86,8 @@ TradeReport vibro_report(const TradeVibroArgs& args) {
                "thread";
   out.training = "defaults of scikit-learn and XGBoost; seed " + std::to_string(args.seed);
   out.machine = machine_text();
-  out.software = WEFT_VERSION;
-  out.commit = WEFT_COMMIT;
+  out.software = software_version();
+  out.commit = software_commit();
   return out;
 }
 

@@ -17,6 +17,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/json_parts.hpp"
 #include "daemon/run/live_watch.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -239,7 +240,8 @@ Result<int> run_train_live(const TrainArgs& args, classifier::Learner learner, C
   options.features.norm = args.trials.norm == "rms" ? classifier::Norm::rms : classifier::Norm::l2;
   options.exploration = chosen->exploration;
   options.provenance = {std::string(to_string(dataset->info.kind)), dataset_sha256(*dataset),
-                        WEFT_VERSION, describe(args.training, label_count(chosen->trials), {})};
+                        software_version(),
+                        describe(args.training, label_count(chosen->trials), {})};
   const double began_s = steady_wall_seconds();
   const auto model = classifier::train_staged(chosen->trials, dataset->info.taxel_rate_hz, options);
   if (!model) return pass(model.error(), args.dataset.string());
@@ -299,7 +301,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
       describe(args.training, trained->trained.labels().size(), words_of(folds));
   const Trained done{{std::move(trained->trained),
                       std::move(chosen->setup),
-                      {std::string(to_string(kind)), chosen->sha256, WEFT_VERSION, how},
+                      {std::string(to_string(kind)), chosen->sha256, software_version(), how},
                       std::move(*aids)},
                      std::move(*imprints),
                      trained->recipe,

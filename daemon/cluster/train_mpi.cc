@@ -180,8 +180,7 @@ int run(int argc, char** argv) {
     if (e.get_exit_code() == 0) return command.exit(e);
     return cli::report_usage(console, e.what());
   } catch (const std::exception& e) {  // std::bad_alloc and what else a library throws
-    cli::report(console,
-                Error{Errc::io, e.what(), "rank " + std::to_string(ranks.rank()), {}, {}, {}});
+    cli::report_thrown(console, e, "rank " + std::to_string(ranks.rank()));
     MPI_Abort(MPI_COMM_WORLD, cli::exit_failure);
     return cli::exit_failure;
   }

@@ -8,6 +8,7 @@
 
 #include "daemon/dataset/import.hpp"
 #include "daemon/dataset/trial_csv.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -92,7 +93,7 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::str
   dataset.info.kind = BenchKind::real;
   dataset.info.name = "fabricslide";
   dataset.info.source = "fabricslide";
-  dataset.info.software_version = WEFT_VERSION;
+  dataset.info.software_version = software_version();
   for (const std::filesystem::path& path : *files) {
     classifier::Trial trial;
     TrialRecord record;

@@ -6,6 +6,7 @@
 #include "daemon/dataset/import.hpp"
 #include "daemon/dataset/trial_csv.hpp"
 #include "daemon/dataset/utf8.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -135,7 +136,7 @@ Result<Dataset> import_icub20(const std::filesystem::path& path, Icub20Order ord
   dataset.info.kind = BenchKind::real;
   dataset.info.name = order == Icub20Order::time ? "icub20" : "icub20 as filed";
   dataset.info.source = "icub20";
-  dataset.info.software_version = WEFT_VERSION;
+  dataset.info.software_version = software_version();
   for (Slide& slide : *slides) {
     if (order == Icub20Order::time) put_in_order_of_time(slide.trial);
     if (auto done = append(dataset, std::move(slide.trial), std::move(slide.record)); !done)

@@ -1,6 +1,7 @@
 #include "daemon/dataset/import.hpp"
 #include "daemon/dataset/manifest.hpp"
 #include "daemon/dataset/trial_csv.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -54,7 +55,7 @@ Result<Dataset> import_manifest(const std::filesystem::path& path) {
   Dataset dataset;
   dataset.info.name = path.stem().string();
   dataset.info.source = "manifest";
-  dataset.info.software_version = WEFT_VERSION;
+  dataset.info.software_version = software_version();
   for (const ManifestEntry& entry : *entries)
     if (auto done = import_entry(entry, dataset); !done) return pass(std::move(done).error());
   dataset.info.taxel_rate_hz = mean_rate_hz(dataset);

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "daemon/loop/real_time.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -96,6 +97,15 @@ Finding disk(const MachineFacts& facts) {
           "Free some space, or choose another folder (--out)"};
 }
 
+// Data sets, models and certificates name the commit.
+Finding software(const MachineFacts& facts) {
+  const std::string what = "weft " + facts.software;
+  if (!facts.software.ends_with(".modified")) return {Severity::ok, "software", what, {}};
+  return {Severity::warning, "software",
+          what + ", built from a tree with changes that no commit has: nobody can build it again",
+          "Commit them, build again, and record with that"};
+}
+
 }  // namespace
 
 MachineFacts look_at_machine(const fs::path& data_folder) {
@@ -113,6 +123,7 @@ MachineFacts look_at_machine(const fs::path& data_folder) {
   std::error_code error;
   const fs::space_info space = fs::space(data_folder, error);
   if (!error) facts.free_bytes = space.available;
+  facts.software = software_version();
   facts.folder_writable = ::access(data_folder.c_str(), W_OK) == 0;
   return facts;
 }
@@ -121,8 +132,8 @@ std::vector<Finding> judge_machine(const MachineFacts& facts, bool real_time) {
   if (!real_time)
     return {{Severity::ok, "time", "is virtual: nothing depends on the machine's punctuality", {}},
             disk(facts)};
-  return {scheduling(facts), memory(facts),   monotonic(facts),
-          wall_clock(facts), governor(facts), disk(facts)};
+  return {scheduling(facts), memory(facts), monotonic(facts), wall_clock(facts),
+          governor(facts),   disk(facts),   software(facts)};
 }
 
 }  // namespace weft::daemon

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "daemon/doctor/finding.hpp"
@@ -18,6 +19,7 @@ struct MachineFacts {
   std::vector<std::string> governors;      ///< of each processor; empty: no frequency scaling
   std::optional<std::uintmax_t> free_bytes;  ///< where the data go; nullopt: no such folder
   bool folder_writable = false;
+  std::string software;  ///< software_version()
 };
 
 /// Tries real-time priority and memory locks for a moment, and looks at the folder of the data.

@@ -13,6 +13,7 @@
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/run/campaign_folder.hpp"
+#include "daemon/version/software_version.hpp"
 #include "recipes/engine/plan.hpp"
 
 namespace weft::daemon {
@@ -128,7 +129,7 @@ class Handing {
             {"dataset_sha256", sha256_},
             {"recipe_sha256", info.recipe_sha256},
             {"rig_sha256", info.rig_sha256},
-            {"software_version", WEFT_VERSION},
+            {"software_version", software_version()},
             {"hand_over",
              {{"from", to_string(plan_->hand_over->from)},
               {"learner", plan_->hand_over->learner},

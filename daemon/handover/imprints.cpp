@@ -8,6 +8,7 @@
 #include "daemon/handover/learn.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/imprint/tables.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -51,7 +52,7 @@ Result<LearntImprints> learn_imprints(const Dataset& data, const std::string& da
   return LearntImprints{
       std::move(lesson),
       std::move(got->evaluation),
-      {{std::string(to_string(data.info.kind)), dataset_sha256, WEFT_VERSION, how},
+      {{std::string(to_string(data.info.kind)), dataset_sha256, software_version(), how},
        {*grid, plan},
        std::move(got->learner),
        std::move(got->aids)},
@@ -111,7 +112,7 @@ Result<HandedImprints> hand_over_imprints(const Dataset& data, const std::string
       {"dataset_sha256", dataset_sha256},
       {"recipe_sha256", info.recipe_sha256},
       {"rig_sha256", info.rig_sha256},
-      {"software_version", WEFT_VERSION},
+      {"software_version", software_version()},
       {"hand_over", {{"from", "imprints"}, {"at_most_s", wanted.at_most_s}}},
       {"meaning",
        "The experiments of Ellis 1986 on the last scan of phase P of each trial: right "

@@ -8,6 +8,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
 #include "daemon/report/json_parts.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -122,7 +123,7 @@ Result<Learnt> learn(const Material& material, const DatasetInfo& info,
       training_words(wanted.learner, options, got->learner.labels().size(), got->folds);
   return Learnt{{std::move(got->learner),
                  setup_of(material, info),
-                 {std::string(to_string(info.kind)), dataset_sha256, WEFT_VERSION, how},
+                 {std::string(to_string(info.kind)), dataset_sha256, software_version(), how},
                  std::move(got->aids)},
                 std::move(got->words),
                 std::move(got->evaluation),

@@ -9,6 +9,7 @@
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/imprint/number_lines.hpp"
 #include "daemon/run/rig_file.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -19,7 +20,7 @@ Dataset imported_set(const std::filesystem::path& path, std::string source) {
   Dataset out;
   out.info.name = path.stem().string();
   out.info.source = std::move(source);
-  out.info.software_version = WEFT_VERSION;
+  out.info.software_version = software_version();
   return out;
 }
 

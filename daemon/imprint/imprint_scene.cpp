@@ -5,6 +5,7 @@
 
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
+#include "daemon/version/software_version.hpp"
 #include "sim/plant/imprint/half_space.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/random.hpp"
@@ -111,7 +112,7 @@ Result<Dataset> simulate_imprints(const ImprintSceneOptions& options) {
   out.info.name = "imprint";
   out.info.source = "scene";
   out.info.seed = options.seed;
-  out.info.software_version = WEFT_VERSION;
+  out.info.software_version = software_version();
   out.info.rig_json = scene_text(options);
   out.info.rig_sha256 = to_hex(Sha256().text(out.info.rig_json).finish());
   for (const sim::ObjectSpec& object : sim::ellis_objects()) {

@@ -5,6 +5,7 @@
 #include "daemon/recorder/chunk.hpp"
 #include "daemon/recorder/played_again.hpp"
 #include "daemon/recorder/writer_thread.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -104,7 +105,8 @@ Status Recorder::Impl::go_on(TimePoint now) {
   again.reset();
   resumed = true;
   const std::string payload = R"({"first_trial":)" + std::to_string(continuation.first_trial) +
-                              R"(,"plays_again":)" + (plays_again ? "true}" : "false}");
+                              R"(,"plays_again":)" + (plays_again ? "true" : "false") +
+                              R"(,"software_version":")" + software_version() + "\"}";
   return write([w = writer.get(), now, payload] { return w->resumed(now, payload); });
 }
 

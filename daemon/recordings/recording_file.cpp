@@ -5,6 +5,7 @@
 #include "daemon/dataset/hdf5_reader.hpp"
 #include "daemon/dataset/hdf5_writer.hpp"
 #include "daemon/recordings/recording_set.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -140,7 +141,7 @@ Result<std::string> write_recordings(const RecordingSet& set, const std::filesys
   out.attribute("/", "bench_kind", to_string(set.kind));
   out.attribute("/", "name", std::string_view(set.name));
   out.attribute("/", "source", std::string_view(set.source));
-  out.attribute("/", "software_version", std::string_view(WEFT_VERSION));
+  out.attribute("/", "software_version", software_version());
   out.attribute("/", "sha256", std::string_view(digest));
   write_table(out, set);
   for (std::size_t c = 0; c < set.recordings.front().channels.size(); ++c)

@@ -73,8 +73,9 @@ std::string provenance_section(const ReportInput& input) {
   out += item("plant level",
               escape(simulation.empty() ? input.run.level
                                         : simulation.setting + ", because " + simulation.because));
-  out += item("software", "weft " + escape(info.software_version) +
-                              (input.commit.empty() ? "" : ", commit " + code(input.commit)));
+  out += item("software",
+              "recorded by weft " + escape(info.software_version) +
+                  (input.commit.empty() ? "" : ", reported by commit " + code(input.commit)));
   out += item("machine", escape(input.machine));
   out += item("devices", device_list(info));
   out += item("rates", rates(info));

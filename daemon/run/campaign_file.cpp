@@ -8,6 +8,7 @@
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/recorder/campaign_writer.hpp"
 #include "daemon/run/campaign_folder.hpp"
+#include "daemon/version/software_version.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -21,7 +22,7 @@ CampaignHeader header_of(const CheckedRequest& checked, const RigFile& rig) {
   header.info.recipe_json = checked.recipe_text;
   header.info.rig_json = checked.rig_text;
   header.info.seed = plan.seed;
-  header.info.software_version = WEFT_VERSION;
+  header.info.software_version = software_version();
   header.info.taxel_rate_hz = plan.limits.taxel_rate_hz;
   header.info.wrench_rate_hz = plan.limits.wrench_rate_hz;
   header.info.stage_rate_hz = plan.limits.stage_rate_hz();

@@ -6,6 +6,9 @@
 import copy
 import json
 import pathlib
+import re
+import shutil
+import subprocess
 import sys
 import tempfile
 
@@ -41,6 +44,18 @@ BAD = {
     "unknown fabric": ("/fabrics", ["wool", "chain mail"], "/fabrics/1", ["chain mail"]),
     "text for a number": (f"{PHASES}/0/duration_s", "long", f"{PHASES}/0/duration_s", []),
 }
+
+
+def version(t, root):
+    """`weft --version` names the commit it was built from, which data sets, models and certificates keep."""
+    says = t.run("--version", cwd=root).stdout.strip()
+    found = re.fullmatch(r"weft \d+\.\d+\.\d+(?:\+g([0-9a-f]{12})(?:\.modified)?)?", says)
+    t.expect(found, f"no version with its commit: {says!r}")
+
+    def git(*words):
+        return shutil.which("git") and subprocess.run(["git", "-C", root, *words], capture_output=True).returncode == 0
+    if found and git("rev-parse", "HEAD"):
+        t.expect(found[1] and git("cat-file", "-e", found[1] + "^{commit}"), f"{says!r} names no commit of {root}")
 
 
 def accepted(t, root, rig, d):
@@ -158,6 +173,7 @@ def main():
     rig = root / "sim/rigs/bench17.json"
     with tempfile.TemporaryDirectory(prefix="weft-check-") as folder:
         d = pathlib.Path(folder)
+        version(t, root)
         accepted(t, root, rig, d)
         fidelity(t, root, rig, d)
         refused(t, root, rig, d)

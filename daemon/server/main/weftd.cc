@@ -7,12 +7,13 @@
 #include "daemon/cli/manual.hpp"
 #include "daemon/cli/stop_signals.hpp"
 #include "daemon/server/weftd.hpp"
+#include "daemon/version/software_version.hpp"
 
 int main(int argc, char** argv) {
   weft::daemon::server::DaemonOptions options;
   CLI::App app("Runs campaigns on one rig; programs talk to it in JSON-RPC, one object a line.",
                "weftd");
-  app.set_version_flag("--version", "weftd " WEFT_VERSION);
+  app.set_version_flag("--version", "weftd " + weft::daemon::software_version());
   app.add_option("--rig", options.rig, "rig file (JSON)")->required()->check(CLI::ExistingFile);
   app.add_option("--recipes", options.recipes, "folder of recipes")
       ->required()

@@ -63,6 +63,20 @@ TrialProgress at(std::size_t done, std::size_t planned) {
   return p;
 }
 
+TEST_CASE("what a library throws is one sentence; of memory that runs out it says what to do") {
+  const auto said = [](const std::exception& thrown) {
+    std::ostringstream out, err;
+    Console console{out, err, true};
+    CHECK(report_thrown(console, thrown, "rank 3") == exit_failure);
+    CHECK(nlohmann::json::parse(out.str()).contains("error"));
+    return err.str();
+  };
+  const std::string memory = said(std::bad_alloc());
+  CHECK(memory.find("weft: rank 3: no memory is left") == 0);
+  CHECK(memory.find("less at a time") != std::string::npos);
+  CHECK(said(std::runtime_error("the disk said so")) == "weft: rank 3: the disk said so.\n");
+}
+
 TEST_CASE("help and version are no failures") {
   CHECK(weft({"--help"}).status == exit_ok);
   CHECK(weft({"evaluate", "--help"}).out.find("--train-groups") != std::string::npos);

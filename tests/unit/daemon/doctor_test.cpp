@@ -24,6 +24,7 @@ MachineFacts good_machine() {
   facts.clock_synchronised = true;
   facts.governors = {"performance", "performance"};
   facts.free_bytes = 50'000'000'000;
+  facts.software = "0.1.0+g0123456789ab";
   return facts;
 }
 
@@ -91,6 +92,8 @@ TEST_CASE("what a machine lacks is told with what to do about it") {
   expect(facts, "wall clock", Severity::warning, "not synchronised", "timedatectl");
   expect(facts, "processor", Severity::warning, "powersave", "cpupower");
   expect(facts, "disk", Severity::warning, "500 MB", "space");
+  facts.software += ".modified";
+  expect(facts, "software", Severity::warning, "+g0123456789ab.modified", "Commit");
   facts.free_bytes = 5'000'000;
   expect(facts, "disk", Severity::problem, "5 MB", "space");
   facts.folder_writable = false;

@@ -110,6 +110,7 @@ TEST_CASE("recordings refuse the options of slides in one sentence, with their o
   for (const std::vector<std::string>& one : {std::vector<std::string>{"--repeats", "3"},
                                               {"--per-recording", "5"},
                                               {"--protocol", "random", "--blocks", "3"},
+                                              {"--protocol", "random", "--step-s", "1"},
                                               {"--leave-one-group-out", "--protocol", "blocks"},
                                               {"--leave-one-group-out", "--blocks", "3"}}) {
     std::vector<std::string> arguments{"evaluate", file};

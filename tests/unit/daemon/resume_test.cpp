@@ -3,6 +3,7 @@
 
 #include "daemon/run/resume.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 
@@ -12,6 +13,7 @@
 #include "daemon/recorder/campaign_past.hpp"
 #include "daemon/recorder/sqlite.hpp"
 #include "daemon/run/campaign_folder.hpp"
+#include "daemon/version/software_version.hpp"
 #include "tests/unit/daemon/kill_points.hpp"
 #include "tests/unit/daemon/trial_bench.hpp"
 
@@ -141,6 +143,18 @@ bool survives(KillPoint point) {
   return true;
 }
 
+/// Which program began a campaign and which one went on with it is on record.
+void check_software(const std::filesystem::path& file) {
+  CHECK(loaded(file).info.software_version == software_version());
+  const auto journal = load_journal(file);
+  REQUIRE(journal);
+  const auto went_on = std::find_if(journal->begin(), journal->end(), [](const JournalEntry& line) {
+    return line.kind == "resumed";
+  });
+  REQUIRE(went_on != journal->end());
+  CHECK(json::parse(went_on->payload_json).at("software_version") == software_version());
+}
+
 }  // namespace
 
 TEST_CASE("a campaign killed at any one of its writes goes on to the data of an undisturbed run") {
@@ -183,6 +197,7 @@ TEST_CASE("a resume says first what is left, and changes nothing by that") {
   CHECK(test::read_file(request.out / "campaign.sqlite") == before);
   resumed(request);
   check_whole(request.out, 1);
+  check_software(request.out / "campaign.sqlite");
   const auto again = preview_resume(request);
   REQUIRE_FALSE(again);
   CHECK(again.error().message.find("nothing is left") != std::string::npos);

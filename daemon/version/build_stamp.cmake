@@ -1,10 +1,10 @@
-# Writes OUT, a header with the commit that is being built. Touched only when the commit changes.
+# Writes OUT, a header with the commit that is being built (empty where git knows of none). Touched only when that changes.
 cmake_minimum_required(VERSION 3.25)
 execute_process(COMMAND git -C ${SOURCE} rev-parse --short=12 HEAD OUTPUT_VARIABLE commit
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 execute_process(COMMAND git -C ${SOURCE} status --porcelain --untracked-files=no OUTPUT_VARIABLE changes
                 ERROR_QUIET)
 if(commit AND changes)
-  string(APPEND commit "-modified")
+  string(APPEND commit ".modified")
 endif()
 file(CONFIGURE OUTPUT ${OUT} CONTENT "#pragma once\n#define WEFT_COMMIT \"@commit@\"\n" @ONLY)
