@@ -1,7 +1,6 @@
 #pragma once
 // A trained learner as lines of a stored model, bit for bit.
 
-#include <cstddef>
 #include <string>
 #include <vector>
 

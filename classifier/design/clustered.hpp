@@ -2,7 +2,6 @@
 // Shares whose answers come in clusters: all trials of one replicate are answered by one training,
 // so they may be right or wrong together. docs/design.md, "Intervals of a share".
 
-#include <cstddef>
 #include <span>
 #include <vector>
 

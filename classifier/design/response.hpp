@@ -2,8 +2,6 @@
 // How a taxel array answers a rub: texture signal against noise, and how much of it is cut off.
 // docs/design.md, "Dynamic response".
 
-#include <cstddef>
-
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"
 

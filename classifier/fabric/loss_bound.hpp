@@ -1,7 +1,6 @@
 #pragma once
 // What an SVM must at least lose on rows held out, known without solving it.
 
-#include <cstddef>
 #include <span>
 #include <vector>
 

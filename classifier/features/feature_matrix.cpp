@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "classifier/features/extract.hpp"
 #include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier {

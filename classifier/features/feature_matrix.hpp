@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "classifier/features/extract.hpp"
 #include "classifier/features/matrix.hpp"
+#include "classifier/features/options.hpp"
+#include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

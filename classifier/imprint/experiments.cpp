@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "classifier/baseline/learner.hpp"
+#include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/kesler.hpp"
 #include "classifier/imprint/least_squares_rule.hpp"
 

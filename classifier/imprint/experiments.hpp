@@ -3,14 +3,14 @@
 // others and says of what class those are; until all were aside once.
 
 #include <array>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "classifier/imprint/imprint_set.hpp"
+#include "classifier/features/feature_matrix.hpp"
 #include "classifier/imprint/linear_rule.hpp"
+#include "classifier/imprint/scale_features.hpp"
 #include "classifier/imprint/separability.hpp"
 
 namespace weft::classifier::imprint {

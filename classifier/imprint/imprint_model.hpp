@@ -6,7 +6,6 @@
 #include <iosfwd>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -14,7 +13,8 @@
 #include "classifier/fabric/provenance.hpp"
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/taxel_grid.hpp"
-#include "classifier/vote/learner_answer.hpp"
+#include "classifier/vote/aids.hpp"
+#include "classifier/vote/vote.hpp"
 
 namespace weft::classifier::imprint {
 

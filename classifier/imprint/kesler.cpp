@@ -1,6 +1,5 @@
 #include "classifier/imprint/kesler.hpp"
 
-#include <cmath>
 #include <string>
 
 namespace weft::classifier::imprint {

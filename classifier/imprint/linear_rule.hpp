@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <span>
 #include <string_view>
-#include <vector>
 
 #include "classifier/features/matrix.hpp"
 #include "classifier/learn/scaler.hpp"

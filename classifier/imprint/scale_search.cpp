@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "classifier/imprint/imprint_set.hpp"
 #include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier::imprint {

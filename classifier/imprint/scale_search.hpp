@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "classifier/imprint/experiments.hpp"
+#include "classifier/imprint/imprint_set.hpp"
+#include "classifier/imprint/scale_features.hpp"
 
 namespace weft::classifier::imprint {
 

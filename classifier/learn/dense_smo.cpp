@@ -1,7 +1,6 @@
 #include "classifier/learn/dense_smo.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "classifier/fabric/model_file.hpp"
+#include "classifier/features/options.hpp"
 #include "classifier/features/spectrum.hpp"
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"

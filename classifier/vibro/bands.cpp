@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "classifier/vibro/bin_tables.hpp"
+#include "classifier/vibro/short_time.hpp"
+
 namespace weft::classifier::vibro {
 namespace {
 

@@ -6,8 +6,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "classifier/vibro/frame_figures.hpp"
-
 namespace weft::classifier::vibro {
 
 inline constexpr std::size_t band_count = 16;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "classifier/vibro/filters.hpp"
+
 namespace weft::classifier::vibro {
 namespace {
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "classifier/features/lanes.hpp"
-#include "classifier/vibro/filters.hpp"
 
 namespace weft::classifier::vibro {
 

@@ -1,7 +1,6 @@
 #pragma once
 // The sets of features of the 2023 paper, their names and units.
 
-#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -2,7 +2,6 @@
 // What is read from the spectra of sixteen frames at once.
 
 #include <array>
-#include <cstddef>
 
 #include "classifier/vibro/short_time.hpp"
 

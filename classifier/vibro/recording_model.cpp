@@ -1,7 +1,6 @@
 #include "classifier/vibro/recording_model.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <set>
 

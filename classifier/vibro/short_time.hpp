@@ -9,6 +9,7 @@
 
 #include "classifier/features/lanes.hpp"
 #include "classifier/vibro/bin_tables.hpp"
+#include "classifier/vibro/filters.hpp"
 
 namespace weft::classifier::vibro {
 

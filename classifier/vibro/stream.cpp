@@ -1,7 +1,6 @@
 #include "classifier/vibro/stream.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "classifier/features/feature_stream.hpp"

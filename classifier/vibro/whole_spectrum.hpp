@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "classifier/features/spectrum.hpp"
 #include "classifier/vibro/real_transform.hpp"

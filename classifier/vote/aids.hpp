@@ -2,7 +2,6 @@
 // What a model needs beside its cores to say how sure it is, and when none of its fabrics fits. All
 // of it is learnt from the training part.
 
-#include <optional>
 #include <span>
 #include <vector>
 

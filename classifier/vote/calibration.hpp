@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "classifier/fabric/model.hpp"
-#include "classifier/features/feature_matrix.hpp"
 #include "classifier/vote/cross_decisions.hpp"
 #include "classifier/vote/sigmoid.hpp"
 #include "classifier/vote/vote.hpp"

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "classifier/vote/aids.hpp"
+#include "classifier/vote/class_profile.hpp"
 #include "classifier/vote/cross_decisions.hpp"
 
 namespace weft::classifier {

@@ -10,7 +10,7 @@
 #include "classifier/evaluate/interval.hpp"
 #include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/vote/aids.hpp"
+#include "classifier/vote/novelty.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {

@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/parts.hpp"

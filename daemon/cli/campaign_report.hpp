@@ -1,7 +1,6 @@
 #pragma once
 // What `weft run` does with a finished campaign: classify it and write report.html and report.json.
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>

@@ -1,7 +1,6 @@
 #include "daemon/cli/command_line.hpp"
 
 #include <CLI/CLI.hpp>
-#include <iostream>
 
 #include "daemon/cli/console.hpp"
 

@@ -6,7 +6,6 @@
 
 #include "classifier/baseline/fold_report.hpp"
 #include "daemon/cli/imprint_features.hpp"
-#include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"

@@ -6,6 +6,7 @@
 #include <map>
 #include <tuple>
 
+#include "classifier/features/options.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/imprint_features.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"

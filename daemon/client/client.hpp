@@ -1,11 +1,9 @@
 #pragma once
 // A program's end of the daemon's socket: one request, one answer, and events in between.
 
-#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "daemon/control/caught.hpp"
 #include "daemon/control/desk_run.hpp"
 #include "daemon/run/recovery.hpp"
 

@@ -7,7 +7,6 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/control/caught.hpp"
 #include "daemon/control/run_desk.hpp"
 #include "recipes/engine/forecast.hpp"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "daemon/control/caught.hpp"
 #include "daemon/control/desk_run.hpp"
 #include "daemon/control/free_memory.hpp"
 #include "daemon/dataset/sha256.hpp"

@@ -2,7 +2,6 @@
 // Comma-separated text, read strictly: every complaint carries file:line. Independent of the
 // locale.
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>

@@ -1,6 +1,7 @@
 #include "daemon/dataset/dataset.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <unordered_set>

@@ -1,7 +1,6 @@
 #pragma once
 // A data set in memory: the classifier's trials and, beside each, what the classifier must not see.
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,7 +9,6 @@
 
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"
-#include "protocols/base/time.hpp"
 
 namespace weft::daemon {
 

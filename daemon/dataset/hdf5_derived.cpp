@@ -1,7 +1,5 @@
 #include "daemon/dataset/hdf5_derived.hpp"
 
-#include <numeric>
-
 namespace weft::daemon::hdf5 {
 namespace {
 

@@ -9,8 +9,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "protocols/base/result.hpp"
-
 namespace weft::daemon::hdf5 {
 
 /// Owns one handle. Every HDF5 object type has a close function of its own.

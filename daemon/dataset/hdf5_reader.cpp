@@ -1,6 +1,7 @@
 #include "daemon/dataset/hdf5_reader.hpp"
 
 #include <array>
+#include <string_view>
 
 #include "daemon/dataset/hdf5_layout.hpp"
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/dataset/hdf5_handle.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::daemon::hdf5 {
 

@@ -2,12 +2,12 @@
 // Groups, attributes and columns of a new HDF5 file.
 
 #include <filesystem>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "daemon/dataset/hdf5_handle.hpp"
+#include "protocols/base/result.hpp"
 
 namespace weft::daemon::hdf5 {
 

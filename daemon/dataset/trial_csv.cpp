@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "protocols/base/time.hpp"
+
 namespace weft::daemon {
 namespace {
 

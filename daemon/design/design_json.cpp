@@ -1,6 +1,7 @@
 #include "daemon/design/design_json.hpp"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 namespace weft::daemon {

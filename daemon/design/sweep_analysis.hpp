@@ -2,7 +2,6 @@
 // A swept campaign looked at cell by cell: how the array answers, how well the fabrics are told
 // apart, how long it takes, and which cell to take. docs/design.md says how each is defined.
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>

@@ -1,7 +1,6 @@
 #pragma once
 // The trials of swept data sets, cell by cell; what may be taken together and compared.
 
-#include <cstdint>
 #include <map>
 #include <span>
 #include <string>

@@ -2,8 +2,6 @@
 // Devices spoken to without moving anything: who they are, and how fast and regularly they answer.
 
 #include <functional>
-#include <map>
-#include <memory>
 #include <optional>
 #include <vector>
 

@@ -5,7 +5,6 @@
 // campaign's certificate says was recorded takes part. See daemon/handover/README.md.
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 
 #include "classifier/evaluate/evaluate.hpp"

@@ -9,6 +9,7 @@
 #include "classifier/baseline/fold_report.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/fabric/model_file.hpp"
+#include "classifier/vote/aids.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/handover/hand_over.hpp"
 

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <set>
 
-#include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
 
 namespace weft::daemon {

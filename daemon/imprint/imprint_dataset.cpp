@@ -1,6 +1,7 @@
 #include "daemon/imprint/imprint_dataset.hpp"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "classifier/imprint/experiments.hpp"
+#include "classifier/imprint/scale_features.hpp"
 
 namespace weft::daemon {
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "classifier/imprint/laws.hpp"
+#include "classifier/imprint/scale_features.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/imprint/paper_tables.hpp"
 

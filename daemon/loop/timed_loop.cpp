@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "daemon/loop/wall_clock.hpp"
+
 namespace weft::daemon {
 
 TimerId TimedLoop::at(TimePoint when, Callback callback) {

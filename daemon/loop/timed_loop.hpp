@@ -2,7 +2,6 @@
 // Tells where the wall time of a virtual run goes: a view of a loop that times the callbacks set
 // through it.
 
-#include "daemon/loop/wall_clock.hpp"
 #include "drivers/api/loop.hpp"
 
 namespace weft::daemon {

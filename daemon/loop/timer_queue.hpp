@@ -1,7 +1,6 @@
 #pragma once
 // Ordered timers, the part that real and virtual loops share. Pure: time comes from the caller.
 
-#include <functional>
 #include <optional>
 #include <unordered_map>
 #include <vector>

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <optional>
 #include <regex>
 
 #include "daemon/dataset/csv.hpp"

@@ -2,7 +2,6 @@
 // Sound files of other people.
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "protocols/base/result.hpp"

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "daemon/report/format.hpp"
 #include "daemon/report/marks.hpp"
 #include "daemon/report/svg.hpp"
 

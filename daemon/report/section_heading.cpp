@@ -3,7 +3,6 @@
 #include <set>
 
 #include "daemon/report/format.hpp"
-#include "daemon/report/html.hpp"
 #include "daemon/report/sections.hpp"
 #include "daemon/report/simulation_words.hpp"
 #include "recipes/engine/engine.hpp"

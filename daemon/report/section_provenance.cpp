@@ -1,7 +1,6 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/report/format.hpp"
-#include "daemon/report/html.hpp"
 #include "daemon/report/paper.hpp"
 #include "daemon/report/sections.hpp"
 

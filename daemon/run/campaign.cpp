@@ -1,6 +1,5 @@
 #include "daemon/run/campaign.hpp"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/loop/wall_clock.hpp"

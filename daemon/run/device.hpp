@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "daemon/run/rig_file.hpp"
 #include "drivers/api/driver.hpp"

@@ -5,7 +5,6 @@
 #include <sys/types.h>
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "daemon/run/rig_file.hpp"

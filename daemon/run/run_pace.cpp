@@ -1,7 +1,6 @@
 #include "daemon/run/run_pace.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace weft::daemon {
 namespace {

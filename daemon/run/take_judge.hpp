@@ -1,7 +1,6 @@
 #pragma once
 // Whether what was recorded of one take of a repetition is good enough to be trained with.
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>

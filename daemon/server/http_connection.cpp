@@ -2,6 +2,7 @@
 #include <chrono>
 #include <utility>
 
+#include "daemon/server/http_answer.hpp"
 #include "daemon/server/http_page.hpp"
 #include "daemon/server/http_server_parts.hpp"
 

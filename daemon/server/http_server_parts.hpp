@@ -17,7 +17,6 @@
 #include <utility>
 
 #include "daemon/server/conversation.hpp"
-#include "daemon/server/http_answer.hpp"
 #include "daemon/server/http_file.hpp"
 #include "daemon/server/http_request.hpp"
 #include "daemon/server/http_server.hpp"

@@ -7,7 +7,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "daemon/server/conversation.hpp"
 #include "daemon/server/loopback.hpp"

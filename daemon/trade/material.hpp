@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "classifier/features/extract.hpp"
 #include "classifier/features/feature_matrix.hpp"
+#include "classifier/features/options.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 

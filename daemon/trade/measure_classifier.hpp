@@ -3,13 +3,13 @@
 // each trained and tested on the same splits and timed in the same run.
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/features/options.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "daemon/trade/trade_point.hpp"
 #include "protocols/base/result.hpp"

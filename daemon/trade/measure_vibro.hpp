@@ -2,7 +2,6 @@
 // `weft trade vibro`: learner x features x window x source on recordings of sound and vibration,
 // under the paper's protocol and an honest one.
 
-#include <functional>
 #include <string>
 #include <vector>
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <set>
 
+#include "classifier/features/options.hpp"
 #include "daemon/report/format.hpp"
 #include "recipes/schema/diagnostic.hpp"
 

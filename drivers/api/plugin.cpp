@@ -3,7 +3,6 @@
 #include <map>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "drivers/api/plugin_convert.hpp"
 

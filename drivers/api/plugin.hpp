@@ -2,8 +2,6 @@
 // The plugin's side of the C ABI: makes the table of weft_driver.h from a DriverEntry, so that a
 // C++ driver is written against Driver, Loop and Link whether it is built in or loaded.
 
-#include <string>
-
 #include "drivers/api/driver.hpp"
 #include "drivers/api/weft_driver.h"
 

@@ -1,7 +1,6 @@
 #pragma once
 // Between the C++ types of drivers and the C structs of the plugin ABI; used on both sides.
 
-#include <string>
 #include <vector>
 
 #include "drivers/api/driver.hpp"

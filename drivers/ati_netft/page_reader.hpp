@@ -2,7 +2,6 @@
 // Reads the settings and calibration pages of a Net F/T box over its HTTP port.
 
 #include <functional>
-#include <string>
 
 #include "drivers/api/link.hpp"
 #include "protocols/rdt/page.hpp"

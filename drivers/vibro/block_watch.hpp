@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 
 #include "drivers/api/suspicion.hpp"
 #include "protocols/base/result.hpp"

@@ -1,5 +1,7 @@
 #include "protocols/ati_digital/registers.hpp"
 
+#include <string_view>
+
 namespace weft::protocols::ati_digital {
 
 std::string status_text(std::uint16_t status_word) {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "recipes/engine/rig_limits.hpp"
-#include "recipes/kinematics/surface_pose.hpp"
 
 namespace weft::recipes {
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "recipes/engine/motion.hpp"
-
 namespace weft::recipes {
 namespace {
 

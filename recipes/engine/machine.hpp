@@ -10,7 +10,6 @@
 #include "recipes/engine/engine.hpp"
 #include "recipes/engine/last_steps.hpp"
 #include "recipes/engine/motion.hpp"
-#include "recipes/engine/trial_end.hpp"
 
 namespace weft::recipes {
 

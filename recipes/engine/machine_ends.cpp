@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "recipes/engine/machine.hpp"
+#include "recipes/engine/trial_end.hpp"
 
 namespace weft::recipes {
 

@@ -1,7 +1,6 @@
 // The steps of a trial, in order: what each asks of the bench, and how long it may take.
 
 #include <algorithm>
-#include <cmath>
 
 #include "recipes/engine/machine.hpp"
 

@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <variant>
 
 #include "protocols/base/units.hpp"
-#include "recipes/engine/motion.hpp"
 #include "recipes/schema/json_text.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/quantities.hpp"

@@ -2,7 +2,6 @@
 // Every quantity that recipes and rig files may hold, with its accepted spellings. The JSON Schema
 // lists the same ones; a test compares them.
 
-#include <cmath>
 #include <numbers>
 
 #include "recipes/schema/object_reader.hpp"

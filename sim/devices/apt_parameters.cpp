@@ -1,7 +1,6 @@
 #include "sim/devices/apt_parameters.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace weft::sim {
 

@@ -2,7 +2,6 @@
 // The parameters that an APT controller keeps: bodies as they were set, given back on request.
 
 #include <map>
-#include <optional>
 
 #include "protocols/apt/apt.hpp"
 

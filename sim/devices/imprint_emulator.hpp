@@ -6,9 +6,7 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
-#include <string>
 
 #include "protocols/imprint/imprint.hpp"
 #include "sim/devices/bench_world.hpp"

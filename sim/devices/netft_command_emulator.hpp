@@ -3,7 +3,6 @@
 
 #include <functional>
 
-#include "protocols/rdt/tcp_command.hpp"
 #include "sim/devices/client_emulator.hpp"
 #include "sim/devices/rdt_emulator.hpp"
 

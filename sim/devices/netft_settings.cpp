@@ -8,6 +8,8 @@
 #include <string>
 #include <type_traits>
 
+#include "protocols/rdt/rdt.hpp"
+
 namespace weft::sim {
 
 namespace {

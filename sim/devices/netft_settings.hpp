@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "protocols/rdt/page.hpp"
-#include "protocols/rdt/rdt.hpp"
 
 namespace weft::sim {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/plant/fidelity/setting.hpp"
+
 namespace weft::sim {
 
 namespace {

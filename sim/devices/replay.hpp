@@ -10,7 +10,7 @@
 
 #include "sim/devices/bench_motion.hpp"
 #include "sim/devices/run_error.hpp"
-#include "sim/plant/fidelity/setting.hpp"
+#include "sim/plant/plant.hpp"
 
 namespace weft::sim {
 

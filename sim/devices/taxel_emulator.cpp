@@ -1,7 +1,6 @@
 #include "sim/devices/taxel_emulator.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "protocols/taxel/cpm_finger.hpp"
 

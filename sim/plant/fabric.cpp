@@ -1,7 +1,6 @@
 #include "sim/plant/fabric.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/random.hpp"

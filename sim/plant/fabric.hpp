@@ -9,7 +9,6 @@
 #include "sim/plant/contact.hpp"
 #include "sim/plant/fabric_law.hpp"
 #include "sim/plant/height_field.hpp"
-#include "sim/plant/texture_map.hpp"
 
 namespace weft::sim {
 

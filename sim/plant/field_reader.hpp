@@ -2,7 +2,6 @@
 // Reads one JSON object whose keys are all known: absent keys keep their default, unknown keys,
 // wrong types and values out of range are errors with a JSON pointer. The first error is kept.
 
-#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "sim/plant/bounds.hpp"
+#include "sim/plant/hysteresis.hpp"
 #include "sim/plant/lanes_math.hpp"
 #include "sim/plant/random.hpp"
 

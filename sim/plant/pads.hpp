@@ -8,7 +8,6 @@
 #include <cstdint>
 
 #include "protocols/base/result.hpp"
-#include "sim/plant/hysteresis.hpp"
 
 namespace weft::sim {
 

@@ -1,7 +1,7 @@
 #pragma once
 // The contact at one instant, as sensors see it that are faster than the stages.
 
-#include "sim/plant/friction.hpp"
+#include "sim/plant/vector2.hpp"
 
 namespace weft::sim {
 

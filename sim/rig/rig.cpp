@@ -11,6 +11,7 @@
 #include "sim/devices/netft_page_emulator.hpp"
 #include "sim/devices/replay.hpp"
 #include "sim/plant/fabric_library.hpp"
+#include "sim/plant/fidelity/setting.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/random.hpp"
 #include "sim/rig/attachment.hpp"

@@ -1,7 +1,6 @@
 #include "sim/rig/rig_config.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,6 @@
 #pragma once
 // The part of a rig file that describes its emulation, in SI.
 
-#include <cstdint>
 #include <string>
 #include <string_view>
 #include <variant>

@@ -1,6 +1,5 @@
 #include "sim/rig/vibro_config.hpp"
 
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,5 @@
 // Wall time of simulated trials through the wire codecs, and where it goes.
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 

@@ -4,20 +4,18 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/fabric/model.hpp"
+#include "classifier/features/extract.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "tests/bench/classifier_libsvm.hpp"
 #include "tests/bench/classifier_set.hpp"

@@ -5,7 +5,6 @@
 
 #include <libsvm/svm.h>
 
-#include <array>
 #include <cmath>
 #include <tuple>
 #include <vector>

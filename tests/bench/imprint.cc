@@ -10,6 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "classifier/features/extract.hpp"
 #include "classifier/imprint/scale_features.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/imprint/imprint_scene.hpp"

@@ -1,7 +1,6 @@
 // Level L2 on the notes' bare press beside the notes' own figures of the same method, and what a
 // stage that starts at once makes of it. SIMULATED throughout.
 
-#include <cstdio>
 #include <ctime>
 #include <string>
 

@@ -9,6 +9,7 @@
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/splits.hpp"
 #include "classifier/features/windows.hpp"
+#include "classifier/vote/aids.hpp"
 #include "classifier/vote/compare.hpp"
 #include "classifier/vote/measure_reject.hpp"
 #include "classifier/vote/reliability.hpp"

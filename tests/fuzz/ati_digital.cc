@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include "protocols/ati_digital/calibration.hpp"
 #include "protocols/ati_digital/stream.hpp"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 #include "protocols/modbus/mbap.hpp"
 #include "protocols/modbus/rtu.hpp"

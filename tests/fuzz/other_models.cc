@@ -7,6 +7,7 @@
 
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/vibro/recording_model.hpp"
+#include "classifier/vote/learner_answer.hpp"
 #include "tests/fuzz/checksum.hpp"
 #include "tests/fuzz/target.hpp"
 

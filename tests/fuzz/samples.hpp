@@ -1,9 +1,6 @@
 #pragma once
 // Small inputs made by the program's own writers: where fuzzing starts.
 
-#include <cstdint>
-#include <vector>
-
 #include "classifier/fabric/model_file.hpp"
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"

@@ -1,7 +1,6 @@
 #pragma once
 // What same_bytes.cc and learnt_bytes.cc print: one digest of many numbers' bits.
 
-#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstdio>

@@ -16,6 +16,8 @@
 #include <string>
 
 #include "classifier/imprint/experiments.hpp"
+#include "classifier/imprint/imprint_set.hpp"
+#include "classifier/imprint/scale_features.hpp"
 
 namespace {
 

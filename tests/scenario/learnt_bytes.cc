@@ -5,7 +5,7 @@
 #include <string>
 
 #include "classifier/baseline/learner_text.hpp"
-#include "classifier/features/extract.hpp"
+#include "classifier/features/trial.hpp"
 #include "classifier/learn/random.hpp"
 #include "tests/scenario/bytes_digest.hpp"
 

@@ -3,10 +3,8 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
-#include <string>
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 #include "sim/plant/fabric_library.hpp"

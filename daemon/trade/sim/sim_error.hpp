@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "daemon/trade/sim/sim_run.hpp"
 

@@ -1,7 +1,6 @@
 #include "daemon/trade/sim/sim_watch.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace weft::daemon {
 

@@ -3,7 +3,6 @@
 // says what is wrong with it now.
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>

@@ -1,7 +1,6 @@
 #include "sim/devices/faults/faulty_wire.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace weft::sim {
 

@@ -12,6 +12,7 @@
 #include "sim/plant/height_field.hpp"
 #include "sim/plant/modal/modal_bank.hpp"
 #include "sim/plant/sliding_contact.hpp"
+#include "sim/plant/vector2.hpp"
 
 namespace weft::sim {
 

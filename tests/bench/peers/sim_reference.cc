@@ -11,6 +11,7 @@
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
+#include <memory>
 
 #include <algorithm>
 #include <array>

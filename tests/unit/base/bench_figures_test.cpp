@@ -1,7 +1,6 @@
 // What a benchmark says of a figure that misses its limit, and that it does not fail by it.
 
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>

@@ -9,7 +9,6 @@
 #include "classifier/baseline/learner.hpp"
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/fabric/pair_problem.hpp"
-#include "classifier/learn/svm.hpp"
 #include "classifier/vote/learner_answer.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -1,7 +1,6 @@
 // Cells weighed against each other: separability without leaks, intervals of answers that hang
 // together, the rule that takes a cell and how sure it is.
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 

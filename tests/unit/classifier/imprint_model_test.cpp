@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "classifier/imprint/imprint_model.hpp"
-#include "tests/unit/classifier/support.hpp"
+#include "classifier/vote/aids.hpp"
 
 namespace weft::classifier::imprint::imprint_model_test {
 namespace {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "classifier/imprint/experiments.hpp"
+#include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/kesler.hpp"
 #include "classifier/imprint/laws.hpp"
 #include "classifier/imprint/least_squares_rule.hpp"

@@ -1,7 +1,6 @@
 // Learners as they are trained in parts, stored and asked.
 
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <set>

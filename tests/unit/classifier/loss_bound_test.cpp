@@ -1,7 +1,6 @@
 #include "classifier/fabric/loss_bound.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <numeric>
 #include <random>
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "classifier/fabric/model_file.hpp"
+#include "classifier/vote/aids.hpp"
 #include "protocols/base/crc.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <numeric>
 
-#include "classifier/baseline/class_folds.hpp"
 #include "classifier/baseline/learner.hpp"
+#include "classifier/fabric/fold_units.hpp"
 #include "tests/unit/classifier/support.hpp"
 
 namespace weft::classifier::tree_ensemble_test {

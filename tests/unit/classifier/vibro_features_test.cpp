@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "classifier/vibro/extract.hpp"
 #include "classifier/vibro/filters.hpp"

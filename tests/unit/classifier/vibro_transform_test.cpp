@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "classifier/vibro/filters.hpp"
 #include "classifier/vibro/level_figures.hpp"
 #include "classifier/vibro/real_transform.hpp"
 #include "classifier/vibro/short_time.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "classifier/vote/aids.hpp"
 #include "classifier/vote/measure_reject.hpp"
 #include "tests/unit/classifier/support.hpp"
 

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "daemon/run/recovery.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
 namespace desk_facts_test {

@@ -1,8 +1,6 @@
 // A daemon's desk killed at every write to its own memory and to the campaign's file: the run that
 // was told of is there again, and comes to the data of one that nobody touched. SIMULATED.
 
-#include <map>
-
 #include "daemon/certificate/verify.hpp"
 #include "daemon/recorder/campaign_past.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"

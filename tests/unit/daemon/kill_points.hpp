@@ -11,7 +11,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 
 #include "daemon/run/campaign.hpp"

@@ -4,7 +4,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/trade/early_stop.hpp"
 #include "tests/unit/daemon/live_bench.hpp"
 #include "tests/unit/daemon/trade_fixture.hpp"

@@ -1,5 +1,4 @@
 #include <catch2/catch.hpp>
-#include <charconv>
 #include <limits>
 
 #include "daemon/dataset/csv.hpp"

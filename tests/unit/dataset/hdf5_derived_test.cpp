@@ -1,7 +1,6 @@
 // What a data set says twice says the same: no digest covers where a trial's rows begin, the runs
 // of its phases and what a quantum is, and other programs go by them.
 
-#include <cmath>
 #include <limits>
 
 #include "daemon/dataset/hdf5_file.hpp"

@@ -6,7 +6,6 @@
 
 #include "daemon/dataset/trial_csv.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
-#include "tests/unit/dataset/support.hpp"
 
 namespace weft::daemon::test::recorded_imprints_test {
 namespace {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <memory>
-#include <optional>
 
 #include "drivers/ati_digital/ati_digital.hpp"
 #include "drivers/ati_digital/digital_driver.hpp"

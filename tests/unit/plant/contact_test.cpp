@@ -2,7 +2,6 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
 
 #include "sim/plant/plant.hpp"
 #include "tests/unit/plant/support.hpp"

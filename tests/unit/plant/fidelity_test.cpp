@@ -1,7 +1,6 @@
 // The choice of level, integrator and step from a measured table: a table made up for the test.
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "sim/plant/fidelity/table.hpp"
 

@@ -2,7 +2,7 @@
 // same method.
 
 #include "tests/bench/soft_press.hpp"
-#include "tests/unit/plant/dynamic_support.hpp"
+#include "tests/unit/plant/support.hpp"
 
 namespace soft_press_test {
 

@@ -5,11 +5,10 @@
 #include <fstream>
 #include <set>
 #include <sstream>
-#include <vector>
 
+#include "sim/plant/fabric_library.hpp"
 #include "sim/plant/modal/rubbing.hpp"
 #include "sim/plant/plant.hpp"
-#include "tests/unit/plant/support.hpp"
 
 namespace textures_test {
 

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "sim/plant/plant.hpp"
-#include "tests/unit/plant/support.hpp"
 
 namespace tilted_plate_test {
 

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-
-#include "tests/unit/recipes/bench.hpp"
+#include <utility>
 
 namespace d_optimal_test {
 

@@ -1,7 +1,6 @@
 #include "recipes/control/guards.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <fstream>
 #include <set>
 #include <string>

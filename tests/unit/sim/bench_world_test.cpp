@@ -4,7 +4,7 @@
 
 #include "sim/devices/taxel_emulator.hpp"
 #include "sim/plant/random.hpp"
-#include "tests/unit/sim/support.hpp"
+#include "tests/unit/plant/support.hpp"
 
 namespace bench_world_test {
 

@@ -6,7 +6,6 @@
 #include <memory>
 #include <utility>
 
-#include "protocols/rdt/rdt.hpp"
 #include "sim/devices/ft_sensor.hpp"
 #include "tests/unit/hostile_json.hpp"
 #include "tests/unit/sim/support.hpp"

@@ -4,7 +4,6 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
 
 #include "protocols/apt/apt.hpp"
 #include "protocols/rdt/rdt.hpp"
