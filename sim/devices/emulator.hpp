@@ -1,7 +1,6 @@
 #pragma once
 // Bytes in, bytes out, time as an argument: what every emulated device looks like to the rig.
 
-#include <algorithm>
 #include <functional>
 #include <optional>
 
@@ -45,13 +44,6 @@ class Emulator {
     if (fault == nullptr || done == fault->from) return false;
     done = fault->from;
     return true;
-  }
-  /// What the device's own clock shows [us] for the moment `of`, told at `at`.
-  [[nodiscard]] std::uint32_t clock_us(TimePoint power_on, TimePoint of, TimePoint at) const {
-    Duration passed = of - power_on;
-    if (const Fault* slow = suffers(FaultKind::half_speed_clock, at))
-      passed -= (of - std::max(slow->from, power_on)) / 2;
-    return static_cast<std::uint32_t>(passed.count() / 1000);
   }
   /// Only where something struck.
   Random& fault_dice() { return board_->dice(); }

@@ -57,15 +57,14 @@ Result<const Imprint*> PressedFace::press(double force_n) {
 
 ImprintEmulator::ImprintEmulator(const ImprintEmulatorParams& params, BenchWorld& world,
                                  TimePoint now)
-    : params_(params),
+    : FrameEmulator(now, params.largest_chunk_bytes, mix(params.seed, "pieces")),
+      params_(params),
       world_(&world),
-      power_on_(now),
       next_description_(now),
       next_scan_(now + Duration(params.period_ns)),
       window_(whole_array),
       face_(params.level),
-      seen_mounts_(world.mounts() - 1),
-      chunks_(mix(params.seed, "pieces")) {}
+      seen_mounts_(world.mounts() - 1) {}
 
 void ImprintEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
@@ -81,10 +80,6 @@ std::optional<TimePoint> ImprintEmulator::next_wakeup() const {
   return std::min(next_description_, next_scan_);
 }
 
-void ImprintEmulator::wake(TimePoint now, ByteSink& out) {
-  for (TimePoint at = *next_wakeup(); at <= now; at = *next_wakeup()) act(at, out);
-}
-
 void ImprintEmulator::act(TimePoint at, ByteSink& out) {
   suffer_numbers(at);
   if (next_description_ == at) send_description(at, out);
@@ -96,7 +91,7 @@ void ImprintEmulator::send_description(TimePoint at, ByteSink& out) {
   if (suffers(FaultKind::silent, at) != nullptr) return;
   imprint::Frame frame;
   frame.sequence = descriptions_++;
-  frame.device_us = clock_us(power_on_, at, at);
+  frame.device_us = clock_us(at, at);
   frame.description = {
       .serial = params_.serial,
       .firmware = params_.firmware,
@@ -139,13 +134,12 @@ void ImprintEmulator::send_scan(TimePoint at, ByteSink& out) {
   next_scan_ += Duration(params_.period_ns);
   const std::uint64_t number = scans_++;
   const auto taxels = read(at);
-  if (suffers(FaultKind::silent, at) != nullptr) return;
-  if (number % 2 == 1 && suffers(FaultKind::rate_halved, at) != nullptr) return;
+  if (withheld(number, at)) return;
   imprint::Frame frame;
   frame.kind = imprint::Kind::scan;
   frame.sequence = sequence_++;
   if (!taxels) return;
-  frame.device_us = clock_us(power_on_, at, at);
+  frame.device_us = clock_us(at, at);
   frame.window = window_;
   std::ranges::transform(taxels->counts, frame.counts.begin(), [](std::uint16_t counts) {
     return static_cast<std::uint8_t>(std::min<std::uint16_t>(counts, imprint::highest_count));
@@ -155,13 +149,10 @@ void ImprintEmulator::send_scan(TimePoint at, ByteSink& out) {
 }
 
 void ImprintEmulator::suffer_numbers(TimePoint at) {
-  if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
-    sequence_ = static_cast<std::uint16_t>(sequence_ + static_cast<int>(ahead->amount));
-  if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))
-    sequence_ = static_cast<std::uint16_t>(sequence_ - static_cast<int>(back->amount));
-  if (!once(suffers(FaultKind::restart, at), restarted_)) return;
+  sequence_ = static_cast<std::uint16_t>(sequence_ + number_jump(at));
+  if (!restarts(at)) return;
   sequence_ = 0;
-  power_on_ = next_description_ = at;
+  next_description_ = at;
   window_ = whole_array;
   cover_ = {};
 }
@@ -175,20 +166,6 @@ void ImprintEmulator::suffer(imprint::Frame& frame, TimePoint at) {
   if (const Fault* wrong = suffers(FaultKind::wrong_count, at))
     frame.window = {0, 0, 1,
                     static_cast<std::uint8_t>(std::clamp(wrong->amount, 1.0, double{side}))};
-}
-
-void ImprintEmulator::send(const imprint::Frame& frame, TimePoint at, ByteSink& out) {
-  buffer_.clear();
-  imprint::append(buffer_, frame);
-  if (struck_by(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;
-  ByteView bytes = buffer_;
-  if (params_.largest_chunk_bytes == 0) return out(bytes);
-  while (!bytes.empty()) {
-    const std::size_t wanted = 1 + chunks_.bits() % params_.largest_chunk_bytes;
-    const ByteView chunk = bytes.first(std::min(wanted, bytes.size()));
-    bytes = bytes.subspan(chunk.size());
-    out(chunk);
-  }
 }
 
 }  // namespace weft::sim

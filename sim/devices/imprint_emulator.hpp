@@ -10,11 +10,10 @@
 
 #include "protocols/imprint/imprint.hpp"
 #include "sim/devices/bench_world.hpp"
-#include "sim/devices/emulator.hpp"
+#include "sim/devices/frame_emulator.hpp"
 #include "sim/plant/imprint/half_space.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/imprint/taxels.hpp"
-#include "sim/plant/random.hpp"
 #include "sim/plant/scene/level.hpp"
 
 namespace weft::sim {
@@ -51,42 +50,35 @@ class PressedFace {
   Imprint imprint_;
 };
 
-class ImprintEmulator final : public Emulator {
+class ImprintEmulator final : public FrameEmulator {
  public:
   /// `world` outlives the emulator. Powered on at `now`: the first scan ends a period later.
   ImprintEmulator(const ImprintEmulatorParams& params, BenchWorld& world, TimePoint now);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
-  void wake(TimePoint now, ByteSink& out) override;
 
  private:
-  void act(TimePoint at, ByteSink& out);
+  void act(TimePoint at, ByteSink& out) override;
   void send_description(TimePoint at, ByteSink& out);
   void send_scan(TimePoint at, ByteSink& out);
   [[nodiscard]] Result<TaxelFrame> read(TimePoint at);
   [[nodiscard]] Status look_at_plate();
   void suffer_numbers(TimePoint at);
   void suffer(protocols::imprint::Frame& frame, TimePoint at);
-  void send(const protocols::imprint::Frame& frame, TimePoint at, ByteSink& out);
 
   ImprintEmulatorParams params_;
   BenchWorld* world_;
-  TimePoint power_on_, next_description_, next_scan_;
+  TimePoint next_description_, next_scan_;
   std::uint64_t scans_ = 0;  ///< since power-on
   std::uint16_t sequence_ = 0, descriptions_ = 0;
   protocols::imprint::Splitter requests_;
   protocols::imprint::Frame request_;
   protocols::imprint::Window window_;
   PressedFace face_;
-  std::uint64_t seen_mounts_;  ///< of the world, that `face_` is of
-  CoverState cover_;           ///< of the window
-  Random chunks_;
-  Bytes buffer_;
-
-  // What faults have done.
-  std::optional<TimePoint> jumped_, restarted_;  ///< onset of the fault that was carried out
-  std::optional<protocols::imprint::Frame> frozen_;
+  std::uint64_t seen_mounts_;                        ///< of the world, that `face_` is of
+  CoverState cover_;                                 ///< of the window
+  std::optional<protocols::imprint::Frame> frozen_;  ///< by a fault
 };
 
 }  // namespace weft::sim

@@ -30,11 +30,10 @@ Light light_at(double height_m) {
 }  // namespace
 
 TaxelEmulator::TaxelEmulator(const TaxelEmulatorParams& params, BenchWorld& world, TimePoint now)
-    : params_(params),
+    : FrameEmulator(now, params.largest_chunk_bytes, params.chunk_seed),
+      params_(params),
       world_(&world),
-      power_on_(now),
-      next_frame_(BenchWorld::frame_at_or_after(now)),
-      chunks_(params.chunk_seed) {}
+      next_frame_(BenchWorld::frame_at_or_after(now)) {}
 
 void TaxelEmulator::receive(ByteView, TimePoint now, ByteSink& out) {
   wake(now, out);
@@ -44,26 +43,19 @@ std::optional<TimePoint> TaxelEmulator::next_wakeup() const {
   return BenchWorld::frame_start(next_frame_ + 1);
 }
 
-void TaxelEmulator::wake(TimePoint now, ByteSink& out) {
-  for (TimePoint at = *next_wakeup(); at <= now; at = *next_wakeup()) send_frame(at, out);
-}
-
-void TaxelEmulator::send_frame(TimePoint at, ByteSink& out) {
-  const std::uint64_t number = next_frame_++;
-  if (suffers(FaultKind::silent, at) != nullptr) return;
-  if (number % 2 == 1 && suffers(FaultKind::rate_halved, at) != nullptr) return;
+void TaxelEmulator::act(TimePoint at, ByteSink& out) {
+  if (withheld(next_frame_++, at)) return;
   suffer_numbers(at);
   const PadFrame& scan = world_->frame(at);
   const Light light = light_at(-world_->plant().contact().indentation_m);
   protocols::taxel::Frame frame;
   frame.sequence = sequence_++;
-  frame.device_us = clock_us(power_on_, at, at);
+  frame.device_us = clock_us(at, at);
   frame.taxel_count = static_cast<std::uint8_t>(pad_count);
   std::copy(scan.counts.begin(), scan.counts.end(), frame.counts.begin());
   frame.proximity_counts = light.proximity_counts;
   frame.ambient_counts = light.ambient_counts;
   suffer(frame, at);
-  buffer_.clear();
   if (params_.wire == TaxelWire::cpm_udp) {
     protocols::taxel::cpm::Counts counts{};
     std::copy_n(frame.counts.begin(), counts.size(), counts.begin());
@@ -71,19 +63,12 @@ void TaxelEmulator::send_frame(TimePoint at, ByteSink& out) {
     const std::size_t told = sizeof(std::uint16_t) * frame.taxel_count;
     return out(ByteView(datagram).first(std::min(told, datagram.size())));
   }
-  protocols::taxel::append(buffer_, frame);
-  if (struck_by(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;
-  send(buffer_, out);
+  send(frame, at, out);
 }
 
 void TaxelEmulator::suffer_numbers(TimePoint at) {
-  if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
-    sequence_ = static_cast<std::uint16_t>(sequence_ + static_cast<int>(ahead->amount));
-  if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))
-    sequence_ = static_cast<std::uint16_t>(sequence_ - static_cast<int>(back->amount));
-  if (!once(suffers(FaultKind::restart, at), restarted_)) return;
-  sequence_ = 0;
-  power_on_ = at;
+  sequence_ = static_cast<std::uint16_t>(sequence_ + number_jump(at));
+  if (restarts(at)) sequence_ = 0;
 }
 
 void TaxelEmulator::suffer(protocols::taxel::Frame& frame, TimePoint at) {
@@ -113,16 +98,6 @@ void TaxelEmulator::suffer_pads(protocols::taxel::Frame& frame, TimePoint at) {
   if (const Fault* full = suffers(FaultKind::saturated_pad, at)) pad(full) = 0xFFFF;
   if (const Fault* noisy = struck_by(FaultKind::noisy_pad, at))
     pad(noisy) = quantise(pad(noisy) + noise_counts * fault_dice().gaussian());
-}
-
-void TaxelEmulator::send(ByteView bytes, ByteSink& out) {
-  if (params_.largest_chunk_bytes == 0) return out(bytes);
-  while (!bytes.empty()) {
-    const std::size_t wanted = 1 + chunks_.bits() % params_.largest_chunk_bytes;
-    const ByteView chunk = bytes.first(std::min(wanted, bytes.size()));
-    bytes = bytes.subspan(chunk.size());
-    out(chunk);
-  }
 }
 
 }  // namespace weft::sim

@@ -6,8 +6,7 @@
 
 #include "protocols/taxel/taxel.hpp"
 #include "sim/devices/bench_world.hpp"
-#include "sim/devices/emulator.hpp"
-#include "sim/plant/random.hpp"
+#include "sim/devices/frame_emulator.hpp"
 
 namespace weft::sim {
 
@@ -23,7 +22,7 @@ struct TaxelEmulatorParams {
   TaxelWire wire = TaxelWire::weft;
 };
 
-class TaxelEmulator final : public Emulator {
+class TaxelEmulator final : public FrameEmulator {
  public:
   /// `world` outlives the emulator. Powered on at `now`: the first frame is the first whole scan.
   TaxelEmulator(const TaxelEmulatorParams& params, BenchWorld& world, TimePoint now);
@@ -31,25 +30,19 @@ class TaxelEmulator final : public Emulator {
   /// The sensor takes no commands: bytes are ignored.
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
-  void wake(TimePoint now, ByteSink& out) override;
 
  private:
-  void send_frame(TimePoint at, ByteSink& out);
-  void send(ByteView bytes, ByteSink& out);
+  void act(TimePoint at, ByteSink& out) override;
   void suffer(protocols::taxel::Frame& frame, TimePoint at);
   void suffer_pads(protocols::taxel::Frame& frame, TimePoint at);
   void suffer_numbers(TimePoint at);
 
   TaxelEmulatorParams params_;
   BenchWorld* world_;
-  TimePoint power_on_;
   std::uint64_t next_frame_;
   std::uint16_t sequence_ = 0;
-  Random chunks_;
-  Bytes buffer_;
 
   // What faults have done.
-  std::optional<TimePoint> jumped_, restarted_;  ///< onset of the fault that was carried out
   std::optional<std::uint16_t> dead_counts_;
   std::optional<protocols::taxel::Frame> frozen_;
 };

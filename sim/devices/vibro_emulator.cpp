@@ -40,11 +40,10 @@ TimePoint VibroEmulator::Channel::due() const {
 }
 
 VibroEmulator::VibroEmulator(const VibroEmulatorParams& params, BenchWorld& world, TimePoint now)
-    : params_(params),
+    : FrameEmulator(now, params.datagrams ? 0 : params.largest_chunk_bytes, params.chunk_seed),
+      params_(params),
       world_(&world),
-      power_on_(now),
-      next_description_(now),
-      chunks_(params.chunk_seed) {
+      next_description_(now) {
   channels_[0].kind = vibro::Kind::acceleration;
   channels_[0].params = params.acceleration;
   channels_[1].kind = vibro::Kind::sound;
@@ -67,10 +66,6 @@ std::optional<TimePoint> VibroEmulator::next_wakeup() const {
   return next;
 }
 
-void VibroEmulator::wake(TimePoint now, ByteSink& out) {
-  for (TimePoint at = *next_wakeup(); at <= now; at = *next_wakeup()) act(at, out);
-}
-
 void VibroEmulator::act(TimePoint at, ByteSink& out) {
   suffer_numbers(at);
   if (next_description_ == at) send_description(at, out);
@@ -83,7 +78,7 @@ void VibroEmulator::send_description(TimePoint at, ByteSink& out) {
   if (suffers(FaultKind::silent, at) != nullptr) return;
   vibro::Frame frame;
   frame.sequence = descriptions_++;
-  frame.device_us = clock_us(power_on_, at, at);
+  frame.device_us = clock_us(at, at);
   frame.description = {.serial = params_.serial,
                        .firmware = params_.firmware,
                        .acceleration = description_of(params_.acceleration),
@@ -123,28 +118,21 @@ void VibroEmulator::send_block(Channel& channel, TimePoint at, ByteSink& out) {
           counts_of(channel.waiting.front()[axis], channel.params.quantum);
     channel.waiting.pop_front();
   }
-  if (suffers(FaultKind::silent, at) != nullptr) return;
-  if (number % 2 == 1 && suffers(FaultKind::rate_halved, at) != nullptr) return;
+  if (withheld(number, at)) return;
   frame.sequence = channel.sequence++;
   frame.device_us = clock_us(
-      power_on_, TimePoint(Duration(static_cast<std::int64_t>(first) * channel.params.period_ns)),
-      at);
+      TimePoint(Duration(static_cast<std::int64_t>(first) * channel.params.period_ns)), at);
   suffer(channel, frame, at);
   send(frame, at, out);
 }
 
 void VibroEmulator::suffer_numbers(TimePoint at) {
-  const auto shift = [this](double by) {
-    for (Channel& channel : channels_)
-      channel.sequence = static_cast<std::uint16_t>(channel.sequence + static_cast<int>(by));
-  };
-  if (const Fault* ahead = suffers(FaultKind::sequence_jump, at); once(ahead, jumped_))
-    shift(ahead->amount);
-  if (const Fault* back = suffers(FaultKind::sequence_back, at); once(back, jumped_))
-    shift(-back->amount);
-  if (!once(suffers(FaultKind::restart, at), restarted_)) return;
+  const std::int64_t jump = number_jump(at);
+  for (Channel& channel : channels_)
+    channel.sequence = static_cast<std::uint16_t>(channel.sequence + jump);
+  if (!restarts(at)) return;
   for (Channel& channel : channels_) channel.sequence = 0;
-  power_on_ = next_description_ = at;
+  next_description_ = at;
 }
 
 void VibroEmulator::suffer(Channel& channel, vibro::Frame& frame, TimePoint at) {
@@ -163,20 +151,6 @@ void VibroEmulator::suffer(Channel& channel, vibro::Frame& frame, TimePoint at) 
     frame.value_count = static_cast<std::uint16_t>(
         static_cast<double>(axes) *
         std::floor(std::clamp(wrong->amount, 1.0, static_cast<double>(vibro::max_values / axes))));
-}
-
-void VibroEmulator::send(const vibro::Frame& frame, TimePoint at, ByteSink& out) {
-  buffer_.clear();
-  vibro::append(buffer_, frame);
-  if (struck_by(FaultKind::crc_errors, at) != nullptr) buffer_.back() ^= 0x55;
-  ByteView bytes = buffer_;
-  if (params_.largest_chunk_bytes == 0 || params_.datagrams) return out(bytes);
-  while (!bytes.empty()) {
-    const std::size_t wanted = 1 + chunks_.bits() % params_.largest_chunk_bytes;
-    const ByteView chunk = bytes.first(std::min(wanted, bytes.size()));
-    bytes = bytes.subspan(chunk.size());
-    out(chunk);
-  }
 }
 
 }  // namespace weft::sim

@@ -8,8 +8,7 @@
 
 #include "protocols/vibro/vibro.hpp"
 #include "sim/devices/bench_world.hpp"
-#include "sim/devices/emulator.hpp"
-#include "sim/plant/random.hpp"
+#include "sim/devices/frame_emulator.hpp"
 
 namespace weft::sim {
 
@@ -31,7 +30,7 @@ struct VibroEmulatorParams {
   bool datagrams = false;  ///< each frame is a datagram, not a piece of a stream
 };
 
-class VibroEmulator final : public Emulator {
+class VibroEmulator final : public FrameEmulator {
  public:
   /// `world` outlives the emulator; its plant is at level L3 and samples as `params` say. Powered
   /// on at `now`: the first block of a channel is the first whole one.
@@ -40,7 +39,6 @@ class VibroEmulator final : public Emulator {
   /// The sensor takes no commands: bytes are ignored.
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
-  void wake(TimePoint now, ByteSink& out) override;
 
  private:
   using Reading = std::array<double, protocols::vibro::axes>;  ///< sound: the first
@@ -58,21 +56,17 @@ class VibroEmulator final : public Emulator {
   };
 
   void listen(TimePoint now);
-  void act(TimePoint at, ByteSink& out);
+  void act(TimePoint at, ByteSink& out) override;
   void send_description(TimePoint at, ByteSink& out);
   void send_block(Channel& channel, TimePoint at, ByteSink& out);
   void suffer(Channel& channel, protocols::vibro::Frame& frame, TimePoint at);
   void suffer_numbers(TimePoint at);
-  void send(const protocols::vibro::Frame& frame, TimePoint at, ByteSink& out);
 
   VibroEmulatorParams params_;
   BenchWorld* world_;
-  TimePoint power_on_, next_description_;
+  TimePoint next_description_;
   std::array<Channel, 2> channels_;
   std::uint16_t descriptions_ = 0;
-  Random chunks_;
-  Bytes buffer_;
-  std::optional<TimePoint> jumped_, restarted_;  ///< onset of the fault that was carried out
 };
 
 }  // namespace weft::sim
