@@ -73,9 +73,9 @@ struct ContactModel::Balance {
   [[nodiscard]] WEFT_SIM_INLINE Value at(double s) const {
     const double growth = growth_near * near_exp(std::min(s, largest_exponent) - s_near);
     if (!(model.turn_ > 0)) return with(s, growth, branch_from);
-    const double moved = s - s_from, target = moved > 0 ? 1 : -1;
-    return with(s, growth,
-                target + (branch_from - target) * near_exp(-std::abs(moved) * model.per_length_));
+    const double moved = s - s_from;
+    const double kept = near_exp(-std::abs(moved) * model.per_length_);
+    return with(s, growth, branch_after(branch_from, moved, kept));
   }
 
   [[nodiscard]] WEFT_SIM_INLINE Slopes slopes(double s, const Value& value) const {

@@ -4,7 +4,7 @@
 // cycle has the resilience RC. The passage between the two is smooth in s = indentation/lambda: a
 // Maxwell-slip element with one length.
 
-#include <cmath>
+#include "sim/plant/lanes.hpp"
 
 namespace weft::sim {
 
@@ -13,12 +13,11 @@ struct Hysteresis {
   double length = 0.3;  ///< change of s over which 1 - 1/e of a reversal is done [E]
 };
 
-/// The branch after moving from `s_from` to `s_to`: +1 loading, -1 unloading. Exact for any step.
-inline double branch_after(double branch, double s_from, double s_to,
-                           const Hysteresis& hysteresis) {
-  const double moved = s_to - s_from;
+/// The branch after s has moved by `moved`: +1 loading, -1 unloading. `kept` = e^{-|moved|/length};
+/// exact for any step.
+WEFT_SIM_INLINE double branch_after(double branch, double moved, double kept) {
   const double target = moved > 0 ? 1 : -1;
-  return target + (branch - target) * std::exp(-std::abs(moved) / hysteresis.length);
+  return target + (branch - target) * kept;
 }
 
 inline double branch_factor(double branch, double eta) {

@@ -25,8 +25,7 @@ double PressLaw::growth(const PressMemory& memory, double s) const {
 
 double PressLaw::branch(const PressMemory& memory, double s) const {
   const double moved = s - std::max(memory.exponent, 0.0);  // in the air nothing turns
-  const double target = moved > 0 ? 1 : -1;
-  return target + (memory.branch - target) * near_exp(-std::abs(moved) * per_length);
+  return branch_after(memory.branch, moved, near_exp(-std::abs(moved) * per_length));
 }
 
 PressStage::Value PressStage::at(double d_m, double offset_n) const {

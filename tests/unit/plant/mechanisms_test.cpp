@@ -56,21 +56,21 @@ TEST_CASE("relaxation under a ramp is exact at any step") {
 }
 
 TEST_CASE("hysteresis turns round within its length, however the path is cut") {
-  const Hysteresis hysteresis{0.3, 0.4};
-  const double once = branch_after(1, 5, 4, hysteresis);
+  const double length = 0.4;
+  const double once = branch_after(1, -1, std::exp(-1 / length));
   double cut = 1;
-  for (int i = 0; i < 10; ++i) cut = branch_after(cut, 5 - 0.1 * i, 4.9 - 0.1 * i, hysteresis);
-  CHECK(once == Approx(-1 + 2 * std::exp(-1 / 0.4)).epsilon(1e-12));
+  for (int i = 0; i < 10; ++i) cut = branch_after(cut, -0.1, std::exp(-0.1 / length));
+  CHECK(once == Approx(-1 + 2 * std::exp(-1 / length)).epsilon(1e-12));
   CHECK(cut == Approx(once).epsilon(1e-12));
 }
 
 TEST_CASE("the work that comes back from a press is the resilience") {
   const double resilience = 0.4, eta = (1 - resilience) / (1 + resilience);
-  const Hysteresis hysteresis{eta, 1e-3};  // turns at once: the two curves alone
+  const double length = 1e-3;  // turns at once: the two curves alone
   double work_in = 0, work_out = 0, branch = 1, last = 0;
   constexpr int steps = 200000;
   const auto press = [&](double s, double& work) {
-    branch = branch_after(branch, last, s, hysteresis);
+    branch = branch_after(branch, s - last, std::exp(-std::abs(s - last) / length));
     work += std::expm1(0.5 * (s + last)) * branch_factor(branch, eta) * std::abs(s - last);
     last = s;
   };
