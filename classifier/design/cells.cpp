@@ -123,10 +123,6 @@ std::size_t WeighedCell::asked() const {
   return sum;
 }
 
-double WeighedCell::accuracy() const {
-  return figures_of(all_trials(*this)).accuracy;
-}
-
 Result<std::vector<bool>> separability(const FeatureMatrix& matrix, Learner learner,
                                        std::uint64_t seed, const std::function<bool()>& stop) {
   const std::set<std::string> groups(matrix.groups.begin(), matrix.groups.end());

@@ -32,7 +32,6 @@ struct CellTrial {
 struct WeighedCell {
   std::vector<std::vector<CellTrial>> fabrics;  ///< the trials of each
   [[nodiscard]] std::size_t asked() const;
-  [[nodiscard]] double accuracy() const;
 };
 
 struct CellSummary {

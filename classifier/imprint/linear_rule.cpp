@@ -6,10 +6,6 @@
 
 namespace weft::classifier::imprint {
 
-std::string_view to_string(FeatureScaling scaling) {
-  return scaling == FeatureScaling::none ? "none" : "zscore";
-}
-
 Scaler scaler_for(FeatureScaling scaling, const Matrix& rows) {
   if (scaling == FeatureScaling::zscore) return fit_scaler(rows);
   return {std::vector<double>(rows.cols(), 0.0), std::vector<double>(rows.cols(), 1.0)};

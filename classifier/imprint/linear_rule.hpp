@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <span>
-#include <string_view>
 
 #include "classifier/features/matrix.hpp"
 #include "classifier/learn/scaler.hpp"
@@ -17,7 +16,6 @@ enum class FeatureScaling {
   none,   ///< the paper, which says nothing of it
   zscore  ///< zero mean, unit deviation of the training rows
 };
-std::string_view to_string(FeatureScaling scaling);
 
 /// Scales as learnt from `rows`, or leaves as it is.
 Scaler scaler_for(FeatureScaling scaling, const Matrix& rows);

@@ -58,10 +58,6 @@ Status check(const PadParams& params) {
                {"the noise in counts", params.noise_counts, 0, 1e6}});
 }
 
-double air_gap_m(const PadParams& params, double pressure_pa, double gap_m) {
-  return gap_m / (1 + pressure_pa / params.gap_pressure_pa);
-}
-
 double capacitance_f(const PadParams& params, double gap_m) {
   return plate_f_m(params) / (params.dielectric_m / params.dielectric_permittivity + gap_m);
 }

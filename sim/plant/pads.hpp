@@ -54,8 +54,6 @@ struct PadParams {
 /// Errors: range, naming the field.
 Status check(const PadParams& params);
 
-/// Gap that is left under `pressure_pa` >= 0 [m].
-double air_gap_m(const PadParams& params, double pressure_pa, double gap_m);
 /// Plate capacitor: dielectric and gap in series [F].
 double capacitance_f(const PadParams& params, double gap_m);
 /// Nearest count a 16-bit converter can give; NaN gives 0.

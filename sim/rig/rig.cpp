@@ -11,7 +11,6 @@
 #include "sim/devices/netft_page_emulator.hpp"
 #include "sim/devices/replay.hpp"
 #include "sim/plant/fabric_library.hpp"
-#include "sim/plant/fidelity/setting.hpp"
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/random.hpp"
 #include "sim/rig/attachment.hpp"
@@ -284,10 +283,6 @@ Truth Rig::truth(TimePoint now) {
   truth.contact_force_n = truth.indentation_m = truth.probe_z_m = unknown;
   truth.friction_n.fill(unknown);
   return truth;
-}
-
-FidelitySetting Rig::setting() const {
-  return setting_of(parts_->config.world.plant);
 }
 
 std::size_t Rig::texture_tiles() const {

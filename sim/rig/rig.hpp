@@ -18,9 +18,8 @@
 
 namespace weft::sim {
 
-class ClientEmulator;    // sim/devices/client_emulator.hpp
-struct BenchMotion;      // sim/devices/bench_motion.hpp
-struct FidelitySetting;  // sim/plant/fidelity/setting.hpp
+class ClientEmulator;  // sim/devices/client_emulator.hpp
+struct BenchMotion;    // sim/devices/bench_motion.hpp
 
 /// What no instrument of the rig can know. For tests, reports and figures only. Of a rig without
 /// force sensor and pads nothing is computed but where the stages are: the rest is NaN.
@@ -95,8 +94,6 @@ class Rig {
   /// State of the plant at `now`, which must not lie before the last call of any kind.
   [[nodiscard]] Truth truth(TimePoint now);
 
-  /// Level, integrator and step of the plant.
-  [[nodiscard]] FidelitySetting setting() const;
   /// Squares of texture made for the patch on the plate: none without pads.
   [[nodiscard]] std::size_t texture_tiles() const;
   /// From the next mount() on, the stages' motion is kept, or not any more.

@@ -29,10 +29,6 @@ struct LuGre {
     const double x = u_mps / stribeck_mps;
     return 1 + (static_ratio - 1) * std::exp(-x * x);
   }
-  /// Friction of steady sliding: g(u) + sigma_2 u.
-  [[nodiscard]] double steady_n(double u_mps) const {
-    return kinetic_n * limit_ratio(u_mps) + viscous_n_s_m * u_mps;
-  }
   /// db/dt [1/s].
   [[nodiscard]] Vector2 bristle_rate(const Vector2& bristle, const Vector2& v_mps) const;
   /// Force on the cloth, along the motion of the probe over it.

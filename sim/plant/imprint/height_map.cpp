@@ -46,12 +46,6 @@ double highest_m(const HeightMap& map) {
   return *std::max_element(map.height_m.begin(), map.height_m.end());
 }
 
-double total_force_n(const Imprint& imprint, double cell_m2) {
-  double sum = 0;
-  for (const double p : imprint.pressure_pa) sum += p;
-  return sum * cell_m2;
-}
-
 double loaded_fraction(const std::vector<double>& pressure_pa) {
   const auto loaded =
       std::count_if(pressure_pa.begin(), pressure_pa.end(), [](double p) { return p > 0; });

@@ -44,8 +44,6 @@ Status check_press(double force_n);
 
 /// Highest point; the map must have one.
 double highest_m(const HeightMap& map);
-/// Sum of pressure times area [N].
-double total_force_n(const Imprint& imprint, double cell_m2);
 /// Counts the taxels under pressure.
 double loaded_fraction(const std::vector<double>& pressure_pa);
 /// The `rows` x `cols` taxels from (`row`, `col`) on. Errors: range, for a part that is not inside.

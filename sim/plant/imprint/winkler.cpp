@@ -70,12 +70,6 @@ Status check(const SpringLaw& law) {
 
 }  // namespace
 
-double spring_pressure_pa(const SpringLaw& law, double indentation_m) {
-  if (!(indentation_m > 0)) return 0;
-  const double d = indentation_m / law.length_m;
-  return law.pressure_pa * (law.kind == SpringLaw::Kind::linear ? d : std::expm1(d));
-}
-
 Result<Imprint> press_winkler(const HeightMap& map, const SpringLaw& spring, double force_n) {
   if (auto ok = check(map); !ok) return pass(ok.error());
   if (auto ok = check_press(force_n); !ok) return pass(ok.error());

@@ -25,9 +25,6 @@ struct SpringLaw {
   }
 };
 
-/// Pressure of the law at an indentation; 0 out of contact [Pa].
-double spring_pressure_pa(const SpringLaw& law, double indentation_m);
-
 /// The imprint of `map` pressed with `force_n` on its back, exact but for rounding, O(n log n).
 /// Errors: range, for a map, force or law outside what `check` allows; P in 1e-6 to 1e12 Pa,
 /// L in 1e-9 to 1 m.

@@ -184,8 +184,4 @@ void ModalBank::advance(std::span<const Force> force_n, std::span<double> out) {
   }
 }
 
-void ModalBank::reset() {
-  std::fill(state_.begin(), state_.end(), 0.0);
-}
-
 }  // namespace weft::sim

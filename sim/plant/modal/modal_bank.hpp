@@ -34,8 +34,6 @@ class ModalBank {
   /// One sample per force, the force linear from the last one; out holds samples x channels.
   /// What is not a number counts as 0, a force beyond 1e9 N as that, below 1e-100 N as none.
   void advance(std::span<const Force> force_n, std::span<double> out);
-  /// Back to rest under no force.
-  void reset();
 
   [[nodiscard]] std::size_t channels() const { return channels_; }
   /// Complex amplitudes, scaled; for tests that look for denormals.

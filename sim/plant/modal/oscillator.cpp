@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "sim/plant/inside.hpp"
@@ -128,12 +127,6 @@ Result<OscillatorStep> OscillatorStep::make(const Oscillator& oscillator, double
   const Wide back = -h * oscillator.stiffness_n_m / m * r.value;
   step.v_ = row(back, r.slope, h / m * (r.value - r.area), h / m * r.area);
   return step;
-}
-
-double restitution(double damping_ratio) {
-  if (!(damping_ratio < 1)) return 0;
-  return std::exp(-std::numbers::pi * damping_ratio /
-                  std::sqrt((1 - damping_ratio) * (1 + damping_ratio)));
 }
 
 }  // namespace weft::sim

@@ -49,8 +49,4 @@ class OscillatorStep {
   Row x_, v_;
 };
 
-/// Speed after against speed before a bounce off a spring and damper that can also pull: half a
-/// period of its oscillation. 0 for zeta >= 1.
-double restitution(double damping_ratio);
-
 }  // namespace weft::sim

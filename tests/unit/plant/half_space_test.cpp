@@ -6,11 +6,13 @@
 #include <numbers>
 
 #include "sim/plant/random.hpp"
+#include "tests/unit/plant/imprint_support.hpp"
 
 namespace half_space_test {
 
 using namespace weft;
 using namespace weft::sim;
+using test::total_force_n;
 
 namespace {
 

@@ -6,11 +6,14 @@
 
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/plant/imprint/taxels.hpp"
+#include "tests/unit/plant/imprint_support.hpp"
 
 namespace imprint_objects_test {
 
 using namespace weft;
 using namespace weft::sim;
+using test::spring_pressure_pa;
+using test::total_force_n;
 
 namespace {
 

@@ -113,11 +113,10 @@ TEST_CASE("A struck mode rings at its frequency and decays at its rate") {
 TEST_CASE("Steady vibration has the amplitude of the transfer function") {
   // a/f = -w^2/(w0^2 - w^2 + 2 i zeta w0 w)
   const Mode mode = unit_mode(300, 0.1);
-  ModalBank bank = bank_of(std::span(&mode, 1), 1, 200000);
   for (const double frequency : {100.0, 300.0, 900.0}) {
+    ModalBank bank = bank_of(std::span(&mode, 1), 1, 200000);
     const double w = 2 * std::numbers::pi * frequency, w0 = 2 * std::numbers::pi * 300;
     double peak = 0;
-    bank.reset();
     for (int i = 0; i < 40000; ++i) {
       const Force force{std::sin(w * i / 200000), 0, 0};
       double out = 0;
@@ -148,7 +147,7 @@ TEST_CASE("Modes add up, and each channel weighs them and each axis drives them 
   for (std::size_t i = 0; i < sum.size(); ++i) REQUIRE(together[i] == Approx(sum[i]).margin(1e-10));
 }
 
-TEST_CASE("A split run is a whole run bit for bit, and a reset bank starts again") {
+TEST_CASE("A split run is a whole run bit for bit") {
   const std::vector<Mode> modes = many_modes(32);
   Random random(2);
   std::vector<Force> forces(200);
@@ -159,8 +158,6 @@ TEST_CASE("A split run is a whole run bit for bit, and a reset bank starts again
   split.advance(std::span(forces).first(77), std::span(two).first(154));
   split.advance(std::span(forces).subspan(77), std::span(two).subspan(154));
   CHECK(one == two);
-  whole.reset();
-  CHECK(answer(whole, forces) == one);
 }
 
 TEST_CASE("An undamped mode keeps ringing for ten million samples") {
@@ -193,7 +190,7 @@ TEST_CASE("No force poisons a bank") {
     const std::vector<double> out = answer(bank, {{bad, bad, bad}, {0, bad, 0}, {bad, 0, bad}});
     for (const double a : out) CHECK(std::isfinite(a));
   }
-  bank.reset();
+  bank = bank_of(many_modes(9), 3);
   for (const double a : answer(bank, {{5e-324, 1e-310, not_a_number}})) CHECK(std::abs(a) < 1e-25);
 }
 

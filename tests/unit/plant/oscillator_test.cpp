@@ -184,10 +184,9 @@ TEST_CASE("A bounce gives back e^(-pi zeta/sqrt(1 - zeta^2)) of the speed") {
     OscillatorState state{0, -1};
     for (int i = 0; i < 64; ++i) state = step.advance(state, 0, 0);
     CHECK(state.x_m == Approx(0).margin(1e-15));
-    CHECK(state.v_mps == Approx(restitution(ratio)).epsilon(1e-12));
+    const double restitution = std::exp(-std::numbers::pi * ratio / std::sqrt(1 - ratio * ratio));
+    CHECK(state.v_mps == Approx(restitution).epsilon(1e-12));
   }
-  CHECK(restitution(1) == 0);
-  CHECK(restitution(7) == 0);
 }
 
 TEST_CASE("Oscillators that cannot be are refused; the extremes that can be stay finite") {

@@ -37,7 +37,7 @@ TEST_CASE("texture in single precision moves no pad by a hundredth of a count") 
           }
       const auto counts = [&](double response) {
         const double pressure_pa = response * 5 / level_plate().face_area_m2();
-        return capacitance_f(pads, air_gap_m(pads, pressure_pa, pads.gap_m)) / pads.lsb_f;
+        return capacitance_under_f(pads, pressure_pa) / pads.lsb_f;
       };
       const double exact = sum / cells / std::exp(log_mean);
       worst = std::max(worst, std::abs(counts(map.response(2e-3, v_m, cursor)) - counts(exact)));

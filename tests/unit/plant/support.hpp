@@ -7,6 +7,7 @@
 
 #include "sim/plant/contact.hpp"
 #include "sim/plant/fabric_library.hpp"
+#include "sim/plant/pads.hpp"
 
 namespace weft::sim::test {
 
@@ -30,6 +31,11 @@ inline Patch patch_of(const FabricLibrary& table, const std::string& name, std::
   auto patch = cut_patch(*table.find(name), table.params, table.spread, switches, seed);
   WEFT_ASSERT(patch.has_value());
   return *patch;
+}
+
+/// Capacitance of a pad under a pressure >= 0, which closes its gap [F].
+inline double capacitance_under_f(const PadParams& pad, double pressure_pa) {
+  return capacitance_f(pad, pad.gap_m / (1 + pressure_pa / pad.gap_pressure_pa));
 }
 
 inline constexpr double plate_z = 0.06;

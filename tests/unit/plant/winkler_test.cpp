@@ -6,11 +6,14 @@
 #include <limits>
 
 #include "sim/plant/random.hpp"
+#include "tests/unit/plant/imprint_support.hpp"
 
 namespace winkler_test {
 
 using namespace weft;
 using namespace weft::sim;
+using test::spring_pressure_pa;
+using test::total_force_n;
 
 namespace {
 
