@@ -9,10 +9,6 @@
 namespace weft::classifier {
 namespace {
 
-bool of_pairs(Learner learner) {
-  return learner == Learner::pvalue || learner == Learner::pca || learner == Learner::all;
-}
-
 std::string joined(const std::vector<std::string>& parts) {
   constexpr std::size_t most_named = 5;  // of hundreds of labels nobody reads the last
   std::string out;
@@ -34,7 +30,7 @@ FoldReport fold_report(const FeatureMatrix& matrix, Learner learner, const Train
   for (const std::string& file : matrix.files)
     out.windows = out.windows || recording_of(file) != file;
   std::vector<std::size_t> level;
-  if (of_pairs(learner)) {
+  if (is_cores(learner)) {
     level = units_by_label(matrix, options.fold_unit).level;
   } else {
     ClassFolds folds = class_folds(matrix, options);

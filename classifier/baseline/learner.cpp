@@ -29,10 +29,6 @@ Reduction reduction_of(Learner learner) {
   return learner == Learner::all ? Reduction::all : Reduction::pvalue;
 }
 
-bool is_cores(Learner learner) {
-  return learner == Learner::pvalue || learner == Learner::pca || learner == Learner::all;
-}
-
 // Folds of a learner without cores.
 std::vector<Fold> folds_of(const FeatureMatrix& matrix, const TrainOptions& options) {
   return class_folds(matrix, options).folds;

@@ -34,6 +34,10 @@ enum class Learner {
 /// Short names; "cores-pvalue", "cores-pca" and "cores-all" are understood as well.
 std::string_view to_string(Learner learner);
 Result<Learner> learner_from(std::string_view text);
+/// A core per pair of labels; of what chooses between several, false.
+constexpr bool is_cores(Learner learner) {
+  return learner == Learner::pvalue || learner == Learner::pca || learner == Learner::all;
+}
 /// All of them, in the order of the enumeration.
 std::vector<Learner> all_learners();
 

@@ -18,10 +18,6 @@ constexpr std::size_t kinds_of_version_5 = 5;
 
 constexpr std::size_t most_errors = 1'000'000'000;
 
-std::size_t pairs_of(std::size_t classes) {
-  return classes * (classes - 1) / 2;
-}
-
 Learner read_kind(LineReader& in, std::string_view keyword, std::size_t known) {
   const std::string word = in.text(keyword);
   const auto end = kinds.begin() + static_cast<std::ptrdiff_t>(known);
@@ -118,7 +114,7 @@ MultiClassSvc read_svc(LineReader& in, std::size_t classes, std::size_t features
   out.scaler = read_scaler(in, features);
   out.support = read_matrix(in, "support_vectors", features);
   if (out.support.rows() == 0) in.refuse("no support vectors", "at least 1", "0");
-  for (std::size_t i = 0; in.ok() && i < pairs_of(classes); ++i)
+  for (std::size_t i = 0; in.ok() && i < pair_count(classes); ++i)
     out.machines.push_back(read_machine(in, out.support.rows()));
   return MultiClassSvc(std::move(out));
 }
@@ -127,7 +123,7 @@ std::optional<FabricModel> read_cores(LineReader& in, Learner kind,
                                       const std::vector<std::string>& labels,
                                       const std::vector<std::string>& features) {
   std::vector<FabricCore> cores;
-  for (std::size_t i = 0; in.ok() && i < pairs_of(labels.size()); ++i)
+  for (std::size_t i = 0; in.ok() && i < pair_count(labels.size()); ++i)
     cores.push_back(read_core(in, features.size()));
   if (!in.ok()) return std::nullopt;
   const Reduction reduction = kind == Learner::pca   ? Reduction::pca

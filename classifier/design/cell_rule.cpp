@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "classifier/evaluate/interval.hpp"
+
 namespace weft::classifier::design {
 namespace {
-
-constexpr double z95 = 1.959963984540054;  // normal quantile of 0.975
 
 bool beats(const CellFigures& a, const CellFigures& b) {
   if (a.accuracy > b.accuracy) return !takes_less(b, a);

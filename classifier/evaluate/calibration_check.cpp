@@ -13,11 +13,6 @@ namespace {
 
 constexpr std::size_t draws = 1000;
 
-std::size_t place_of(const std::vector<std::string>& labels, const std::string& label) {
-  return static_cast<std::size_t>(std::lower_bound(labels.begin(), labels.end(), label) -
-                                  labels.begin());
-}
-
 Status check_answers(std::span<const double> said, std::span<const double> right,
                      std::size_t recordings, std::size_t bins) {
   constexpr const char* where = "calibration_error_interval";

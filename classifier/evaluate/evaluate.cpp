@@ -40,11 +40,6 @@ std::vector<std::string> sorted_labels(const FeatureMatrix& matrix, const Split&
   return {labels.begin(), labels.end()};
 }
 
-std::size_t index_of(const std::vector<std::string>& labels, const std::string& label) {
-  return static_cast<std::size_t>(std::lower_bound(labels.begin(), labels.end(), label) -
-                                  labels.begin());
-}
-
 // One trial at a time on the calling thread, as the paper times it. `answer`: class of a feature
 // vector.
 template <class Answer>
@@ -68,8 +63,8 @@ double count_answers(const FeatureMatrix& matrix, const Split& split,
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const std::string& truth = matrix.labels[split.test[i]];
     correct += own[answers[i]] == truth ? 1 : 0;
-    answers[i] = index_of(out.confusion.labels, own[answers[i]]);
-    ++out.confusion.at(index_of(out.confusion.labels, truth), answers[i]);
+    answers[i] = place_of(out.confusion.labels, own[answers[i]]);
+    ++out.confusion.at(place_of(out.confusion.labels, truth), answers[i]);
   }
   out.answers.push_back(std::move(answers));
   return static_cast<double>(correct) / static_cast<double>(split.test.size());

@@ -8,8 +8,6 @@
 namespace weft::classifier {
 namespace {
 
-constexpr double z95 = 1.959963984540054;  // normal quantile of 0.975
-
 // Mean and t times the deviation times `widening`, cut to [0, 1]; of accuracies without a
 // deviation, Wilson's interval of one of them.
 Interval t_interval(std::span<const double> accuracy, std::size_t test, double widening,

@@ -7,6 +7,9 @@
 
 namespace weft::classifier {
 
+/// Normal quantile of 0.975.
+inline constexpr double z95 = 1.959963984540054;
+
 /// A 95 % interval and how it was computed, for the reader of a report.
 struct Interval {
   double low = 0.0;

@@ -26,9 +26,7 @@ std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind) {
 Classes classes_of(const FeatureMatrix& matrix) {
   const std::set<std::string> distinct(matrix.labels.begin(), matrix.labels.end());
   Classes out{{distinct.begin(), distinct.end()}, {}};
-  for (const std::string& label : matrix.labels)
-    out.of_row.push_back(static_cast<std::size_t>(
-        std::lower_bound(out.labels.begin(), out.labels.end(), label) - out.labels.begin()));
+  for (const std::string& label : matrix.labels) out.of_row.push_back(place_of(out.labels, label));
   return out;
 }
 

@@ -183,7 +183,7 @@ Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& optio
   std::vector<std::string> labels = labels_of(rows_by_label(matrix));
   auto cores = trainer(options);
   if (!cores) return pass(cores.error());
-  const std::size_t pairs = labels.size() * (labels.size() - 1) / 2;
+  const std::size_t pairs = pair_count(labels.size());
   if (cores->size() != pairs)
     return fail(Errc::invalid_argument, "not one core per pair of labels", "cores",
                 std::to_string(pairs), std::to_string(cores->size()));

@@ -22,6 +22,10 @@ struct Pair {
 
 /// (0,1), (0,2) ... (n-2, n-1): the order of the cores.
 std::vector<Pair> all_pairs(std::size_t classes);
+/// How many they are.
+constexpr std::size_t pair_count(std::size_t classes) {
+  return classes * (classes - 1) / 2;
+}
 
 /// The outcome of one trial.
 struct Vote {

@@ -1,7 +1,6 @@
 #include "classifier/fabric/reducer.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "classifier/selection/pca.hpp"
 #include "classifier/selection/t_test.hpp"
@@ -19,19 +18,13 @@ Matrix take(const Matrix& rows, std::span<const std::size_t> which,
   return out;
 }
 
-std::vector<std::size_t> every(std::size_t count) {
-  std::vector<std::size_t> out(count);
-  std::iota(out.begin(), out.end(), std::size_t{0});
-  return out;
-}
-
 template <class T>
 std::vector<T> first(const std::vector<T>& items, std::size_t count) {
   return {items.begin(), items.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
 Matrix first_rows(const Matrix& rows, std::size_t count) {
-  return rows.take(every(count));
+  return rows.take(numbers_below(count));
 }
 
 // Ranked features, as many as the most generous delta admits, with the size for every delta.
@@ -83,7 +76,7 @@ Reducer::Reducer(std::vector<std::size_t> columns, Scaler scaler, Matrix axes)
 
 Reducer Reducer::fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options,
                      const RareT& rare) {
-  return fit(rows, every(rows.rows()), sign, options, rare);
+  return fit(rows, numbers_below(rows.rows()), sign, options, rare);
 }
 
 Reducer Reducer::fit(const Matrix& rows, std::span<const std::size_t> which,
@@ -99,11 +92,12 @@ Reducer Reducer::fit(const Matrix& rows, std::span<const std::size_t> which,
   }
   const Matrix taken = rows.take(which);
   Scaler scaler = fit_scaler(taken);
-  if (options.reduction == Reduction::all) return {every(rows.cols()), std::move(scaler), {}};
+  if (options.reduction == Reduction::all)
+    return {numbers_below(rows.cols()), std::move(scaler), {}};
   PcaBasis basis = pca_basis(scaled(scaler, taken), options.cap);
   std::vector<std::size_t> sizes;
   for (const double share : options.grid.explained) sizes.push_back(components_for(basis, share));
-  Reducer out(every(rows.cols()), std::move(scaler), std::move(basis.axes));
+  Reducer out(numbers_below(rows.cols()), std::move(scaler), std::move(basis.axes));
   out.sizes_ = std::move(sizes);
   return out;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "classifier/features/extract.hpp"
 #include "classifier/learn/parallel.hpp"
@@ -91,6 +92,23 @@ Result<FeatureMatrix> build_feature_matrix(std::span<const Trial> trials,
     out.files.push_back(trials[i].file);
   }
   return out;
+}
+
+std::size_t place_of(std::span<const std::string> sorted, const std::string& label) {
+  return static_cast<std::size_t>(std::ranges::lower_bound(sorted, label) - sorted.begin());
+}
+
+void append_columns(const FeatureMatrix& part, const std::string& prefix, FeatureMatrix& whole) {
+  Matrix wide(part.size(), whole.names.size() + part.names.size());
+  for (std::size_t r = 0; r < part.size(); ++r) {
+    if (!whole.names.empty()) std::ranges::copy(whole.values.row(r), wide.row(r).begin());
+    std::ranges::copy(part.values.row(r), wide.row(r).last(part.names.size()).begin());
+  }
+  for (const std::string& name : part.names) whole.names.push_back(prefix + name);
+  whole.values = std::move(wide);
+  whole.labels = part.labels;
+  whole.groups = part.groups;
+  whole.files = part.files;
 }
 
 FeatureMatrix take_rows(const FeatureMatrix& matrix, std::span<const std::size_t> rows) {

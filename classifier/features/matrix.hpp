@@ -3,6 +3,7 @@
 // that their headers do not pull in Eigen.
 
 #include <cstddef>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -50,5 +51,12 @@ class Matrix {
   std::size_t cols_ = 0;
   std::vector<double> data_;
 };
+
+/// 0, 1 ... count - 1: all rows or columns.
+inline std::vector<std::size_t> numbers_below(std::size_t count) {
+  std::vector<std::size_t> out(count);
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  return out;
+}
 
 }  // namespace weft::classifier

@@ -1,6 +1,7 @@
 #pragma once
 // One exploration of one fabric, as the classifier sees it.
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -22,6 +23,9 @@ struct Trial {
   std::vector<Phase> phase;    ///< [samples]
 
   [[nodiscard]] std::size_t samples() const { return phase.size(); }
+  [[nodiscard]] std::size_t motion_samples() const {
+    return static_cast<std::size_t>(std::ranges::count(phase, Phase::motion));
+  }
   [[nodiscard]] std::span<const double> row(std::size_t i) const {
     return {counts.data() + i * taxels, taxels};
   }

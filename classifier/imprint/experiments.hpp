@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "classifier/features/feature_matrix.hpp"
-#include "classifier/imprint/linear_rule.hpp"
 #include "classifier/imprint/scale_features.hpp"
 #include "classifier/imprint/separability.hpp"
 

@@ -14,9 +14,6 @@ constexpr std::array views = {std::pair{View::plain, std::string_view("plain")},
                               std::pair{View::ranked, std::string_view("ranked")},
                               std::pair{View::normal_scores, std::string_view("normal-scores")}};
 
-// As the scaler has it: a spread of rounding only says nothing.
-constexpr double constant_tolerance = 1e-12;
-
 double compress(double z) {
   return std::copysign(std::log1p(std::abs(z)), z);
 }
@@ -105,7 +102,7 @@ double RankTable::position(std::size_t feature, double value) const {
   const double least = knots_(0, feature), most = knots_(count - 1, feature);
   const double top = std::max(std::abs(least), std::abs(most));
   const double last = static_cast<double>(count) - 1.0;
-  if (most / 2 - least / 2 <= constant_tolerance * (top / 2)) return last / 2.0;
+  if (most / 2 - least / 2 <= rounding_spread * (top / 2)) return last / 2.0;
   const std::size_t below = first_not(knots_, feature, [&](double knot) { return knot < value; });
   const std::size_t after = first_not(knots_, feature, [&](double knot) { return knot <= value; });
   if (after > below) return (static_cast<double>(below) + static_cast<double>(after) - 1.0) / 2.0;

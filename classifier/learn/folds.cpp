@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <numeric>
 #include <utility>
 
+#include "classifier/features/matrix.hpp"
 #include "classifier/learn/random.hpp"
 
 namespace weft::classifier {
@@ -88,12 +88,6 @@ bool large_enough(const std::vector<Fold>& folds) {
                      [](const Fold& fold) { return fold.train.size() >= least_fold_rows; });
 }
 
-std::vector<std::size_t> one_each(std::size_t count) {
-  std::vector<std::size_t> out(count);
-  std::iota(out.begin(), out.end(), std::size_t{0});
-  return out;
-}
-
 }  // namespace
 
 std::vector<Fold> stratified_folds(std::span<const int> sign, std::span<const std::size_t> unit,
@@ -101,7 +95,7 @@ std::vector<Fold> stratified_folds(std::span<const int> sign, std::span<const st
   Units units = units_of(sign, unit);
   const std::size_t k = std::min({folds, units.mixed.size() + units.positive.size(),
                                   units.mixed.size() + units.negative.size()});
-  if (k < 2) return stratified_folds(sign, one_each(sign.size()), folds, seed);
+  if (k < 2) return stratified_folds(sign, numbers_below(sign.size()), folds, seed);
   RandomEngine engine(seed);
   for (auto* list : {&units.positive, &units.negative, &units.mixed}) shuffle(*list, engine);
   Dealer dealer(k);
@@ -112,7 +106,7 @@ std::vector<Fold> stratified_folds(std::span<const int> sign, std::span<const st
   for (const std::size_t u : unit) fold_of_row.push_back(dealer.fold_of(u));
   std::vector<Fold> out = gather(fold_of_row, k);
   if (!large_enough(out)) out = leave_one_out(unit);
-  if (!large_enough(out)) out = leave_one_out(one_each(sign.size()));
+  if (!large_enough(out)) out = leave_one_out(numbers_below(sign.size()));
   return out;
 }
 

@@ -7,7 +7,6 @@ namespace weft::classifier {
 namespace {
 
 // A spread of rounding only must not be blown up to unit variance, nor beyond it.
-constexpr double constant_tolerance = 1e-12;
 constexpr double constant_unit = 1e-9;
 
 void fit_column(const Matrix& rows, std::size_t k, Scaler& out) {
@@ -25,7 +24,7 @@ void fit_column(const Matrix& rows, std::size_t k, Scaler& out) {
   }
   const double deviation = std::sqrt(square / n);
   out.mean[k] = mean * unit;
-  const double spread = deviation > constant_tolerance ? deviation * unit : 0.0;
+  const double spread = deviation > rounding_spread ? deviation * unit : 0.0;
   out.deviation[k] = spread > 0.0 ? spread : std::max(1.0, constant_unit * top);
 }
 

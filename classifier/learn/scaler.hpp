@@ -19,6 +19,9 @@ struct Scaler {
   }
 };
 
+/// A spread that is a smaller share of the largest value is rounding, and says nothing.
+inline constexpr double rounding_spread = 1e-12;
+
 /// Needs at least one row; values as check_feature() has them, so that no difference overflows.
 Scaler fit_scaler(const Matrix& rows);
 

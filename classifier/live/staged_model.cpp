@@ -22,10 +22,6 @@ constexpr std::size_t least_slides = 2;  // of a label in a stage
 constexpr double most_rate_hz = 1e6;
 constexpr std::size_t most_head_bytes = std::size_t{64} << 10;
 
-std::size_t motion_frames_of(const Trial& trial) {
-  return static_cast<std::size_t>(std::ranges::count(trial.phase, Phase::motion));
-}
-
 /// The fewest that last so long: a rule that waits for half a second hears the stage of it.
 std::size_t frames_in(double seconds, double sample_rate_hz) {
   return static_cast<std::size_t>(std::ceil(seconds * sample_rate_hz * (1 - rate_rounding)));
@@ -34,7 +30,7 @@ std::size_t frames_in(double seconds, double sample_rate_hz) {
 std::vector<Trial> as_long_as(std::span<const Trial> slides, std::size_t frames) {
   std::vector<Trial> out;
   for (const Trial& slide : slides)
-    if (motion_frames_of(slide) >= frames) out.push_back(begun_slide(slide, frames));
+    if (slide.motion_samples() >= frames) out.push_back(begun_slide(slide, frames));
   return out;
 }
 
@@ -195,7 +191,7 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
   std::size_t longest = 0;
   for (const Trial& slide : slides) {
     labels.push_back(slide.label);
-    longest = std::max(longest, motion_frames_of(slide));
+    longest = std::max(longest, slide.motion_samples());
   }
   if (Status ok = check_labels(labels); !ok) return pass(ok.error());
   StagedModel out{sample_rate_hz, {}};

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <type_traits>
 #include <utility>
 
@@ -151,9 +150,7 @@ std::vector<std::size_t> rank_many(std::span<const double> t, std::size_t kept) 
 }  // namespace
 
 std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign) {
-  std::vector<std::size_t> every(rows.rows());
-  std::iota(every.begin(), every.end(), std::size_t{0});
-  return t_statistics(rows, every, sign);
+  return t_statistics(rows, numbers_below(rows.rows()), sign);
 }
 
 std::vector<double> t_statistics(const Matrix& rows, std::span<const std::size_t> which,

@@ -6,25 +6,11 @@
 #include <set>
 #include <utility>
 
+#include "classifier/fabric/fold_units.hpp"
 #include "classifier/vibro/median.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
-
-std::vector<std::string> sorted_labels(const FeatureMatrix& matrix) {
-  const std::set<std::string> all(matrix.labels.begin(), matrix.labels.end());
-  return {all.begin(), all.end()};
-}
-
-// Class of every row, by the sorted labels.
-std::vector<std::size_t> classes_of(const FeatureMatrix& matrix,
-                                    const std::vector<std::string>& labels) {
-  std::vector<std::size_t> out;
-  for (const std::string& label : matrix.labels)
-    out.push_back(static_cast<std::size_t>(std::lower_bound(labels.begin(), labels.end(), label) -
-                                           labels.begin()));
-  return out;
-}
 
 struct Rows {
   Matrix values;
@@ -44,15 +30,14 @@ class Assessor {
   Assessor(const WindowSet& windows, const SecondsNow& seconds_now)
       : windows_(windows),
         now_(seconds_now),
-        labels_(sorted_labels(windows.matrix)),
-        classes_(classes_of(windows.matrix, labels_)),
-        out_{Confusion(labels_)} {}
+        classes_(classes_of(windows.matrix)),
+        out_{Confusion(classes_.labels)} {}
 
   [[nodiscard]] double seconds() const { return now_ ? now_() : 0.0; }
   [[nodiscard]] Result<Pipeline> train(std::span<const std::size_t> rows,
                                        const PipelineOptions& options) const {
-    const Rows own = taken(windows_, classes_, rows);
-    return Pipeline::train({&own.values, own.of_row, labels_.size()}, options);
+    const Rows own = taken(windows_, classes_.of_row, rows);
+    return Pipeline::train({&own.values, own.of_row, classes_.labels.size()}, options);
   }
 
   // Share of right answers alone.
@@ -63,7 +48,7 @@ class Assessor {
     for (const std::size_t r : split.test) {
       const auto said = trained->classify(windows_.matrix.values.row(r));
       if (!said) return pass(said.error(), windows_.matrix.files[r]);
-      right += *said == classes_[r] ? 1 : 0;
+      right += *said == classes_.of_row[r] ? 1 : 0;
     }
     return static_cast<double>(right) / static_cast<double>(split.test.size());
   }
@@ -76,22 +61,23 @@ class Assessor {
     out_.explained += trained->explained();
     trained_ = split.train.size();
     tested_ = split.test.size();
-    Confusion own(labels_);
+    Confusion own(classes_.labels);
     std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> votes;
     for (const std::size_t r : split.test) {
       const double asked = seconds();
       const auto said = trained->classify(windows_.matrix.values.row(r));
       answers_s_.push_back(seconds() - asked);
       if (!said) return pass(said.error(), windows_.matrix.files[r]);
-      ++own.at(classes_[r], *said);
+      ++own.at(classes_.of_row[r], *said);
       auto& vote = votes[{windows_.recording[r], windows_.places[r].block}];
-      vote.resize(labels_.size());
+      vote.resize(classes_.labels.size());
       ++vote[*said];
     }
     for (const auto& [where, vote] : votes) {
       const auto winner = std::max_element(vote.begin(), vote.end()) - vote.begin();
       ++out_.voted;
-      voted_right_ += labels_[static_cast<std::size_t>(winner)] == label_of(where.first) ? 1 : 0;
+      voted_right_ +=
+          classes_.labels[static_cast<std::size_t>(winner)] == label_of(where.first) ? 1 : 0;
     }
     for (std::size_t i = 0; i < own.count.size(); ++i) out_.confusion.count[i] += own.count[i];
     out_.split_accuracy.push_back(own.accuracy());
@@ -127,8 +113,7 @@ class Assessor {
 
   const WindowSet& windows_;
   const SecondsNow& now_;
-  std::vector<std::string> labels_;
-  std::vector<std::size_t> classes_;
+  Classes classes_;
   std::vector<double> answers_s_;
   std::size_t voted_right_ = 0;
   std::size_t trained_ = 0, tested_ = 0;  // rows of a split; of all about the same

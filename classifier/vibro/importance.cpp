@@ -1,7 +1,6 @@
 #include "classifier/vibro/importance.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <set>
 #include <string>
 
@@ -177,8 +176,7 @@ Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> spli
 }
 
 std::vector<std::size_t> most_important(std::span<const Importance> importance, std::size_t count) {
-  std::vector<std::size_t> out(importance.size());
-  std::iota(out.begin(), out.end(), std::size_t{0});
+  std::vector<std::size_t> out = numbers_below(importance.size());
   std::stable_sort(out.begin(), out.end(), [&](std::size_t a, std::size_t b) {
     return importance[a].mean > importance[b].mean;
   });

@@ -1,7 +1,6 @@
 #include "classifier/vote/aids.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "classifier/fabric/pair_problem.hpp"
 #include "classifier/learn/parallel.hpp"
@@ -11,12 +10,6 @@ namespace weft::classifier {
 namespace {
 
 constexpr std::size_t least_rows = 200;
-
-std::vector<std::size_t> counted(std::size_t count) {
-  std::vector<std::size_t> out(count);
-  std::iota(out.begin(), out.end(), std::size_t{0});
-  return out;
-}
 
 // Rows whose full decisions are worth computing: all, or evenly spread ones of a large model.
 std::vector<std::size_t> sampled_rows(std::size_t rows, const FabricModel& model) {
@@ -34,7 +27,7 @@ HeldOut held_out_answers(const FabricModel& model, const FeatureMatrix& matrix,
   out.row = sampled_rows(matrix.size(), model);
   out.winner.resize(out.row.size());
   out.probability.resize(out.row.size());
-  const std::vector<std::size_t> classes = counted(model.labels().size());
+  const std::vector<std::size_t> classes = numbers_below(model.labels().size());
   const std::size_t batch = rows_at_a_time(model);
   for (std::size_t from = 0; from < out.row.size(); from += batch) {
     const std::size_t count = std::min(batch, out.row.size() - from);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
 namespace weft::classifier {
@@ -97,8 +96,7 @@ Result<VoteKind> vote_kind_from(std::string_view text) {
 Result<Ballot> count_all(const FabricModel& model, std::vector<double> decision, VoteKind kind) {
   if (!std::ranges::all_of(decision, [](double f) { return std::isfinite(f); }))
     return not_finite();
-  std::vector<std::size_t> every(model.labels().size());
-  std::iota(every.begin(), every.end(), std::size_t{0});
+  std::vector<std::size_t> every = numbers_below(model.labels().size());
   Vote vote = count_votes(model.pairs(), std::move(decision), every.size());
   const std::size_t winner = kind == VoteKind::soft ? softest(vote) : vote.winner;
   return Ballot{

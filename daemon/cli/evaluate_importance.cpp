@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -94,9 +93,8 @@ Result<std::string> compare_selection(const vibro::WindowSet& windows,
     if (!papers) return pass(papers.error());
     add_row("the paper's five (SMMRP)", "smmrp", *papers, names, table, out);
   }
-  std::vector<std::size_t> every(names.size());
-  std::iota(every.begin(), every.end(), std::size_t{0});
-  const auto all = vibro::reach_with(windows, splits, options, every);
+  const auto all =
+      vibro::reach_with(windows, splits, options, classifier::numbers_below(names.size()));
   if (!all) return pass(all.error());
   add_row("all", "all", *all, names, table, out);
   return "Selected by permutation within the training windows of each split, " +

@@ -219,20 +219,6 @@ std::map<TrialKey, std::size_t> trials_by_key(const Dataset& dataset, const std:
   return out;
 }
 
-void append_columns(const classifier::FeatureMatrix& part, const std::string& name,
-                    classifier::FeatureMatrix& whole) {
-  classifier::Matrix wide(part.size(), whole.names.size() + part.names.size());
-  for (std::size_t r = 0; r < part.size(); ++r) {
-    if (!whole.names.empty()) std::ranges::copy(whole.values.row(r), wide.row(r).begin());
-    std::ranges::copy(part.values.row(r), wide.row(r).last(part.names.size()).begin());
-  }
-  for (const std::string& column : part.names) whole.names.push_back(name + ":" + column);
-  whole.values = std::move(wide);
-  whole.labels = part.labels;
-  whole.groups = part.groups;
-  whole.files = part.files;
-}
-
 // Features of several explorations side by side.
 Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
   if (choice.window_s != 0.0)
@@ -262,7 +248,7 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
     out.setup = setup_of(selection, choice, sample_period_s(dataset));
     const auto features = features_of(std::move(selection.trials), choice, out.setup.options);
     if (!features) return pass(features.error());
-    append_columns(*features, parts[p], out.features);
+    append_columns(*features, parts[p] + ":", out.features);
   }
   out.strokes = out.features.size();
   out.sha256 = dataset_sha256(dataset);

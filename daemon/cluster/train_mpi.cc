@@ -127,7 +127,7 @@ Result<classifier::ChosenLearner> train_on_all(const Ranks& ranks, const cli::Ch
   const auto& labels = chosen.features.labels;
   const std::size_t classes = std::set<std::string>(labels.begin(), labels.end()).size();
   return classifier::train_learner(chosen.features, learner, options, [&](const CoreTask& task) {
-    return train_shared(ranks, chosen.features, classes * (classes - 1) / 2, options, task);
+    return train_shared(ranks, chosen.features, classifier::pair_count(classes), options, task);
   });
 }
 

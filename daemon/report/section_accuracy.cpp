@@ -1,3 +1,4 @@
+#include "classifier/fabric/model.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/heat_map.hpp"
@@ -52,7 +53,7 @@ std::string method_words(const ReportInput& input, const ExplorationResult& resu
   const std::size_t classes = e.confusion.classes();
   std::string out = "<p>Each trial becomes " + thousands(result.features) +
                     " features; one support vector machine per pair of fabrics (" +
-                    thousands(classes * (classes - 1) / 2) + " cores) votes. Mean over " +
+                    thousands(classifier::pair_count(classes)) + " cores) votes. Mean over " +
                     split_words(e) + " of the trials into training and test part. ";
   if (input.dataset.info.kind == BenchKind::simulated) out += patch_words;
   if (classes > 0)

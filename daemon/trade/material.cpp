@@ -52,23 +52,6 @@ Result<Rows> rows_of(const Dataset& dataset, const std::vector<std::string>& par
   return out;
 }
 
-std::size_t motion_samples(const Trial& trial) {
-  return static_cast<std::size_t>(std::ranges::count(trial.phase, Phase::motion));
-}
-
-void append_columns(const FeatureMatrix& part, const std::string& prefix, FeatureMatrix& whole) {
-  classifier::Matrix wide(part.size(), whole.names.size() + part.names.size());
-  for (std::size_t r = 0; r < part.size(); ++r) {
-    if (!whole.names.empty()) std::ranges::copy(whole.values.row(r), wide.row(r).begin());
-    std::ranges::copy(part.values.row(r), wide.row(r).last(part.names.size()).begin());
-  }
-  for (const std::string& name : part.names) whole.names.push_back(prefix + name);
-  whole.values = std::move(wide);
-  whole.labels = part.labels;
-  whole.groups = part.groups;
-  whole.files = part.files;
-}
-
 Trial cut(const Trial& trial, std::size_t most_samples) {
   return most_samples == 0 ? trial : shortened(trial, most_samples);
 }
@@ -89,7 +72,7 @@ Status extract(const Dataset& dataset, const MaterialOptions& options,
 void add_slide(const Dataset& dataset, const std::vector<std::size_t>& row, Material& out) {
   double row_s = 0;
   for (const std::size_t i : row) {
-    const std::size_t all = motion_samples(dataset.trials[i]);
+    const std::size_t all = dataset.trials[i].motion_samples();
     const std::size_t used = out.most_samples == 0 ? all : std::min(all, out.most_samples);
     const double slide_s = static_cast<double>(used) / dataset.info.taxel_rate_hz;
     row_s += slide_s;

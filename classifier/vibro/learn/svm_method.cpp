@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "classifier/fabric/matrix_text.hpp"
+#include "classifier/fabric/model.hpp"
 #include "classifier/learn/libsvm.hpp"
 
 namespace weft::classifier::vibro {
@@ -85,10 +86,6 @@ class Svm final : public Classifier {
   svm_model model_{};  // points to those above
 };
 
-std::size_t pairs_of(std::size_t classes) {
-  return classes * (classes - 1) / 2;
-}
-
 // The model's support vectors are `nodes` of so many features.
 std::unique_ptr<Svm> taken_from(const svm_model& model, double gamma, std::size_t features) {
   const auto classes = static_cast<std::size_t>(model.nr_class);
@@ -100,7 +97,7 @@ std::unique_ptr<Svm> taken_from(const svm_model& model, double gamma, std::size_
     std::copy_n(model.sv_coef[k], vectors, coefficients.row(k).begin());
   return std::make_unique<Svm>(gamma, std::vector<std::size_t>(model.nSV, model.nSV + classes),
                                std::move(rows), std::move(coefficients),
-                               std::vector<double>(model.rho, model.rho + pairs_of(classes)));
+                               std::vector<double>(model.rho, model.rho + pair_count(classes)));
 }
 
 }  // namespace
@@ -148,7 +145,7 @@ std::unique_ptr<Classifier> read_svm(LineReader& in, std::size_t features, std::
               std::to_string(vectors));
   Matrix rows = read_rows(in, "vector", vectors, features);
   Matrix coefficients = read_rows(in, "coefficients", classes - 1, vectors);
-  auto offsets = in.numbers("offsets", pairs_of(classes));
+  auto offsets = in.numbers("offsets", pair_count(classes));
   if (!in.ok()) return nullptr;
   return std::make_unique<Svm>(gamma, std::move(of_class), std::move(rows), std::move(coefficients),
                                std::move(offsets));
