@@ -47,7 +47,7 @@ Outcome files_told(DataFiles& known, const control::StoredRun& run) {
 }
 
 void files_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
-  const auto run = services.desk->get(call.params.at("run").get<std::string>());
+  const auto run = services.desk->get(run_of(call));
   if (!run) return respond(refused(run.error()));
   answer_apart(services.file_errand, respond, [files = services.files, stored = run->stored] {
     return files_told(*files, stored);
@@ -56,7 +56,7 @@ void files_of_run(const Services& services, const Call& call, const rpc::Respond
 
 /// A run that nobody writes to. Errors: not_found, wrong_state.
 Result<control::StoredRun> run_at_rest(const Services& services, const Call& call) {
-  const auto run = services.desk->get(call.params.at("run").get<std::string>());
+  const auto run = services.desk->get(run_of(call));
   if (!run) return pass(run.error());
   const control::RunState state = run->machine.state;
   if (state == control::RunState::ended || state == control::RunState::interrupted)
@@ -189,7 +189,7 @@ Outcome certified(const control::StoredRun& run, std::size_t from, std::size_t m
 
 void certificate_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
   constexpr std::int64_t most_trials = 1000;
-  const auto run = services.desk->get(call.params.at("run").get<std::string>());
+  const auto run = services.desk->get(run_of(call));
   if (!run) return respond(refused(run.error()));
   const std::int64_t from = call.params.value("from", std::int64_t{0});
   const std::int64_t most = call.params.value("most", std::int64_t{100});

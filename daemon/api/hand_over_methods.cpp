@@ -15,13 +15,9 @@ using rpc::ParamType;
 
 constexpr rpc::ParamSpec handed_run{"run", ParamType::text, true, "its name, \"R-000318\""};
 
-std::string named_run(const Call& call) {
-  return call.params.at("run").get<std::string>();
-}
-
 Outcome run_after(const Services& services, const Call& call, const Status& done) {
   if (!done) return refused(done.error());
-  const auto run = services.desk->get(named_run(call));
+  const auto run = services.desk->get(run_of(call));
   if (!run) return refused(run.error());
   return text_of(run_json(*run));
 }
@@ -65,7 +61,7 @@ void add_hand_over_methods(rpc::Methods& methods, const Services& services) {
                {handed_run},
                "the run"},
               [s](const Call& call) {
-                return run_after(*s, call, s->hand_overs->again(named_run(call), by(call.caller)));
+                return run_after(*s, call, s->hand_overs->again(run_of(call), by(call.caller)));
               });
   methods.add({"handover.cancel",
                "ends a hand-over that waits or runs; the run and its data stay as they are",
@@ -74,7 +70,7 @@ void add_hand_over_methods(rpc::Methods& methods, const Services& services) {
                {handed_run},
                "the run"},
               [s](const Call& call) {
-                return run_after(*s, call, s->hand_overs->cancel(named_run(call), by(call.caller)));
+                return run_after(*s, call, s->hand_overs->cancel(run_of(call), by(call.caller)));
               });
 }
 

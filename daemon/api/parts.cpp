@@ -84,6 +84,10 @@ tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rp
   return tl::unexpected(rpc::rpc_error(rpc::code::access + 11, "lease.required", lease.error()));
 }
 
+std::string run_of(const rpc::Call& call) {
+  return call.params.at("run").get<std::string>();
+}
+
 Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call) {
   const auto found = call.params.find("seed");
   if (found == call.params.end()) return std::optional<std::uint64_t>{};

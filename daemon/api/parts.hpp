@@ -31,6 +31,8 @@ tl::expected<void, rpc::RpcError> nobody_else_holds(const Services& services,
 /// The "lease" parameter is the caller's and of this rig.
 tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const rpc::Call& call);
 
+/// The "run" parameter.
+std::string run_of(const rpc::Call& call);
 /// The "seed" parameter, where there is one. Errors: range, below zero.
 Result<std::optional<std::uint64_t>> seed_of(const rpc::Call& call);
 

@@ -43,10 +43,6 @@ tl::expected<void, rpc::RpcError> may_begin(const Services& services, const Call
   return as_known(services, call);
 }
 
-std::string run_in(const Call& call) {
-  return call.params.at("run").get<std::string>();
-}
-
 Result<std::optional<std::size_t>> place_in(const Call& call) {
   const auto found = call.params.find("place");
   if (found == call.params.end()) return std::optional<std::size_t>{};
@@ -74,7 +70,7 @@ Outcome list(const Services& services) {
 }
 
 Outcome get(const Services& services, const Call& call) {
-  const auto run = services.desk->get(run_in(call));
+  const auto run = services.desk->get(run_of(call));
   if (!run) return refused(run.error());
   const control::RunLine& line = services.desk->line();
   const std::size_t at = line.place_of(run->stored.number);
@@ -128,7 +124,7 @@ Outcome move(const Services& services, const Call& call) {
   const auto at = place_in(call);
   if (!at) return refused(at.error());
   const std::size_t end = services.desk->line().runs.size();
-  return changed(services, services.desk->move(run_in(call), at->value_or(end), by(call.caller)));
+  return changed(services, services.desk->move(run_of(call), at->value_or(end), by(call.caller)));
 }
 
 void add_queue_reads(rpc::Methods& methods, const Services* s) {
@@ -166,7 +162,7 @@ void add_queue_changes(rpc::Methods& methods, const Services* s) {
                whole_queue},
               [s](const Call& call) -> Outcome {
                 if (auto may = may_change(*s, call); !may) return tl::unexpected(may.error());
-                return changed(*s, s->desk->withdraw(run_in(call), by(call.caller)));
+                return changed(*s, s->desk->withdraw(run_of(call), by(call.caller)));
               });
   methods.add({"queue.move",
                "another place in line",

@@ -20,10 +20,6 @@ constexpr rpc::ParamSpec digest_param{
     "of the recipe that is meant, as recipe.check has it; another one is refused"};
 constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true, "your lease of the rig"};
 
-std::string run_of(const Call& call) {
-  return call.params.at("run").get<std::string>();
-}
-
 using Checked = control::RunDesk::Checked;
 
 Outcome entered(const Services& services, const Call& call, const Checked& checked) {
@@ -156,7 +152,7 @@ Outcome annotate(const Services& services, const Call& call) {
   if (text.empty())
     return refused(
         {Errc::invalid_argument, "nothing is said", "/params/text", "a few words", {}, {}});
-  const auto run = services.desk->get(call.params.at("run").get<std::string>());
+  const auto run = services.desk->get(run_of(call));
   if (!run) return refused(run.error());
   const std::int64_t t_us = services.utc_us();
   if (const Status ok = services.log->journal(t_us, run->stored.id(), "note", by(call.caller),

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "daemon/certificate/campaign_check.hpp"
+#include "daemon/certificate/certificate.hpp"
 #include "daemon/certificate/export_check.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/handover/hand_over_file.hpp"
@@ -62,7 +63,7 @@ Result<VerifyReport> looked_at(const fs::path& path) {
   if (fs::is_directory(path, ignored)) {
     const fs::path campaign = path / campaign_file_name;
     if (there(campaign) || has_log(campaign)) report.campaign = campaign;
-    if (there(path / "dataset.h5")) report.dataset = path / "dataset.h5";
+    if (there(path / dataset_file_name)) report.dataset = path / dataset_file_name;
     if (report.campaign.empty() && report.dataset.empty())
       return fail(Errc::not_found, "neither campaign.sqlite nor dataset.h5 in this folder",
                   path.string());

@@ -40,6 +40,10 @@ std::string votes_text(const Labels& labels, const classifier::Ballot& ballot) {
 
 }  // namespace
 
+std::string trained_banner(const classifier::Provenance& provenance) {
+  return provenance.bench == "simulated" ? "The model was trained on SIMULATED data.\n" : "";
+}
+
 json answers_json(const classifier::TrainedLearner& learner, bool has_aids,
                   const std::vector<AnsweredTrial>& answered) {
   const Labels& labels = learner.labels();

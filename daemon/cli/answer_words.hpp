@@ -5,9 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "classifier/fabric/provenance.hpp"
 #include "classifier/vote/learner_answer.hpp"
 
 namespace weft::daemon::cli {
+
+/// A line that says so where the model learnt from simulated data; nothing otherwise.
+std::string trained_banner(const classifier::Provenance& provenance);
 
 /// A trial and the answer on it.
 struct AnsweredTrial {

@@ -142,8 +142,7 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
   if (!trials) return pass(trials.error(), args.trials.string());
   const auto list = answers(*stored, *trials, {*kind, args.shortlist, nullptr});
   if (!list) return pass(list.error(), args.trials.string());
-  std::string text = bench_banner(dataset->info.kind);
-  if (stored->provenance.bench == "simulated") text += "The model was trained on SIMULATED data.\n";
+  std::string text = bench_banner(dataset->info.kind) + trained_banner(stored->provenance);
   for (const AnsweredTrial& one : *list) text += answer_line(stored->learner, one);
   print(console, text,
         {{"command", "classify"},

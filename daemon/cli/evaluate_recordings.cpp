@@ -23,8 +23,6 @@ namespace {
 namespace vibro = classifier::vibro;
 using nlohmann::json;
 
-constexpr const char* recordings_group = "Recordings of sound and vibration";
-
 struct RecordingsPlan {
   vibro::FeatureChoice features;
   vibro::ProtocolOptions protocol;

@@ -18,6 +18,9 @@ namespace weft::daemon::cli {
 
 struct EvaluateArgs;
 
+/// Heading of their options.
+inline constexpr const char* recordings_group = "Recordings of sound and vibration";
+
 /// What evaluate needs to know of recordings beside the options that it has for slides.
 struct RecordingChoice {
   std::vector<std::string> methods;  ///< learners; "every", "best"; empty: best

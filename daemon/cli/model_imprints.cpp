@@ -54,8 +54,7 @@ Result<int> run_classify_imprints(const ClassifyArgs& args, Console& console) {
   const auto answers =
       ci::classify_imprints(*model, asked->grid, asked->imprints, {*kind, args.shortlist, nullptr});
   if (!answers) return pass(answers.error(), args.trials.string());
-  std::string text = bench_banner(asked->bench);
-  if (model->provenance.bench == "simulated") text += "The model was trained on SIMULATED data.\n";
+  std::string text = bench_banner(asked->bench) + trained_banner(model->provenance);
   std::vector<AnsweredTrial> list;
   for (std::size_t i = 0; i < answers->size(); ++i) {
     list.push_back({asked->imprints[i].file, asked->imprints[i].label, (*answers)[i]});

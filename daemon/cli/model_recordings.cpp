@@ -6,6 +6,7 @@
 #include <string>
 
 #include "classifier/vibro/recording_model.hpp"
+#include "daemon/cli/answer_words.hpp"
 #include "daemon/cli/classify_command.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_recordings.hpp"
@@ -113,8 +114,7 @@ Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) 
   if (!set) return pass(set.error());
   const auto answers = vibro::classify_recordings(*model, set->recordings);
   if (!answers) return pass(answers.error(), args.trials.string());
-  std::string text = bench_banner(set->kind);
-  if (model->provenance.bench == "simulated") text += "The model was trained on SIMULATED data.\n";
+  std::string text = bench_banner(set->kind) + trained_banner(model->provenance);
   json list = json::array();
   for (const vibro::RecordingAnswer& a : *answers) {
     std::size_t windows = 0;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "daemon/certificate/certificate.hpp"
 #include "daemon/certificate/verify_json.hpp"
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
@@ -65,7 +66,7 @@ Result<CampaignSummary> summary_of(const fs::path& folder, const VerifyReport& v
                                    const Dataset& dataset) {
   CampaignSummary out;
   out.campaign_file = folder / campaign_file_name;
-  out.dataset_file = folder / "dataset.h5";
+  out.dataset_file = folder / dataset_file_name;
   const auto past = load_past(out.campaign_file);
   if (!past) return pass(past.error());
   out.name = past->info.name;
@@ -116,7 +117,7 @@ Result<std::string> fidelity_section(const ReportArgs& args, const CampaignSumma
 }
 
 Status check_places(const ReportArgs& args) {
-  for (const char* const name : {campaign_file_name, "dataset.h5"}) {
+  for (const char* const name : {campaign_file_name, dataset_file_name}) {
     std::error_code none;
     if (!fs::exists(args.folder / name, none))
       return fail(Errc::not_found, "nothing to report of", (args.folder / name).string(),
@@ -158,7 +159,7 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   if (Status ok = check_places(args); !ok) return pass(ok.error());
   const auto verified = verify(args.folder);
   if (!verified) return pass(verified.error());
-  const auto dataset = open_dataset(args.folder / "dataset.h5");
+  const auto dataset = open_dataset(args.folder / dataset_file_name);
   if (!dataset) return pass(dataset.error());
   const auto summary = summary_of(args.folder, *verified, *dataset);
   if (!summary) return pass(summary.error());

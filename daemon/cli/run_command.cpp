@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "daemon/certificate/certificate.hpp"
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/operator_prompt.hpp"
@@ -164,7 +165,7 @@ int interrupted(const CampaignSummary& s, int signal, Console& console) {
 }
 
 Status refuse_inputs_as_outputs(const RunArgs& args) {
-  for (const char* name : {campaign_file_name, "dataset.h5", "report.html", "report.json"})
+  for (const char* name : {campaign_file_name, dataset_file_name, "report.html", "report.json"})
     for (const auto& input : {args.recipe, args.rig, args.level})
       if (auto ok = refuse_same_file(input, args.out / name); !ok) return ok;
   return {};

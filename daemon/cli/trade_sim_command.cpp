@@ -23,7 +23,6 @@ namespace {
 using Progress = std::function<void(const std::string&)>;
 
 constexpr const char* no_scene = "none";
-constexpr std::size_t quick_fabrics = 3;
 constexpr double quick_slide_s = 2;
 
 Result<std::string> text_of(const std::filesystem::path& path) {

@@ -176,7 +176,7 @@ void add_options(CLI::App& command, TrainArgs& args) {
           "--method", args.recordings.methods,
           "NB, kNN, Tree, RForest, SVM, LG, NN, MLP2, XGB, XGBRF, LDA (if not told) or Cores")
       ->expected(1)
-      ->group("Recordings of sound and vibration");
+      ->group(recordings_group);
   add_recording_feature_options(command, args.recordings);
   note_given(command, args.trials.given);
 }

@@ -3,6 +3,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "daemon/rpc/message.hpp"
+
 namespace weft::daemon::client {
 namespace {
 
@@ -103,7 +105,7 @@ Result<std::string> Client::next_event() {
 }
 
 Status Client::halt(bool emergency) {
-  return send_line(emergency ? "!estop" : "!halt");
+  return send_line(emergency ? rpc::emergency_line : rpc::halt_line);
 }
 
 }  // namespace weft::daemon::client

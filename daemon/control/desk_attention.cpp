@@ -31,7 +31,7 @@ void RunDesk::ask(Run& run, const recipes::AskOperator& asked) {
                                {"text", asked.ask.text},
                                {"trial", asked.ask.trial},
                                {"people_s", asked.ask.people_s}};
-  note(run.view.stored.id(), "asked", "auto:recipe", payload.dump());
+  note(run.view.stored.id(), "asked", by_recipe, payload.dump());
 }
 
 std::chrono::nanoseconds RunDesk::wall_ahead() const {

@@ -20,8 +20,6 @@ inline Deadlines deadlines_of(const recipes::Plan& plan) {
                        *std::max_element(trials_s.begin(), trials_s.end()) + plan.settle.timeout_s);
 }
 
-/// Who holds a line that the daemon found when it began.
-inline constexpr const char* after_restart = "auto:restart";
 /// Who holds a line after a run whose bench did not come up.
 inline constexpr const char* after_failure = "auto:failed";
 

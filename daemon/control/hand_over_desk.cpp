@@ -16,8 +16,6 @@ using nlohmann::json;
 
 constexpr std::array<std::string_view, 6> state_words{"none", "waiting", "running",
                                                       "done", "failed",  "cancelled"};
-constexpr std::string_view by_recipe = "auto:recipe";
-constexpr std::string_view by_restart = "auto:restart";
 /// One that takes the daemon down each time would keep the rig from work for good.
 constexpr std::size_t most_attempts = 2;
 
@@ -111,7 +109,7 @@ HandOverFact HandOverDesk::first_look(const StoredRun& run, std::optional<bool> 
 void HandOverDesk::give_up(Item& item) {
   HandOverFact fact;
   fact.state = HandOverState::failed;
-  fact.by = by_restart;
+  fact.by = after_restart;
   fact.error = "the daemon ended twice under it; handover.start tries once more";
   enter(item, std::move(fact));
 }

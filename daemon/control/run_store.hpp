@@ -20,6 +20,10 @@
 
 namespace weft::daemon::control {
 
+/// Who did what nobody asked for: the recipe, and a daemon that found what another had left.
+inline constexpr const char* by_recipe = "auto:recipe";
+inline constexpr const char* after_restart = "auto:restart";
+
 struct StoredRun {
   std::int64_t number = 0;
   std::filesystem::path recipe, rig, folder;

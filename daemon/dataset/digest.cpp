@@ -7,10 +7,6 @@
 namespace weft::daemon {
 namespace {
 
-void add_text(Sha256& hash, std::string_view text) {
-  hash.number(static_cast<std::uint32_t>(text.size())).text(text);
-}
-
 void add_optional(Sha256& hash, const std::optional<double>& value) {
   hash.number(static_cast<std::uint8_t>(value.has_value() ? 1 : 0)).number(value.value_or(0.0));
 }
@@ -19,7 +15,7 @@ void add_description(Sha256& hash, const classifier::Trial& trial, const TrialRe
   for (const std::string_view text :
        {std::string_view(trial.file), std::string_view(trial.label), std::string_view(trial.group),
         std::string_view(record.spec.exploration), to_string(record.outcome)})
-    add_text(hash, text);
+    hash.sized_text(text);
   hash.number(record.spec.index).number(record.spec.attempt).number(record.spec.repetition);
   hash.number(record.spec.patch_seed).number(record.lost_samples);
   add_optional(hash, record.quality.force_rms_error_n);
@@ -91,16 +87,16 @@ Result<DatasetDigest> digest_of(const Dataset& dataset, const StopAsked& stop_as
   DatasetDigest digest;
   Sha256 hash;
   hash.text("weft dataset 1\n");
-  add_text(hash, to_string(dataset.info.kind));
+  hash.sized_text(to_string(dataset.info.kind));
   hash.number(static_cast<std::uint32_t>(dataset.info.axes.size()));
   for (const Axis& axis : dataset.info.axes) {
-    add_text(hash, axis.name);
+    hash.sized_text(axis.name);
     hash.number(static_cast<std::uint8_t>(axis.rotary ? 1 : 0));
   }
   if (!dataset.info.factors.empty()) {
     hash.text("weft factors 1\n");
     hash.number(static_cast<std::uint32_t>(dataset.info.factors.size()));
-    for (const std::string& factor : dataset.info.factors) add_text(hash, factor);
+    for (const std::string& factor : dataset.info.factors) hash.sized_text(factor);
   }
   hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {

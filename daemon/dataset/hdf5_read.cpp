@@ -7,13 +7,12 @@
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/hdf5_layout.hpp"
 #include "daemon/dataset/hdf5_reader.hpp"
+#include "drivers/api/sample.hpp"
 
 namespace weft::daemon {
 namespace {
 
 using hdf5::Reader;
-
-constexpr std::size_t max_taxels = 16384;
 
 double rate_of(Reader& in, const char* group) {
   const double rate_hz = in.real_attribute(group, "rate_hz");
@@ -190,7 +189,8 @@ Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Datase
 
 Status read_taxels(Reader& in, Dataset& dataset) {
   const std::size_t taxels = in.width_of("/taxel/counts");
-  in.require(taxels > 0 && taxels <= max_taxels, "/taxel/counts", "an impossible number of taxels");
+  in.require(taxels > 0 && taxels <= most_taxels, "/taxel/counts",
+             "an impossible number of taxels");
   if (!in.status()) return in.status();
   const auto t_ns = in.column<std::int64_t>("/taxel/t_ns");
   const auto extents = hdf5::read_extents(in, "taxel", dataset.trials.size(), t_ns.size());
@@ -251,14 +251,12 @@ Status read_streams(Reader& in, Dataset& dataset) {
                      dataset, &TrialRecord::stages);
 }
 
-constexpr std::uint64_t most_block_readings = 65536;
-
 /// How the blocks of a stream are made, where the file has the stream.
 void read_block_format(Reader& in, const std::string& group, BlockFormat& format) {
   if (!in.has(group.c_str())) return;
   format.rate_hz = rate_of(in, group.c_str());
   const std::uint64_t readings = in.integer_attribute(group.c_str(), "block_readings");
-  in.require(readings > 0 && readings <= most_block_readings && format.rate_hz > 0, group.c_str(),
+  in.require(readings > 0 && readings <= most_block_values && format.rate_hz > 0, group.c_str(),
              "impossible blocks");
   format.readings = static_cast<std::uint32_t>(readings);
 }

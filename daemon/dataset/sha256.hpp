@@ -23,6 +23,10 @@ class Sha256 {
 
   Sha256& update(ByteView bytes);
   Sha256& text(std::string_view characters);
+  /// With its length in front [u32], so that two texts in a row are told from one.
+  Sha256& sized_text(std::string_view characters) {
+    return number(static_cast<std::uint32_t>(characters.size())).text(characters);
+  }
 
   /// One number, little-endian; floating point by its IEEE 754 bits.
   template <class Number>

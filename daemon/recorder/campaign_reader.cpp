@@ -11,12 +11,11 @@
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/recorder/schema.hpp"
 #include "daemon/recorder/sqlite.hpp"
+#include "drivers/api/sample.hpp"
 #include "protocols/base/crc.hpp"
 
 namespace weft::daemon {
 namespace {
-
-constexpr std::int64_t max_taxels = 16384;
 
 Result<std::int64_t> read_integer(sqlite::Database& database, const char* sql) {
   auto query = database.prepare(sql);
@@ -54,8 +53,6 @@ Result<bool> is_discarded(sqlite::Database& database) {
   return *row && query->integer(0) > 0;
 }
 
-constexpr std::int64_t most_block_readings = 65536;
-
 /// Streams of blocks, where the file has any.
 Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
   const auto tables = read_integer(
@@ -68,7 +65,7 @@ Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
   auto row = query->step();
   for (; row && *row; row = query->step()) {
     const std::int64_t readings = query->integer(2);
-    if (readings < 1 || readings > most_block_readings || !(query->real(1) > 0))
+    if (readings < 1 || readings > most_block_values || !(query->real(1) > 0))
       return fail(Errc::corrupt, "a stream of impossible blocks", "block_stream");
     BlockFormat& format = query->integer(0) == static_cast<std::int64_t>(Stream::sound)
                               ? info.sound
@@ -96,7 +93,7 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   const auto kind = bench_kind_from(query->text(0));
   if (!kind) return fail(Errc::corrupt, "unknown bench kind", "campaign", {}, query->text(0));
   const std::int64_t taxels = query->integer(9);
-  if (taxels < 1 || taxels > max_taxels)
+  if (taxels < 1 || taxels > most_taxels)
     return fail(Errc::corrupt, "impossible number of taxels", "campaign", {},
                 std::to_string(taxels));
   info.kind = *kind;

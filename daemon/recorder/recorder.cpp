@@ -14,7 +14,6 @@ namespace {
 constexpr std::size_t chunk_rows = 8192;
 /// Of blocks: 20 s at 50 a second.
 constexpr std::size_t chunk_blocks = 1024;
-constexpr std::size_t most_block_values = 65536;
 
 /// How a stream of blocks is stored.
 struct BlockKind {

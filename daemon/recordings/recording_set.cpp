@@ -43,10 +43,6 @@ Status check_recording(const Recording& recording, const std::vector<Channel>& c
   return {};
 }
 
-void add_text(Sha256& hash, std::string_view text) {
-  hash.number(static_cast<std::uint32_t>(text.size())).text(text);
-}
-
 }  // namespace
 
 Status check(const RecordingSet& set) {
@@ -65,13 +61,13 @@ Status check(const RecordingSet& set) {
 
 std::string recordings_sha256(const RecordingSet& set) {
   Sha256 hash;
-  add_text(hash, "weft-recordings 1");
-  add_text(hash, to_string(set.kind));
+  hash.sized_text("weft-recordings 1");
+  hash.sized_text(to_string(set.kind));
   for (const Recording& r : set.recordings) {
-    for (const std::string* text : {&r.file, &r.label, &r.group}) add_text(hash, *text);
+    for (const std::string* text : {&r.file, &r.label, &r.group}) hash.sized_text(*text);
     for (std::size_t c = 0; c < r.channels.size(); ++c) {
-      add_text(hash, r.channels[c].name);
-      add_text(hash, r.channels[c].unit);
+      hash.sized_text(r.channels[c].name);
+      hash.sized_text(r.channels[c].unit);
       hash.number(r.channels[c].rate_hz);
       hash.number(static_cast<std::uint64_t>(r.samples[c].size()));
       hash.numbers(std::span<const double>(r.samples[c]));

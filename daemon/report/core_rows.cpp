@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "daemon/report/html.hpp"
+
 namespace weft::daemon {
 namespace {
 
@@ -43,6 +45,14 @@ const paper::Core* paper_core(const CoreLine& line) {
   for (const paper::Core& core : paper::cores)
     if (same_pair(line, core.a, core.b)) return &core;
   return nullptr;
+}
+
+std::string first_features_html(const CoreLine& line) {
+  constexpr std::size_t shown = 4;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(shown, line.features.size()); ++i)
+    out += feature_html(line.features[i].name) + " ";
+  return out;
 }
 
 std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count) {

@@ -37,6 +37,9 @@ std::optional<CoreLine> find_core(const std::vector<CoreLine>& lines, std::strin
 /// (then the greatest loss), at most `count` in all.
 std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count);
 
+/// The first four that it looks at, as the paper writes them.
+std::string first_features_html(const CoreLine& line);
+
 /// What the paper printed for this pair; nullptr when nothing.
 const paper::Core* paper_core(const CoreLine& line);
 

@@ -14,7 +14,6 @@ namespace weft::daemon {
 namespace {
 
 constexpr std::size_t cores_shown = 10;
-constexpr std::size_t features_shown = 4;
 
 std::string badge(BenchKind kind) {
   const std::string_view words = kind == BenchKind::simulated ? "SIMULATED"
@@ -84,11 +83,9 @@ std::string timing_table(const EvaluationPage& page) {
 std::string core_table(const std::vector<CoreLine>& lines) {
   HtmlTable table({"core", "first features", "features", "least p", "C", "gamma", "CV errors"}, 2);
   for (const CoreLine& line : shown_cores(lines, cores_shown)) {
-    std::string names;
-    for (std::size_t i = 0; i < std::min(features_shown, line.features.size()); ++i)
-      names += feature_html(line.features[i].name) + " ";
     table.row(
-        {escape(line.a + " vs " + line.b), names, std::to_string(line.info->inputs),
+        {escape(line.a + " vs " + line.b), first_features_html(line),
+         std::to_string(line.info->inputs),
          line.features.empty() ? std::string(no_value) : p_value_html(line.features.front().log_p),
          general(line.info->c), power_of_two_html(line.info->gamma),
          std::to_string(line.info->cv_errors) + " of " + std::to_string(line.info->train_rows)});

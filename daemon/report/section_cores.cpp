@@ -12,14 +12,6 @@ namespace {
 using classifier::Reduction;
 
 constexpr std::size_t cores_shown = 7;
-constexpr std::size_t features_shown = 4;
-
-std::string top_features(const CoreLine& line) {
-  std::string out;
-  for (std::size_t i = 0; i < std::min(features_shown, line.features.size()); ++i)
-    out += feature_html(line.features[i].name) + " ";
-  return out;
-}
 
 std::string printed_features(const CoreLine& line) {
   const paper::Core* core = paper_core(line);
@@ -43,7 +35,7 @@ std::string core_table(const std::vector<CoreLine>& lines) {
       3);
   for (const CoreLine& line : shown_cores(lines, cores_shown))
     table.row(
-        {escape(line.a + " vs " + line.b), top_features(line), printed_features(line),
+        {escape(line.a + " vs " + line.b), first_features_html(line), printed_features(line),
          std::to_string(line.info->inputs), printed_inputs(line),
          line.features.empty() ? std::string(no_value) : p_value_html(line.features.front().log_p),
          general(line.info->threshold), general(line.info->c), power_of_two_html(line.info->gamma),

@@ -13,6 +13,8 @@ namespace weft::daemon::rpc {
 
 /// Longest line, its end not counted [bytes].
 inline constexpr std::size_t most_line_bytes = std::size_t{1} << 20;
+/// A whole line each, of which the daemon asks nothing else: stop motion now.
+inline constexpr std::string_view halt_line = "!halt", emergency_line = "!estop";
 /// Deepest nesting that is read.
 inline constexpr int most_depth = 64;
 

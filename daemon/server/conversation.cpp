@@ -15,8 +15,6 @@ using rpc::Outcome;
 using rpc::rpc_error;
 namespace code = rpc::code;
 
-constexpr std::string_view halt_line = "!halt", emergency_line = "!estop";
-
 std::string_view without_spaces(std::string_view line) {
   constexpr std::string_view spaces = " \t\r\n";
   const std::size_t first = line.find_first_not_of(spaces);
@@ -123,7 +121,7 @@ void Conversation::greet() {
 
 bool Conversation::hear_unfinished(std::string_view rest) {
   const std::string_view word = without_spaces(rest);
-  if (word != halt_line && word != emergency_line) return false;
+  if (word != rpc::halt_line && word != rpc::emergency_line) return false;
   hear(word);
   return true;
 }
@@ -131,8 +129,8 @@ bool Conversation::hear_unfinished(std::string_view rest) {
 void Conversation::hear(std::string_view line) {
   const std::string_view word = without_spaces(line);
   if (word.empty()) return;
-  const bool emergency = word == emergency_line && shared_->emergency_stop;
-  if (word == halt_line || emergency) {
+  const bool emergency = word == rpc::emergency_line && shared_->emergency_stop;
+  if (word == rpc::halt_line || emergency) {
     if (peer_.local)
       return emergency ? halt("estop", shared_->emergency_stop) : halt("halt", shared_->halt);
     return send_(

@@ -5,10 +5,6 @@
 namespace weft::plugin {
 namespace {
 
-// More than any array has; a count beyond it is a broken struct.
-constexpr std::uint32_t most_taxels = 16384;
-constexpr std::uint32_t most_block_values = 65536;
-
 std::string text_of(const char* text) {
   return text == nullptr ? std::string() : std::string(text);
 }

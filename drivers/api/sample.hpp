@@ -28,6 +28,10 @@ struct WrenchSample {
   bool valid = true;                  ///< false when the status word says that values are wrong
 };
 
+/// More than any array has, and than any block holds: who finds more is looking at garbage.
+inline constexpr std::uint32_t most_taxels = 16384;
+inline constexpr std::uint32_t most_block_values = 65536;
+
 /// One frame of the tactile array.
 struct TaxelSample {
   std::span<const std::uint16_t> counts;  ///< one value per taxel; valid during the call only

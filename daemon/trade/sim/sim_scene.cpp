@@ -138,8 +138,6 @@ const Entry entries[] = {
      {},
      [](SimCase& one) { press_and_slide(one, 2.5); }}};
 
-constexpr std::size_t quick_fabrics = 3;
-
 class Digest {
  public:
   void add(double value) {

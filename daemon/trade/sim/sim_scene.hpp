@@ -95,7 +95,9 @@ class SimDrive {
 
 /// press, press_plain, slide, stick_slip, retouch, fabrics17.
 const std::vector<std::string>& sim_scene_names();
-/// `quick` keeps the first three cloths of fabrics17. Refuses another name and a table without
+/// Cloths of a quick look.
+inline constexpr std::size_t quick_fabrics = 3;
+/// `quick` keeps the first quick_fabrics of fabrics17. Refuses another name and a table without
 /// denim.
 Result<SimScene> make_sim_scene(std::string_view name, const sim::FabricLibrary& library,
                                 bool quick = false);
