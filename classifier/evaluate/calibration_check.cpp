@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "classifier/features/windows.hpp"
 #include "classifier/learn/random.hpp"
@@ -43,8 +44,7 @@ std::vector<BinSums> by_recording(std::span<const double> said, std::span<const 
   for (std::size_t i = 0; i < said.size(); ++i) {
     BinSums& one = sums[recording[i]];
     one.said_less_right.resize(bins);
-    const auto bin = static_cast<std::size_t>(said[i] * static_cast<double>(bins));
-    one.said_less_right[std::min(bins - 1, bin)] += said[i] - right[i];
+    one.said_less_right[reliability_bin(said[i], bins)] += said[i] - right[i];
     one.answers += 1.0;
   }
   std::vector<BinSums> out;
@@ -83,8 +83,28 @@ Status CalibrationTally::add(const FeatureMatrix& matrix, const Split& split,
     answer_.push_back(place_of(labels_, learner.labels()[said->ballot.winner]));
     truth_.push_back(place_of(labels_, matrix.labels[r]));
     recording_.push_back(recording_of(matrix.files[r], r));
+    split_.push_back(sizes_.size());
   }
+  sizes_.push_back(size_of(split));
   return {};
+}
+
+std::vector<BinCheck> CalibrationTally::check_bins(std::span<const double> said,
+                                                   std::span<const double> right,
+                                                   std::size_t bins) const {
+  const SplitSizes sizes = mean_sizes(sizes_);
+  std::vector<std::vector<SplitShare>> shares(bins, std::vector<SplitShare>(sizes_.size()));
+  std::vector<std::set<std::string>> recordings(bins);
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    const std::size_t bin = reliability_bin(said[i], bins);
+    recordings[bin].insert(recording_[i]);
+    shares[bin][split_[i]].part += right[i];
+    shares[bin][split_[i]].whole += 1.0;
+  }
+  std::vector<BinCheck> out;
+  for (std::size_t b = 0; b < bins; ++b)
+    out.push_back({recordings[b].size(), split_interval(shares[b], sizes)});
+  return out;
 }
 
 Result<CalibrationCheck> CalibrationTally::finish(std::size_t bins) const {
@@ -102,7 +122,8 @@ Result<CalibrationCheck> CalibrationTally::finish(std::size_t bins) const {
   std::vector<std::string> distinct = recording_;
   std::sort(distinct.begin(), distinct.end());
   distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  return CalibrationCheck{std::move(*figures), distinct.size(), std::move(*interval)};
+  return CalibrationCheck{std::move(*figures), check_bins(said, right, bins), distinct.size(),
+                          std::move(*interval)};
 }
 
 Result<Interval> calibration_error_interval(std::span<const double> said,

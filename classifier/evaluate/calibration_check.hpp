@@ -16,9 +16,16 @@
 
 namespace weft::classifier {
 
+/// What is known of the answers in one bin, beside its ReliabilityBin.
+struct BinCheck {
+  std::size_t recordings = 0;  ///< different ones among them, as in CalibrationCheck
+  Interval observed_ci95;      ///< split_interval() of the splits' answers in the bin
+};
+
 /// Answers on test trials with the probability that each was given, over all splits.
 struct CalibrationCheck {
   Reliability reliability;
+  std::vector<BinCheck> bins;  ///< of reliability.bins
   /// Different ones among the test trials: files, windows of one file (recording_of()) together; a
   /// trial without a name is its own.
   std::size_t recordings = 0;
@@ -42,10 +49,17 @@ class CalibrationTally {
   [[nodiscard]] Result<CalibrationCheck> finish(std::size_t bins = 10) const;
 
  private:
+  // What the splits say of each bin.
+  [[nodiscard]] std::vector<BinCheck> check_bins(std::span<const double> said,
+                                                 std::span<const double> right,
+                                                 std::size_t bins) const;
+
   std::vector<std::string> labels_;
   std::vector<std::vector<double>> probability_;  // [answers x labels_]
   std::vector<std::size_t> answer_, truth_;
   std::vector<std::string> recording_;
+  std::vector<std::size_t> split_;  // of each answer: which of the sizes
+  std::vector<SplitSizes> sizes_;   // of the splits that gave answers
 };
 
 /// Error of each draw of recordings: 2.5 % and 97.5 % of 1000 draws with replacement, fixed seed.

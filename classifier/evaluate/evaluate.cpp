@@ -81,9 +81,7 @@ void summarise(std::span<const Split> splits, Scores& out) {
   out.deviation = deviation_of(accuracy);
   out.train_s = mean_of(train_s);
   out.test_s_per_sample = mean_of(test_s);
-  out.ci95 = accuracy.size() == 1 ? wilson_interval(out.confusion.correct(), out.confusion.total())
-                                  : split_interval(accuracy, splits.front().train.size(),
-                                                   splits.front().test.size());
+  out.ci95 = split_interval(accuracy, mean_sizes(splits));
 }
 
 Result<Confusion> empty_confusion(const FeatureMatrix& matrix, std::span<const Split> splits) {

@@ -2,31 +2,63 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "classifier/selection/student_t.hpp"
 
 namespace weft::classifier {
 namespace {
 
-// Mean and t times the deviation times `widening`, cut to [0, 1]; of accuracies without a
-// deviation, Wilson's interval of one of them.
-Interval t_interval(std::span<const double> accuracy, std::size_t test, double widening,
-                    const char* what, const char* method) {
+struct TWords {
+  const char* of_one;  ///< "split"
+  const char* method;
+};
+
+// Share and t times the deviation times `widening`, cut to [0, 1]; of shares without a deviation,
+// Wilson's interval of one of them.
+Interval t_interval(std::span<const SplitShare> shares, double widening, const TWords& words) {
   constexpr double rounding = 1e-12;  // of shares that are computed alike
-  const double mean = mean_of(accuracy);
-  const double deviation = deviation_of(accuracy);
+  const auto count = static_cast<double>(shares.size());
+  double part = 0.0, whole = 0.0;
+  for (const SplitShare& one : shares) {
+    part += one.part;
+    whole += one.whole;
+  }
+  if (!(whole > 0.0)) return {0.0, 1.0, "no answers"};
+  const double share = part / whole;
+  std::vector<double> residual;
+  for (const SplitShare& one : shares)
+    residual.push_back((one.part - share * one.whole) * count / whole);
+  const double deviation = deviation_of(residual);
   if (!(deviation > rounding)) {
-    Interval one = wilson_interval(
-        static_cast<std::size_t>(std::llround(mean * static_cast<double>(test))), test);
-    one.method = std::string("Wilson score of one ") + what + ", all " + what + "s agree";
+    Interval one = wilson_of_share(share, whole / count);
+    one.method =
+        std::string("Wilson score of one ") + words.of_one + ", all " + words.of_one + "s agree";
     return one;
   }
-  const double half =
-      critical_t(0.05, static_cast<double>(accuracy.size()) - 1.0) * deviation * widening;
-  return {std::max(0.0, mean - half), std::min(1.0, mean + half), method};
+  const double half = critical_t(0.05, count - 1.0) * deviation * widening;
+  return {std::max(0.0, share - half), std::min(1.0, share + half), words.method};
+}
+
+// Of figures that weigh alike.
+std::vector<SplitShare> equal_shares(std::span<const double> figures, double whole) {
+  std::vector<SplitShare> out;
+  for (const double figure : figures) out.push_back({figure * whole, whole});
+  return out;
 }
 
 }  // namespace
+
+SplitSizes mean_sizes(std::span<const SplitSizes> splits) {
+  SplitSizes out;
+  for (const SplitSizes& one : splits) {
+    out.train += one.train;
+    out.test += one.test;
+  }
+  out.train /= static_cast<double>(splits.size());
+  out.test /= static_cast<double>(splits.size());
+  return out;
+}
 
 Interval wilson_interval(std::size_t correct, std::size_t total) {
   const auto n = static_cast<double>(total);
@@ -46,17 +78,24 @@ Interval wilson_of_share(double share, double total) {
   return out;
 }
 
-Interval split_interval(std::span<const double> accuracy, std::size_t train, std::size_t test) {
-  const double inflation = 1.0 / static_cast<double>(accuracy.size()) +
-                           static_cast<double>(test) / static_cast<double>(train);
+Interval split_interval(std::span<const SplitShare> shares, const SplitSizes& sizes) {
+  if (shares.size() == 1 && shares.front().whole > 0.0)
+    return wilson_of_share(shares.front().part / shares.front().whole, shares.front().whole);
+  const double inflation = 1.0 / static_cast<double>(shares.size()) + sizes.test / sizes.train;
   return t_interval(
-      accuracy, test, std::sqrt(inflation), "split",
-      "Student t with the Nadeau-Bengio variance, mean over random splits of the same data");
+      shares, std::sqrt(inflation),
+      {"split",
+       "Student t with the Nadeau-Bengio variance, mean over random splits of the same data"});
+}
+
+Interval split_interval(std::span<const double> accuracy, const SplitSizes& sizes) {
+  return split_interval(equal_shares(accuracy, sizes.test), sizes);
 }
 
 Interval repetition_interval(std::span<const double> accuracy, std::size_t test) {
-  return t_interval(accuracy, test, 1.0 / std::sqrt(static_cast<double>(accuracy.size())),
-                    "repetition", "Student t, mean over repetitions with data of their own");
+  return t_interval(equal_shares(accuracy, static_cast<double>(test)),
+                    1.0 / std::sqrt(static_cast<double>(accuracy.size())),
+                    {"repetition", "Student t, mean over repetitions with data of their own"});
 }
 
 double mean_of(std::span<const double> values) {

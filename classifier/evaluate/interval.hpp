@@ -23,12 +23,35 @@ Interval wilson_interval(std::size_t correct, std::size_t total);
 /// The same of a share (0 to 1) among so many trials, which need not be a whole number.
 Interval wilson_of_share(double share, double total);
 
-/// Of the mean accuracy of R >= 2 random splits of one data set into `train` and `test` trials, cut
-/// to [0, 1]: mean +- t sd sqrt(1/R + test/train) with Student's t of R - 1 degrees of freedom. The
-/// splits share trials, so sd / sqrt(R) would shrink to nothing with enough of them; test/train
-/// stands for that correlation (Nadeau and Bengio 2003, Machine Learning 52, the corrected
-/// resampled t). Splits that all agree have no sd to go by: Wilson's interval of a single one.
-Interval split_interval(std::span<const double> accuracy, std::size_t train, std::size_t test);
+/// Training and test trials of a split, or their means over splits.
+struct SplitSizes {
+  double train = 0.0;
+  double test = 0.0;
+};
+/// Means over at least one split.
+SplitSizes mean_sizes(std::span<const SplitSizes> splits);
+
+/// What one split says of a share: `part` of `whole` answers, which may be none.
+struct SplitShare {
+  double part = 0.0;
+  double whole = 0.0;
+};
+
+/// Of the share sum(part) / sum(whole) over R splits of one data set, cut to [0, 1]. The same
+/// trials are asked again in every split, so their answers are never counted as if they were
+/// independent: drawing more splits does not narrow it to nothing.
+/// `sizes` are means. R = 1: Wilson's. R >= 2: share +- t sd sqrt(1/R + test/train) with Student's
+/// t of R - 1 degrees of freedom. sd / sqrt(R) would shrink to nothing with enough splits;
+/// test/train stands for the trials that they share (Nadeau and Bengio 2003, Machine Learning 52,
+/// the corrected resampled t). sd is of (part - share whole) / mean whole: of the splits' own
+/// shares where they are of one size, else as of a ratio estimate (Cochran 1977, Sampling
+/// Techniques, section 6.4). Splits that all agree have no sd to go by: Wilson's interval of the
+/// mean whole of a split. The order of the splits does not matter. Without answers 0 to 1.
+Interval split_interval(std::span<const SplitShare> shares, const SplitSizes& sizes);
+
+/// The same of the mean of a figure from 0 to 1, such as an accuracy: all splits weigh alike, and
+/// where they agree Wilson's interval is of sizes.test answers.
+Interval split_interval(std::span<const double> accuracy, const SplitSizes& sizes);
 
 /// The same of R >= 2 repetitions that share no trial, each with data of its own and `test` trials:
 /// mean +- t sd / sqrt(R). Repetitions that all agree: Wilson's interval of a single one.

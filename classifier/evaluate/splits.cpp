@@ -69,6 +69,16 @@ Result<std::vector<std::size_t>> draw(
 
 }  // namespace
 
+SplitSizes size_of(const Split& split) {
+  return {static_cast<double>(split.train.size()), static_cast<double>(split.test.size())};
+}
+
+SplitSizes mean_sizes(std::span<const Split> splits) {
+  std::vector<SplitSizes> sizes;
+  for (const Split& split : splits) sizes.push_back(size_of(split));
+  return mean_sizes(sizes);
+}
+
 Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels, double fraction,
                                              std::size_t repeats, std::uint64_t seed) {
   if (!(fraction > 0.0 && fraction < 1.0)) {

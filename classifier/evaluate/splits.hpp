@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "classifier/evaluate/interval.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::classifier {
@@ -17,6 +18,10 @@ struct Split {
   std::vector<std::size_t> train;
   std::vector<std::size_t> test;
 };
+
+SplitSizes size_of(const Split& split);
+/// Means over at least one split.
+SplitSizes mean_sizes(std::span<const Split> splits);
 
 /// `repeats` random splits: of every label round(fraction x n) trials train (at least 2), the rest
 /// tests. Random within labels, so only for data whose trials are independent recordings. Refuses

@@ -13,6 +13,9 @@ class Tally {
   Tally(const FeatureMatrix& matrix, const TrainOptions& options)
       : matrix_(matrix), options_(options) {}
 
+  // What is left out from here on belongs to one split more.
+  void begin_split() { by_split_.emplace_back(); }
+
   Status leave_out(const std::string& label, const Split& split, const Recipe& recipe) {
     std::vector<std::size_t> rest;
     for (const std::size_t r : split.train)
@@ -34,24 +37,25 @@ class Tally {
     return {};
   }
 
-  [[nodiscard]] Result<StrangerCheck> finish() const {
+  [[nodiscard]] Result<StrangerCheck> finish(const SplitSizes& sizes) const {
     if (strangers_.empty() && known_ == 0)
       return fail(Errc::invalid_argument, "too few training trials to refuse any", "none of these",
                   "enough of two labels, beside the one that is left out, for folds", {},
                   "Train with more trials of each label");
     StrangerCheck out;
     out.not_measured.assign(not_measured_.begin(), not_measured_.end());
-    std::size_t trials = 0, accepted = 0;
+    std::size_t answers = 0, accepted = 0;
     for (const auto& [label, one] : strangers_) {
       out.strangers.push_back(one);
-      trials += one.trials;
+      out.strangers.back().trials = rows_.at(label).size();
+      answers += one.answers;
       accepted += one.accepted;
     }
     const auto share = [](std::size_t part, std::size_t whole) {
       return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
     };
-    out.false_accept = share(accepted, trials);
-    out.false_accept_ci95 = wilson_interval(accepted, trials);
+    out.false_accept = share(accepted, answers);
+    out.false_accept_ci95 = split_interval(by_split_, sizes);
     out.false_reject = share(refused_, known_);
     return out;
   }
@@ -61,8 +65,11 @@ class Tally {
     if (stranger) {
       Stranger& one = strangers_[matrix_.labels[row]];
       one.label = matrix_.labels[row];
-      ++one.trials;
+      rows_[one.label].insert(row);
+      ++one.answers;
       one.accepted += refused ? 0 : 1;
+      by_split_.back().whole += 1.0;
+      by_split_.back().part += refused ? 0.0 : 1.0;
     } else {
       ++known_;
       refused_ += refused ? 1 : 0;
@@ -72,6 +79,8 @@ class Tally {
   const FeatureMatrix& matrix_;
   const TrainOptions& options_;
   std::map<std::string, Stranger> strangers_;
+  std::map<std::string, std::set<std::size_t>> rows_;  // different ones, of each stranger
+  std::vector<SplitShare> by_split_;
   std::set<std::string> not_measured_;
   std::size_t known_ = 0, refused_ = 0;
 };
@@ -91,10 +100,11 @@ Result<StrangerCheck> check_strangers(const FeatureMatrix& matrix, std::span<con
     if (labels.size() < 3)
       return fail(Errc::invalid_argument, "too few fabrics to leave one out", "none of these",
                   "at least 3", std::to_string(labels.size()));
+    tally.begin_split();
     for (const std::string& label : labels)
       if (auto ok = tally.leave_out(label, splits[s], recipes[s]); !ok) return pass(ok.error());
   }
-  return tally.finish();
+  return tally.finish(mean_sizes(splits));
 }
 
 }  // namespace weft::classifier

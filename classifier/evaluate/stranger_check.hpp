@@ -17,16 +17,17 @@ namespace weft::classifier {
 /// Test trials of one fabric, shown to learners that never met it.
 struct Stranger {
   std::string label;
-  std::size_t trials = 0;
-  std::size_t accepted = 0;  ///< taken for one of the others
+  std::size_t trials = 0;    ///< different ones
+  std::size_t answers = 0;   ///< over all splits: a trial is asked in each that tests it
+  std::size_t accepted = 0;  ///< of the answers: taken for one of the others
 };
 
 struct StrangerCheck {
   std::vector<Stranger> strangers;  ///< one per label, sorted; over all splits
-  double false_accept = 0.0;        ///< accepted strangers / strangers
+  double false_accept = 0.0;        ///< accepted / answers, over all strangers
   /// Labels without which, in some split, too little is left to learn thresholds from.
   std::vector<std::string> not_measured;
-  Interval false_accept_ci95;  ///< Wilson, test answers taken as independent
+  Interval false_accept_ci95;  ///< split_interval() of the splits' answers
   double false_reject = 0.0;   ///< refused known trials / known trials, over all trainings
 };
 

@@ -59,8 +59,6 @@ class Assessor {
     if (!trained) return pass(trained.error());
     out_.train_s += seconds() - begun;
     out_.explained += trained->explained();
-    trained_ = split.train.size();
-    tested_ = split.test.size();
     Confusion own(classes_.labels);
     std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> votes;
     for (const std::size_t r : split.test) {
@@ -73,11 +71,13 @@ class Assessor {
       vote.resize(classes_.labels.size());
       ++vote[*said];
     }
+    SplitShare& voted = voted_of_split_.emplace_back();
     for (const auto& [where, vote] : votes) {
       const auto winner = std::max_element(vote.begin(), vote.end()) - vote.begin();
-      ++out_.voted;
-      voted_right_ +=
-          classes_.labels[static_cast<std::size_t>(winner)] == label_of(where.first) ? 1 : 0;
+      voted_.insert(where);
+      voted.whole += 1.0;
+      voted.part +=
+          classes_.labels[static_cast<std::size_t>(winner)] == label_of(where.first) ? 1.0 : 0.0;
     }
     for (std::size_t i = 0; i < own.count.size(); ++i) out_.confusion.count[i] += own.count[i];
     out_.split_accuracy.push_back(own.accuracy());
@@ -85,16 +85,24 @@ class Assessor {
     return {};
   }
 
-  Assessment finished() {
+  Assessment finished(std::span<const Split> splits) {
+    const SplitSizes sizes = mean_sizes(splits);
     const auto n = static_cast<double>(out_.split_accuracy.size());
     out_.accuracy = mean_of(out_.split_accuracy);
     out_.f_score = mean_of(out_.split_f_score);
     out_.train_s /= n;
     out_.explained = (out_.explained - 1.0) / n;  // it began with 1
-    out_.voted_accuracy = static_cast<double>(voted_right_) / static_cast<double>(out_.voted);
-    out_.voted_ci95 = wilson_interval(voted_right_, out_.voted);
-    out_.accuracy_ci95 = over_splits(out_.split_accuracy);
-    out_.f_score_ci95 = over_splits(out_.split_f_score);
+    double right = 0.0, answers = 0.0;
+    for (const SplitShare& one : voted_of_split_) {
+      right += one.part;
+      answers += one.whole;
+    }
+    out_.voted = voted_.size();
+    out_.voted_answers = static_cast<std::size_t>(answers);
+    out_.voted_accuracy = right / answers;
+    out_.voted_ci95 = split_interval(voted_of_split_, sizes);
+    out_.accuracy_ci95 = over_splits(out_.split_accuracy, sizes);
+    out_.f_score_ci95 = over_splits(out_.split_f_score, sizes);
     out_.answer_s = MedianFinder().median(answers_s_);
     return std::move(out_);
   }
@@ -102,8 +110,8 @@ class Assessor {
   void note_choice(Method method) { out_.chosen.push_back(method); }
 
  private:
-  [[nodiscard]] Interval over_splits(std::span<const double> figure) const {
-    if (figure.size() > 1) return split_interval(figure, trained_, tested_);
+  static Interval over_splits(std::span<const double> figure, const SplitSizes& sizes) {
+    if (figure.size() > 1) return split_interval(figure, sizes);
     return {0.0, 1.0, "one split alone tells no spread"};
   }
   [[nodiscard]] const std::string& label_of(std::size_t recording) const {
@@ -115,8 +123,8 @@ class Assessor {
   const SecondsNow& now_;
   Classes classes_;
   std::vector<double> answers_s_;
-  std::size_t voted_right_ = 0;
-  std::size_t trained_ = 0, tested_ = 0;  // rows of a split; of all about the same
+  std::set<std::pair<std::size_t, std::size_t>> voted_;  // recording and block
+  std::vector<SplitShare> voted_of_split_;
   Assessment out_;
 };
 
@@ -200,7 +208,7 @@ Result<Assessment> assess(const WindowSet& windows, std::span<const Split> split
   Assessor assessor(windows, seconds_now);
   for (const Split& split : splits)
     if (auto ok = assessor.add(split, options); !ok) return pass(ok.error());
-  return assessor.finished();
+  return assessor.finished(splits);
 }
 
 Result<Assessment> assess_chosen(const WindowSet& windows, std::span<const Split> splits,
@@ -216,7 +224,7 @@ Result<Assessment> assess_chosen(const WindowSet& windows, std::span<const Split
     assessor.note_choice(*method);
     if (auto ok = assessor.add(split, own); !ok) return pass(ok.error());
   }
-  return assessor.finished();
+  return assessor.finished(splits);
 }
 
 }  // namespace weft::classifier::vibro

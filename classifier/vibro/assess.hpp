@@ -22,10 +22,11 @@ struct Assessment {
   /// Of test recordings (parts of one, with blocks) by the most frequent answer of their windows,
   /// the lowest of several.
   double voted_accuracy = 0.0;
-  std::size_t voted = 0;  ///< how many of them
-  /// Over the splits; 0 to 1 with one alone.
+  std::size_t voted = 0;          ///< different ones of them
+  std::size_t voted_answers = 0;  ///< over all splits: each is asked in every split that tests it
+  /// Over the splits, split_interval(); 0 to 1 with one alone, whose windows are not independent.
   Interval accuracy_ci95{}, f_score_ci95{};
-  Interval voted_ci95{};         ///< of `voted_accuracy`, each of them one answer
+  Interval voted_ci95{};         ///< of `voted_accuracy`: split_interval() of the splits' answers
   double explained = 1.0;        ///< by the components, mean over the splits
   double train_s = 0.0;          ///< mean over the splits
   double answer_s = 0.0;         ///< one row at a time, scaling and components included: the median

@@ -51,6 +51,10 @@ void finish(Reliability& out) {
 
 }  // namespace
 
+std::size_t reliability_bin(double said, std::size_t bins) {
+  return std::min(bins - 1, static_cast<std::size_t>(said * static_cast<double>(bins)));
+}
+
 Result<Reliability> reliability(const Matrix& probability, std::span<const std::size_t> answer,
                                 std::span<const std::size_t> truth, std::size_t bins) {
   if (auto ok = check_input(probability, answer, truth, bins); !ok) return pass(ok.error());
@@ -63,7 +67,7 @@ Result<Reliability> reliability(const Matrix& probability, std::span<const std::
   for (std::size_t r = 0; r < out.trials; ++r) {
     const auto p = probability.row(r);
     const double said = p[answer[r]];
-    ReliabilityBin& bin = out.bins[std::min(bins - 1, static_cast<std::size_t>(said * width))];
+    ReliabilityBin& bin = out.bins[reliability_bin(said, bins)];
     ++bin.count;
     bin.predicted += said;
     bin.observed += answer[r] == truth[r] ? 1.0 : 0.0;

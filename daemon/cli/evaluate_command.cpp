@@ -10,6 +10,7 @@
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/interval_words.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -48,13 +49,17 @@ Status add_strangers(const EvaluateArgs& args, const ChosenTrials& chosen, const
                                                    outcome.evaluation.recipes, options_of(args));
     if (!found) return pass(found.error(), args.dataset.string());
     json strangers = json::array();
-    std::size_t trials = 0;
+    std::size_t trials = 0, answers = 0;
     for (const classifier::Stranger& one : found->strangers) {
       trials += one.trials;
-      strangers.push_back(
-          {{"label", one.label}, {"trials", one.trials}, {"accepted", one.accepted}});
+      answers += one.answers;
+      strangers.push_back({{"label", one.label},
+                           {"trials", one.trials},
+                           {"answers", one.answers},
+                           {"accepted", one.accepted}});
     }
-    const classifier::Interval& ci = found->false_accept_ci95;
+    classifier::Interval ci = found->false_accept_ci95;
+    if (args.leave_one_group_out) name_groups_left_out(ci);
     out["results"][outcome.name()]["none_of_these"] = {{"false_accept", found->false_accept},
                                                        {"ci95", {ci.low, ci.high}},
                                                        {"ci95_method", ci.method},
@@ -63,12 +68,15 @@ Status add_strangers(const EvaluateArgs& args, const ChosenTrials& chosen, const
                                                        {"not_measured", found->not_measured}};
     text += "  " + outcome.name() + " takes " + percent(found->false_accept, 1) + " % (" +
             percent(ci.low, 1) + " to " + percent(ci.high, 1) + ") of " + thousands(trials) +
-            " strangers for a fabric that it knows, and refuses " +
-            percent(found->false_reject, 1) + " % of the trials that it knows" +
+            " strangers for a fabric that it knows" +
+            (answers == trials ? ""
+                               : " (" + thousands(answers) + " answers over " +
+                                     std::to_string(measured.splits.size()) + " splits)") +
+            ", and refuses " + percent(found->false_reject, 1) + " % of the trials that it knows" +
             (found->not_measured.empty()
                  ? ""
                  : "; not measured, for want of trials beside it: " + joined(found->not_measured)) +
-            "\n";
+            "\n    interval: " + ci.method + "\n";
   }
   return {};
 }

@@ -11,12 +11,18 @@ using nlohmann::json;
 
 json calibration_json(const classifier::CalibrationCheck& check) {
   json bins = json::array();
-  for (const classifier::ReliabilityBin& bin : check.reliability.bins)
+  for (std::size_t b = 0; b < check.bins.size(); ++b) {
+    const classifier::ReliabilityBin& bin = check.reliability.bins[b];
+    const classifier::Interval& right = check.bins[b].observed_ci95;
     bins.push_back({{"low", bin.low},
                     {"high", bin.high},
                     {"answers", bin.count},
+                    {"recordings", check.bins[b].recordings},
                     {"said", bin.predicted},
-                    {"right", bin.observed}});
+                    {"right", bin.observed},
+                    {"ci95", {right.low, right.high}},
+                    {"ci95_method", right.method}});
+  }
   return {{"answers", check.reliability.trials},
           {"recordings", check.recordings},
           {"calibration_error", check.reliability.calibration_error},

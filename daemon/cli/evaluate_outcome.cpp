@@ -43,7 +43,7 @@ Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
     auto evaluation = classifier::evaluate(features, splits, learner, options_of(args),
                                            steady_wall_seconds, calibration);
     if (!evaluation) return pass(evaluation.error(), args.dataset.string());
-    if (args.leave_one_group_out) name_groups_left_out(evaluation->ci95);
+    if (args.leave_one_group_out) name_groups_left_out(*evaluation);
     out.push_back({learner, std::move(*evaluation)});
   }
   return out;

@@ -107,12 +107,11 @@ std::string leak_words(const vibro::Leak& leak) {
   return "LEAK: " + leak_sentence(leak) + "; the figures are too good.\n";
 }
 
-json interval_json(classifier::Interval interval, vibro::Protocol protocol) {
-  if (protocol != vibro::Protocol::random) name_groups_left_out(interval);
+json interval_json(const classifier::Interval& interval) {
   return {{"low", interval.low}, {"high", interval.high}, {"method", interval.method}};
 }
 
-json method_json(const vibro::Assessment& a, vibro::Protocol protocol) {
+json method_json(const vibro::Assessment& a) {
   json chosen = json::array();
   for (const vibro::Method m : a.chosen) chosen.push_back(vibro::to_string(m));
   return {{"accuracy", a.accuracy},
@@ -120,6 +119,7 @@ json method_json(const vibro::Assessment& a, vibro::Protocol protocol) {
           {"f_score", a.f_score},
           {"recordings_accuracy", a.voted_accuracy},
           {"recordings_tested", a.voted},
+          {"recordings_answers", a.voted_answers},
           {"windows_tested", a.confusion.total()},
           {"explained", a.explained},
           {"train_s", a.train_s},
@@ -127,8 +127,8 @@ json method_json(const vibro::Assessment& a, vibro::Protocol protocol) {
           {"labels", a.confusion.labels},
           {"confusion", a.confusion.count},
           {"chosen", chosen},
-          {"accuracy_ci95", interval_json(a.accuracy_ci95, protocol)},
-          {"recordings_ci95", interval_json(a.voted_ci95, protocol)}};
+          {"accuracy_ci95", interval_json(a.accuracy_ci95)},
+          {"recordings_ci95", interval_json(a.voted_ci95)}};
 }
 
 std::vector<std::string> method_row(const std::string& name, const vibro::Assessment& a) {
@@ -148,8 +148,9 @@ std::vector<std::string> method_row(const std::string& name, const vibro::Assess
 // Notes what came of one learner.
 void note(const std::string& name, const RecordingsPlan& plan, vibro::Assessment got, Table& table,
           json& results, std::vector<EvaluatedMethod>& all) {
+  name_left_out(got, plan.protocol.protocol);
   table.row(method_row(name, got));
-  results[name] = method_json(got, plan.protocol.protocol);
+  results[name] = method_json(got);
   all.push_back({name, std::move(got)});
 }
 

@@ -75,11 +75,11 @@ std::string calibration_text(const std::vector<Outcome>& outcomes) {
     if (!outcome.evaluation.calibration) continue;
     const classifier::CalibrationCheck& check = *outcome.evaluation.calibration;
     Table table;
-    table.row({"said", "answers", "mean said", "right", "95 % interval"});
-    for (const auto& row : reliability_rows(check.reliability)) table.row(row);
+    for (const auto& row : reliability_rows(check)) table.row(row);
     out += "Reliability of " + outcome.name() + ", " + thousands(check.reliability.trials) +
            " answers on test trials of " + thousands(check.recordings) +
-           " recordings: calibration error " + calibration_words(check) + "\n" + table.text();
+           " recordings: calibration error " + calibration_words(check) + "\n" + table.text() +
+           "  interval: " + bin_methods(check) + "\n";
   }
   return out;
 }

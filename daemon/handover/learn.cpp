@@ -77,7 +77,7 @@ Result<EvaluatedModel> evaluate_and_train(const Lesson& lesson, classifier::Lear
   auto evaluation =
       classifier::evaluate(matrix, lesson.splits, learner, options, hooks.seconds_now, true);
   if (!evaluation) return pass(evaluation.error());
-  name_groups_left_out(evaluation->ci95);
+  name_groups_left_out(*evaluation);
   announce(lesson.name + ": the model of all " + std::to_string(matrix.size()) + " trials");
   const auto now = [&] { return hooks.seconds_now ? hooks.seconds_now() : 0.0; };
   const double began_s = now();

@@ -47,7 +47,7 @@ Result<ChosenLearner> choose_learner(const RecordingSet& set, const HandOverHook
   auto got = vibro::assess_chosen(*windows, *splits, protocol.protocol, vibro::quick_methods(),
                                   options, hooks.seconds_now);
   if (!got) return pass(got.error());
-  name_groups_left_out(got->accuracy_ci95);
+  name_left_out(*got, protocol.protocol);
   return ChosenLearner{protocol.window_s,      protocol.step_s,
                        windows->matrix.size(), windows->matrix.names.size(),
                        splits->size(),         std::move(*got)};

@@ -41,7 +41,7 @@ ordered_json learner_json(const VibroPoint& p) {
           {"source", p.source},
           {"learner", vibro::to_string(p.method)},
           {"f_score", p.result.f_score},
-          {"f_score_ci95", json_of_interval(p.ci95)},
+          {"f_score_ci95", json_of_interval(p.result.f_score_ci95)},
           {"windows_accuracy", p.result.accuracy},
           {"slides_accuracy", p.result.voted_accuracy},
           {"features_s", p.features_s},

@@ -1,7 +1,6 @@
 #include "daemon/report/evaluation_figures.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "daemon/report/marks.hpp"
@@ -29,12 +28,11 @@ void draw_counts(Canvas& canvas, const Axes& axes, const classifier::Reliability
   }
 }
 
-void draw_bins(Canvas& canvas, const Axes& axes, const classifier::Reliability& figures) {
-  for (const auto& bin : figures.bins) {
+void draw_bins(Canvas& canvas, const Axes& axes, const classifier::CalibrationCheck& check) {
+  for (std::size_t b = 0; b < check.bins.size(); ++b) {
+    const classifier::ReliabilityBin& bin = check.reliability.bins[b];
     if (bin.count == 0) continue;
-    const auto right =
-        static_cast<std::size_t>(std::llround(bin.observed * static_cast<double>(bin.count)));
-    const classifier::Interval sure = classifier::wilson_interval(right, bin.count);
+    const classifier::Interval& sure = check.bins[b].observed_ci95;
     canvas.line(axes.at(bin.predicted, sure.low), axes.at(bin.predicted, sure.high), "interval");
     canvas.circle(axes.at(bin.predicted, bin.observed), 4.5, "mark");
   }
@@ -96,17 +94,17 @@ void draw_names(Canvas& canvas, const Axes& axes, const CurvePoint& last) {
 
 }  // namespace
 
-std::string reliability_figure(const classifier::Reliability& figures, std::string_view title) {
+std::string reliability_figure(const classifier::CalibrationCheck& check, std::string_view title) {
   Canvas canvas(page_width, 470, title, "plot narrow");
   const Axes axes({60, 16, page_width - 84, 280}, {0, 1}, {0, 1});
   axes.draw_x(canvas, "probability said", 10);
   axes.draw_y(canvas, "share that was right", 5);
   canvas.line(axes.at(0, 0), axes.at(1, 1), "limit");
-  draw_bins(canvas, axes, figures);
+  draw_bins(canvas, axes, check);
   const Axes counts({60, 370, page_width - 84, 80}, {0, 1}, {0, 1});
   canvas.line(counts.at(0, 0), counts.at(1, 0), "axis");
   canvas.text({60, 356}, "answers", "key");
-  draw_counts(canvas, counts, figures);
+  draw_counts(canvas, counts, check.reliability);
   return canvas.finish();
 }
 

@@ -10,9 +10,9 @@
 
 namespace weft::daemon {
 
-/// Share of right answers against the probability they were given, with Wilson intervals; the
-/// diagonal is perfect. Bars below: how many answers.
-std::string reliability_figure(const classifier::Reliability& figures, std::string_view title);
+/// Share of right answers against the probability they were given, with the intervals of the bins;
+/// the diagonal is perfect. Bars below: how many answers.
+std::string reliability_figure(const classifier::CalibrationCheck& check, std::string_view title);
 
 /// One learner at one number of training trials.
 struct CurveValue {

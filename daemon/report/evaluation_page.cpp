@@ -1,7 +1,7 @@
 #include "daemon/report/evaluation_page.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <span>
 
 #include "daemon/report/core_rows.hpp"
 #include "daemon/report/format.hpp"
@@ -111,19 +111,20 @@ std::string core_figures(const EvaluationPage& page) {
 std::string reliability_part(const EvaluatedLearner& learner, const EvaluationPage& page) {
   if (!learner.evaluation.calibration) return {};
   const classifier::CalibrationCheck& check = *learner.evaluation.calibration;
-  HtmlTable table({"said", "answers", "mean said", "right", "95 % interval"});
-  for (const auto& row : reliability_rows(check.reliability)) table.row(row);
+  const auto rows = reliability_rows(check);
+  HtmlTable table(rows.front());
+  for (const auto& row : std::span(rows).subspan(1)) table.row(row);
   const std::string title = "Reliability of " + learner.name;
   return figure(
-      "<div class=\"scroll\">" + reliability_figure(check.reliability, title) + "</div>\n" +
-          table.finish(),
+      "<div class=\"scroll\">" + reliability_figure(check, title) + "</div>\n" + table.finish(),
       "<b>" + escape(title) + ".</b> " + thousands(check.reliability.trials) +
           " answers on test trials of " + thousands(check.recordings) +
           " recordings; nothing of it was learnt from them. Calibration error " +
           escape(calibration_words(check)) +
           ". On the dashed line probabilities mean what they say; below it they are too "
-          "bold. Intervals of bins: Wilson, answers taken as independent; of the error: " +
-          escape(check.calibration_error_ci95.method) + ".",
+          "bold. Intervals of bins: " +
+          escape(bin_methods(check)) +
+          "; of the error: " + escape(check.calibration_error_ci95.method) + ".",
       badge(page.bench));
 }
 
@@ -174,18 +175,28 @@ std::string confusion_part(const EvaluationPage& page) {
 
 }  // namespace
 
-std::vector<std::vector<std::string>> reliability_rows(const classifier::Reliability& figures) {
-  std::vector<std::vector<std::string>> out;
-  for (const classifier::ReliabilityBin& bin : figures.bins) {
+std::vector<std::vector<std::string>> reliability_rows(const classifier::CalibrationCheck& check) {
+  std::vector<std::vector<std::string>> out = {
+      {"said", "answers", "recordings", "mean said", "right", "95 % interval"}};
+  for (std::size_t b = 0; b < check.bins.size(); ++b) {
+    const classifier::ReliabilityBin& bin = check.reliability.bins[b];
     if (bin.count == 0) continue;
-    const auto right =
-        static_cast<std::size_t>(std::llround(bin.observed * static_cast<double>(bin.count)));
-    const classifier::Interval sure = classifier::wilson_interval(right, bin.count);
+    const classifier::Interval& sure = check.bins[b].observed_ci95;
     out.push_back({fixed(bin.low, 1) + " to " + fixed(bin.high, 1), thousands(bin.count),
-                   fixed(bin.predicted, 3), fixed(bin.observed, 3),
-                   fixed(sure.low, 3) + " to " + fixed(sure.high, 3)});
+                   thousands(check.bins[b].recordings), fixed(bin.predicted, 3),
+                   fixed(bin.observed, 3), fixed(sure.low, 3) + " to " + fixed(sure.high, 3)});
   }
   return out;
+}
+
+std::string bin_methods(const classifier::CalibrationCheck& check) {
+  std::vector<std::string> out;
+  for (std::size_t b = 0; b < check.bins.size(); ++b) {
+    const std::string& method = check.bins[b].observed_ci95.method;
+    if (check.reliability.bins[b].count > 0 && std::ranges::find(out, method) == out.end())
+      out.push_back(method);
+  }
+  return joined(out, "; ");
 }
 
 std::string calibration_words(const classifier::CalibrationCheck& check) {

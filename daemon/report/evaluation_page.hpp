@@ -39,8 +39,12 @@ struct EvaluationPage {
 /// One file without scripts or outside resources; every figure and table bears the bench's word.
 std::string evaluation_html(const EvaluationPage& page);
 
-/// Bins of a reliability as rows of plain text: "0.9 to 1.0", answers, said, right, interval.
-std::vector<std::vector<std::string>> reliability_rows(const classifier::Reliability& figures);
+/// Bins of a reliability as rows of plain text, below their heading: "0.9 to 1.0", answers, of so
+/// many recordings, said, right, interval.
+std::vector<std::vector<std::string>> reliability_rows(const classifier::CalibrationCheck& check);
+
+/// How the intervals of these rows were computed, each method once.
+std::string bin_methods(const classifier::CalibrationCheck& check);
 
 /// "0.041 (0.032 to 0.060), Brier 0.12": the calibration error with its interval.
 std::string calibration_words(const classifier::CalibrationCheck& check);

@@ -41,19 +41,17 @@ struct Count {
 
 // As classifier::evaluate() has it: the mean over the splits, and what is known of it.
 void score(const SplitPlan& plan, const std::vector<Count>& counts, TradePoint& point) {
-  std::size_t right = 0;
+  std::vector<classifier::SplitSizes> sizes;
   std::vector<double> accuracy;
-  for (const Count& count : counts) {
-    if (count.tested == 0) continue;
-    right += count.right;
-    point.tested += count.tested;
-    accuracy.push_back(static_cast<double>(count.right) / static_cast<double>(count.tested));
+  for (std::size_t s = 0; s < counts.size(); ++s) {
+    if (counts[s].tested == 0) continue;
+    const auto tested = static_cast<double>(counts[s].tested);
+    sizes.push_back({static_cast<double>(plan.splits[s].train.size()), tested});
+    point.tested += counts[s].tested;
+    accuracy.push_back(static_cast<double>(counts[s].right) / tested);
   }
   point.accuracy = classifier::mean_of(accuracy);
-  point.ci95 = accuracy.size() == 1
-                   ? classifier::wilson_interval(right, point.tested)
-                   : classifier::split_interval(accuracy, plan.splits.front().train.size(),
-                                                point.tested / accuracy.size());
+  point.ci95 = classifier::split_interval(accuracy, mean_sizes(sizes));
   if (plan.groups_left_out) name_groups_left_out(point.ci95);
 }
 

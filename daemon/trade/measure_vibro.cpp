@@ -91,15 +91,9 @@ Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
     auto got = vibro::assess(*windows, *splits,
                              {method, options.components, options.learner, options.stop}, now);
     if (!got) return pass(got.error(), vibro::to_string(method));
-    const auto tested = splits->front().test.size();
-    auto interval =
-        got->split_f_score.size() > 1
-            ? classifier::split_interval(got->split_f_score, splits->front().train.size(), tested)
-            : classifier::wilson_interval(got->confusion.correct(), tested);
-    if (bed.protocol.protocol != vibro::Protocol::random) name_groups_left_out(interval);
+    name_left_out(*got, bed.protocol.protocol);
     out.points.push_back({method, bed.family, bed.protocol.window_s, bed.source,
-                          bed.protocol.protocol, std::move(*got), *features_s,
-                          std::move(interval)});
+                          bed.protocol.protocol, std::move(*got), *features_s});
   }
   return {};
 }
@@ -224,7 +218,7 @@ TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const
                       {"accuracy of windows", p.result.accuracy}};
     point.bench = set.kind;
     point.accuracy = p.result.f_score;
-    point.ci95 = p.ci95;
+    point.ci95 = p.result.f_score_ci95;
     point.tested = p.result.confusion.total();
     point.features_s = p.features_s;
     point.vote_s = p.result.answer_s;

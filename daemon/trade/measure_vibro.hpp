@@ -39,8 +39,7 @@ struct VibroPoint {
   std::string source;  ///< "S", "XYZ", "SXYZ"
   classifier::vibro::Protocol protocol{};
   classifier::vibro::Assessment result;
-  double features_s = 0.0;    ///< of one window, one thread
-  classifier::Interval ci95;  ///< of the F-score
+  double features_s = 0.0;  ///< of one window, one thread
 };
 
 struct VibroTrade {

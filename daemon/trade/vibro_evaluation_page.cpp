@@ -5,7 +5,6 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/heat_map.hpp"
 #include "daemon/report/html.hpp"
-#include "daemon/report/interval_words.hpp"
 #include "daemon/trade/measure_classifier.hpp"
 #include "daemon/trade/page_parts.hpp"
 #include "daemon/trade/trade_page.hpp"
@@ -18,18 +17,13 @@ namespace vibro = classifier::vibro;
 constexpr std::size_t mistakes_in_words = 5;
 constexpr double least_answer_s = 1e-9;  // the clock's step: a time must be positive to be drawn
 
-classifier::Interval honest_name(classifier::Interval interval, vibro::Protocol protocol) {
-  if (protocol != vibro::Protocol::random) name_groups_left_out(interval);
-  return interval;
-}
-
 TradePoint point_of(const VibroEvaluation& evaluation, const EvaluatedMethod& method) {
   const vibro::Assessment& r = method.result;
   TradePoint out;
   out.name = out.family = method.name;
   out.bench = evaluation.bench;
   out.accuracy = r.f_score;
-  out.ci95 = honest_name(r.f_score_ci95, evaluation.protocol);
+  out.ci95 = r.f_score_ci95;
   out.tested = r.confusion.total();
   out.features_s = evaluation.features_s;
   out.vote_s = r.answer_s;
@@ -54,7 +48,7 @@ std::string shares(const VibroEvaluation& evaluation) {
   }
   const vibro::Assessment& first = evaluation.methods.front().result;
   return figure(out.finish(),
-                "Windows: " + escape(honest_name(first.accuracy_ci95, evaluation.protocol).method) +
+                "Windows: " + escape(first.accuracy_ci95.method) +
                     ". A recording (with blocks, a part of one) is answered by the most frequent "
                     "answer of its windows: " +
                     escape(first.voted_ci95.method) + ".",

@@ -98,7 +98,7 @@ TEST_CASE("The interval over splits has the width of Nadeau and Bengio, worked b
   const std::vector<double> accuracy = {0.5, 0.6, 0.55};
   CHECK(deviation_of(accuracy) == Approx(0.05));
   // variance 0.05^2 (1/3 + 8/32) = 0.00145833, t(0.975, 2) = 0.95 / sqrt(2 0.975 0.025) = 4.302653
-  const Interval interval = split_interval(accuracy, 32, 8);
+  const Interval interval = split_interval(accuracy, {32, 8});
   CHECK(interval.low == Approx(0.55 - 0.164310).margin(1e-6));
   CHECK(interval.high == Approx(0.55 + 0.164310).margin(1e-6));
   CHECK(interval.method.find("Nadeau-Bengio") != std::string::npos);
@@ -107,17 +107,52 @@ TEST_CASE("The interval over splits has the width of Nadeau and Bengio, worked b
 TEST_CASE("More splits of the same trials do not narrow the interval to nothing") {
   std::vector<double> accuracy;
   for (int i = 0; i < 10000; ++i) accuracy.push_back(i % 2 == 0 ? 0.8 : 0.9);
-  const Interval interval = split_interval(accuracy, 40, 60);
+  const Interval interval = split_interval(accuracy, {40, 60});
   CHECK(interval.high - interval.low > 2.0 * 1.95 * 0.05 * std::sqrt(1.5));
 }
 
 TEST_CASE("Splits that all agree have the interval of one of them, not none") {
-  const Interval all_right = split_interval(std::vector<double>{1.0, 1.0, 1.0}, 8, 12);
+  const Interval all_right = split_interval(std::vector<double>{1.0, 1.0, 1.0}, {8, 12});
   CHECK(all_right.high == 1.0);
   CHECK(all_right.low == Approx(wilson_interval(12, 12).low));
   CHECK(all_right.low < 0.8);
-  const Interval same = split_interval(std::vector<double>(10, 0.9), 8, 10);  // mean 0.9 + 1e-16
+  const Interval same = split_interval(std::vector<double>(10, 0.9), {8, 10});  // mean 0.9 + 1e-16
   CHECK(same.low == Approx(wilson_interval(9, 10).low));
+}
+
+TEST_CASE("Splits of unlike size weigh by what they asked, worked by hand, in any order") {
+  const std::vector<SplitShare> shares = {{1, 2}, {3, 8}, {2, 5}};
+  // 6 of 15; (part - 0.4 whole) / 5 is 0.04, -0.04, 0: sd 0.04, 4.302653 * 0.04 sqrt(1/3 + 5/10)
+  const Interval interval = split_interval(shares, {10, 5});
+  CHECK(interval.low == Approx(0.4 - 0.157110).margin(1e-6));
+  CHECK(interval.high == Approx(0.4 + 0.157110).margin(1e-6));
+  const std::vector<SplitShare> other = {shares[2], shares[0], shares[1]};
+  CHECK(split_interval(other, {10, 5}).low == Approx(interval.low).epsilon(1e-12));
+  const std::vector<SplitShare> agree = {{2, 2}, {8, 8}, {5, 5}}, none = {{0, 0}, {0, 0}};
+  CHECK(split_interval(agree, {10, 5}).low == Approx(wilson_interval(5, 5).low));
+  CHECK(split_interval(none, {10, 5}).low == 0.0);
+  CHECK(split_interval(none, {10, 5}).high == 1.0);
+  const std::vector<SplitShare> one = {{6, 8}};
+  CHECK(split_interval(one, {8, 8}).low == wilson_interval(6, 8).low);
+  CHECK(split_interval(one, {8, 8}).method == wilson_interval(6, 8).method);
+}
+
+TEST_CASE("The interval over groups left out does not depend on which group comes first") {
+  const FeatureMatrix matrix = gaussian_classes(3, 20, 4, 1.0, 11);
+  std::vector<std::string> groups;
+  for (std::size_t r = 0; r < matrix.size(); ++r) {
+    const std::size_t trial = r % 20;  // of 20 trials 2, 6 and 12
+    groups.emplace_back(trial < 2 ? "small" : trial < 8 ? "mid" : "large");
+  }
+  auto splits = leave_one_group_out(groups, matrix.labels).value();
+  REQUIRE(splits.front().test.size() != splits.back().test.size());
+  const auto forward = evaluate(matrix, splits, Learner::lda, {});
+  std::ranges::reverse(splits);
+  const auto backward = evaluate(matrix, splits, Learner::lda, {});
+  REQUIRE((forward && backward));
+  CHECK(forward->deviation > 0.0);
+  CHECK(forward->ci95.low == Approx(backward->ci95.low).epsilon(1e-12));
+  CHECK(forward->ci95.high == Approx(backward->ci95.high).epsilon(1e-12));
 }
 
 TEST_CASE(

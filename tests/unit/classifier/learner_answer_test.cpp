@@ -256,5 +256,35 @@ TEST_CASE("Calibration is checked on test answers alone, each once") {
   CHECK(checked->calibration->calibration_error_ci95.low <= figures.calibration_error + 0.05);
 }
 
+TEST_CASE("Bins of a reliability count a trial once, however many splits ask it") {
+  const FeatureMatrix data = gaussian_classes(3, 20, 4, 1.5, 41);
+  const auto few = stratified_splits(data.labels, 0.5, 5, 1);
+  const auto many = stratified_splits(data.labels, 0.5, 60, 1);
+  REQUIRE((few && many));
+  const auto once = evaluate(data, std::span(*few).first(1), Learner::lda, {}, {}, true);
+  const auto often = evaluate(data, *many, Learner::lda, {}, {}, true);
+  REQUIRE((once && often));
+  const CalibrationCheck& single = *once->calibration;
+  REQUIRE(single.bins.size() == single.reliability.bins.size());
+  for (std::size_t b = 0; b < single.bins.size(); ++b) {
+    const ReliabilityBin& bin = single.reliability.bins[b];
+    CHECK(single.bins[b].recordings == bin.count);
+    if (bin.count > 0) CHECK(single.bins[b].observed_ci95.method == "Wilson score, one split");
+  }
+  const CalibrationCheck& check = *often->calibration;
+  for (std::size_t b = 0; b < check.bins.size(); ++b) {
+    const ReliabilityBin& bin = check.reliability.bins[b];
+    if (bin.count < 300) continue;
+    INFO("bin " << b << ", " << bin.count << " answers");
+    CHECK(check.bins[b].recordings <= data.size());
+    const Interval& sure = check.bins[b].observed_ci95;
+    CHECK(sure.method.find("Nadeau-Bengio") != std::string::npos);
+    CHECK(sure.low <= bin.observed);
+    CHECK(sure.high >= bin.observed);
+    const Interval independent = wilson_of_share(bin.observed, static_cast<double>(bin.count));
+    CHECK(sure.high - sure.low > 2.0 * (independent.high - independent.low));
+  }
+}
+
 }  // namespace
 }  // namespace weft::classifier::learner_answer_test

@@ -29,7 +29,8 @@ TEST_CASE("Fabrics far from each other are strangers to each other, equal ones a
     CHECK(far.false_reject < 0.3);
     REQUIRE(far.strangers.size() == 4);
     for (const Stranger& one : far.strangers) {
-      CHECK(one.trials == 20);  // ten of each split
+      CHECK(one.trials == 10);
+      CHECK(one.answers == 20);  // the same ten in both splits
       CHECK(one.accepted == 0);
     }
     CHECK(far.strangers[0].label == "classa");
@@ -37,6 +38,8 @@ TEST_CASE("Fabrics far from each other are strangers to each other, equal ones a
     CHECK(equal.false_accept > 0.7);
     CHECK(equal.false_accept_ci95.low < equal.false_accept);
     CHECK(equal.false_accept_ci95.high > equal.false_accept);
+    // two splits that are one: no more is known than by one of them
+    CHECK(equal.false_accept_ci95.low == Approx(wilson_of_share(equal.false_accept, 40).low));
   }
 }
 

@@ -181,6 +181,28 @@ TEST_CASE("The macro F-score is the mean over the labels that were asked about o
   CHECK(f_score(Confusion({"a", "b"})) == 0.0);
 }
 
+TEST_CASE("Drawing more random splits asks the same recordings, and no more is known of them") {
+  auto recordings = levels(3, 2, 12.0);
+  for (std::size_t r = 0; r < recordings.size(); ++r)
+    recordings[r].label = std::string(1, static_cast<char>('a' + (r + r / 3) % 3));  // some wrong
+  ProtocolOptions random = with(Protocol::random);
+  random.per_recording = 10;
+  PipelineOptions options;
+  options.method = Method::lda;
+  const auto width = [&](std::size_t repeats) {
+    random.repeats = repeats;
+    const Cut c = cut(recordings, random);
+    const auto got = assess(c.windows, c.splits, options).value();
+    CHECK(got.voted == 6);
+    CHECK(got.voted_answers == 6 * repeats);
+    CHECK(got.voted_ci95.low <= got.voted_accuracy);
+    CHECK(got.voted_ci95.high >= got.voted_accuracy);
+    CHECK(got.voted_ci95.method.find("Nadeau-Bengio") != std::string::npos);
+    return got.voted_ci95.high - got.voted_ci95.low;
+  };
+  CHECK(width(100) > 0.5 * width(10));
+}
+
 TEST_CASE(
     "Levels of noise are told apart on blocks and on recordings, not where they mean nothing") {
   auto recordings = levels(3, 3);

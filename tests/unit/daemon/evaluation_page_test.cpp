@@ -61,12 +61,15 @@ TEST_CASE("names on an evaluation's page cannot inject markup, and no number is 
 }
 
 TEST_CASE("rows of a reliability leave empty bins out and hold every answer") {
-  classifier::Reliability figures;
-  figures.bins = {{0.0, 0.5, 0, 0.0, 0.0}, {0.5, 1.0, 8, 0.9, 0.75}};
-  const auto rows = reliability_rows(figures);
-  REQUIRE(rows.size() == 1);
-  // Wilson of 6 in 8
-  CHECK(rows[0] == std::vector<std::string>{"0.5 to 1.0", "8", "0.900", "0.750", "0.409 to 0.929"});
+  classifier::CalibrationCheck check;
+  check.reliability.bins = {{0.0, 0.5, 0, 0.0, 0.0}, {0.5, 1.0, 8, 0.9, 0.75}};
+  check.bins = {{0, {0, 1, "nothing"}}, {4, {0.409, 0.929, "made up"}}};
+  const auto rows = reliability_rows(check);
+  REQUIRE(rows.size() == 2);
+  CHECK(rows[0][2] == "recordings");
+  CHECK(rows[1] ==
+        std::vector<std::string>{"0.5 to 1.0", "8", "4", "0.900", "0.750", "0.409 to 0.929"});
+  CHECK(bin_methods(check) == "made up");
 }
 
 TEST_CASE("each learner of a learning curve has its own mark, and no name covers another") {

@@ -149,14 +149,32 @@ TEST_CASE("groups left out get the interval of weft evaluate, Wilson's where the
 
 TEST_CASE("only Student's interval is renamed for groups left out") {
   classifier::Interval student =
-      classifier::split_interval(std::vector<double>{0.5, 0.75, 0.5}, 8, 4);
+      classifier::split_interval(std::vector<double>{0.5, 0.75, 0.5}, {8, 4});
   classifier::Interval wilson =
-      classifier::split_interval(std::vector<double>{0.5, 0.5, 0.5}, 8, 4);
+      classifier::split_interval(std::vector<double>{0.5, 0.5, 0.5}, {8, 4});
   const std::string before = wilson.method;
   name_groups_left_out(student);
   name_groups_left_out(wilson);
   CHECK(student.method == "Student t with the Nadeau-Bengio variance, over the groups left out");
   CHECK(wilson.method == before);
+}
+
+TEST_CASE("intervals of sound and vibration say whether groups or parts were left out") {
+  namespace vibro = classifier::vibro;
+  const auto named = [](vibro::Protocol protocol) {
+    vibro::Assessment out{classifier::Confusion({"a"})};
+    out.accuracy_ci95 = out.f_score_ci95 =
+        classifier::split_interval(std::vector<double>{0.5, 0.75, 0.5}, {8, 4});
+    out.voted_ci95 = classifier::wilson_interval(3, 4);
+    name_left_out(out, protocol);
+    CHECK(out.f_score_ci95.method == out.accuracy_ci95.method);
+    CHECK(out.voted_ci95.method == classifier::wilson_interval(3, 4).method);
+    return out.accuracy_ci95.method;
+  };
+  CHECK(named(vibro::Protocol::groups).ends_with("over the groups left out"));
+  CHECK(named(vibro::Protocol::blocks)
+            .ends_with("over the contiguous parts of each recording left out"));
+  CHECK(named(vibro::Protocol::random).ends_with("random splits of the same data"));
 }
 
 TEST_CASE("families are varied one at a time around the default") {
