@@ -20,9 +20,10 @@ Split one_split(const RowsOfLabel& rows, double fraction, RandomEngine& engine) 
   for (const auto& entry : rows) {
     std::vector<std::size_t> members = entry.second;
     shuffle(members, engine);
+    const auto most = std::max(least_train, members.size() - 1);
     const double share = std::nearbyint(fraction * static_cast<double>(members.size()));
-    const auto train =
-        static_cast<std::ptrdiff_t>(std::max(static_cast<double>(least_train), share));
+    const auto train = static_cast<std::ptrdiff_t>(
+        std::clamp(share, static_cast<double>(least_train), static_cast<double>(most)));
     out.train.insert(out.train.end(), members.begin(), members.begin() + train);
     out.test.insert(out.test.end(), members.begin() + train, members.end());
   }
@@ -96,15 +97,9 @@ Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels
   RandomEngine engine(seed);
   std::vector<Split> out;
   for (std::size_t i = 0; i < repeats; ++i) out.push_back(one_split(rows, fraction, engine));
-  if (out.front().test.empty()) {
-    const bool none_spare = std::ranges::all_of(
-        rows, [](const auto& of_label) { return of_label.second.size() <= least_train; });
-    if (none_spare)
-      return fail(Errc::invalid_argument, "no trial is left to test: two of each label train",
-                  "labels", "at least 3 trials of each", "2", "Record more trials");
-    return fail(Errc::range, "no trial is left to test", "train fraction", "a smaller fraction",
-                std::to_string(fraction));
-  }
+  if (out.front().test.empty())
+    return fail(Errc::invalid_argument, "no trial is left to test: two of each label train",
+                "labels", "at least 3 trials of each", "2", "Record more trials");
   return out;
 }
 
@@ -146,6 +141,27 @@ Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> grou
     if (split.test.empty())
       return fail(Errc::invalid_argument, "no other group has its labels", "group " + left_out);
     out.push_back(std::move(split));
+  }
+  return out;
+}
+
+std::vector<NeverTested> never_tested(std::span<const Split> splits,
+                                      std::span<const std::string> labels,
+                                      std::span<const std::string> groups,
+                                      std::span<const std::string> files) {
+  std::set<std::string> tested;
+  for (const Split& split : splits)
+    for (const std::size_t r : split.test) tested.insert(labels[r]);
+  std::map<std::string, std::set<std::string>> recordings_of, groups_of;
+  for (std::size_t r = 0; r < labels.size(); ++r) {
+    if (tested.contains(labels[r])) continue;
+    recordings_of[labels[r]].insert(recording_of(files[r], r));
+    groups_of[labels[r]].insert(groups[r]);
+  }
+  std::vector<NeverTested> out;
+  for (const auto& [label, own] : recordings_of) {
+    const std::set<std::string>& in = groups_of[label];
+    out.push_back({label, own.size(), in.size() == 1 ? *in.begin() : std::string()});
   }
   return out;
 }

@@ -23,10 +23,10 @@ SplitSizes size_of(const Split& split);
 /// Means over at least one split.
 SplitSizes mean_sizes(std::span<const Split> splits);
 
-/// `repeats` random splits: of every label round(fraction x n) trials train (at least 2), the rest
-/// tests. Random within labels, so only for data whose trials are independent recordings. Refuses
-/// fraction outside (0, 1), no repeats, a label with fewer than two trials, an empty test part
-/// (with two trials of every label no fraction leaves one).
+/// `repeats` random splits: of every label round(fraction x n) trials train, at least 2 and, where
+/// there are three or more, at most n - 1; the rest tests. Random within labels, so only for data
+/// whose trials are independent recordings. Refuses fraction outside (0, 1), no repeats, a label
+/// with fewer than two trials, and two trials of every label, of which none is left to test.
 Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels, double fraction,
                                              std::size_t repeats, std::uint64_t seed);
 
@@ -41,6 +41,18 @@ Result<Split> grouped_split(std::span<const std::string> groups,
 /// without a group, and groups of which nothing is left to test.
 Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> groups,
                                                std::span<const std::string> labels);
+
+/// A label that no split tests: figures say nothing of it.
+struct NeverTested {
+  std::string label;
+  std::size_t recordings = 0;  ///< windows of one (recording_of()) count once
+  std::string group;           ///< the only one that has it; empty where there is no such group
+};
+/// By label.
+std::vector<NeverTested> never_tested(std::span<const Split> splits,
+                                      std::span<const std::string> labels,
+                                      std::span<const std::string> groups,
+                                      std::span<const std::string> files);
 
 /// The splits with at most `recordings` training recordings of every label, drawn `draws` times
 /// each from the seed; test parts stay as they are. Windows of one recording (recording_of())

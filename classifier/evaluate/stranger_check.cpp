@@ -85,7 +85,23 @@ class Tally {
   std::size_t known_ = 0, refused_ = 0;
 };
 
+std::set<std::string> labels_of(const FeatureMatrix& matrix, const Split& split) {
+  std::set<std::string> out;
+  for (const std::size_t r : split.train) out.insert(matrix.labels[r]);
+  return out;
+}
+
 }  // namespace
+
+Status check_labels_can_be_left_out(const FeatureMatrix& matrix, std::span<const Split> splits) {
+  for (const Split& split : splits) {
+    const std::size_t labels = labels_of(matrix, split).size();
+    if (labels < 3)
+      return fail(Errc::invalid_argument, "too few fabrics to leave one out", "none of these",
+                  "at least 3", std::to_string(labels));
+  }
+  return {};
+}
 
 Result<StrangerCheck> check_strangers(const FeatureMatrix& matrix, std::span<const Split> splits,
                                       std::span<const Recipe> recipes,
@@ -93,15 +109,11 @@ Result<StrangerCheck> check_strangers(const FeatureMatrix& matrix, std::span<con
   if (splits.empty() || recipes.size() != splits.size())
     return fail(Errc::invalid_argument, "every split needs its recipe", "none of these",
                 std::to_string(splits.size()), std::to_string(recipes.size()));
+  if (auto ok = check_labels_can_be_left_out(matrix, splits); !ok) return pass(ok.error());
   Tally tally(matrix, options);
   for (std::size_t s = 0; s < splits.size(); ++s) {
-    std::set<std::string> labels;
-    for (const std::size_t r : splits[s].train) labels.insert(matrix.labels[r]);
-    if (labels.size() < 3)
-      return fail(Errc::invalid_argument, "too few fabrics to leave one out", "none of these",
-                  "at least 3", std::to_string(labels.size()));
     tally.begin_split();
-    for (const std::string& label : labels)
+    for (const std::string& label : labels_of(matrix, splits[s]))
       if (auto ok = tally.leave_out(label, splits[s], recipes[s]); !ok) return pass(ok.error());
   }
   return tally.finish(mean_sizes(splits));

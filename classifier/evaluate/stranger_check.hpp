@@ -31,6 +31,10 @@ struct StrangerCheck {
   double false_reject = 0.0;   ///< refused known trials / known trials, over all trainings
 };
 
+/// Refuses fewer than three labels in a training part: what check_strangers() would refuse, known
+/// before anything is trained.
+Status check_labels_can_be_left_out(const FeatureMatrix& matrix, std::span<const Split> splits);
+
 /// Trains recipes[s] on each split's training part without one label, thresholds included, and
 /// shows it the test part; so for every label. Asks train_recipe() and learn_aids() labels x splits
 /// times. The recipe itself may have been chosen with the label. Refuses what these refuse, fewer

@@ -132,10 +132,6 @@ Result<Method> choose(const Assessor& assessor, const WindowSet& windows, const 
                       Protocol protocol, std::span<const Method> candidates,
                       PipelineOptions options) {
   const std::vector<Split> inner = inner_splits(windows, outer, protocol);
-  if (inner.empty())
-    return fail(Errc::invalid_argument, "the training windows cannot be parted to choose a learner",
-                {}, "two blocks or groups that each train every class", {},
-                "Take more blocks or groups, or name one learner");
   std::optional<Method> best;
   double most = -1.0;
   for (const Method method : candidates) {
@@ -186,6 +182,16 @@ std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Pr
   return out;
 }
 
+Status check_choice(const WindowSet& windows, std::span<const Split> splits, Protocol protocol) {
+  for (const Split& split : splits)
+    if (inner_splits(windows, split, protocol).empty())
+      return fail(Errc::invalid_argument,
+                  "the training windows cannot be parted to choose a learner", {},
+                  "two blocks or groups that each train every class", {},
+                  "Take more blocks or groups, or name one learner");
+  return {};
+}
+
 double f_score(const Confusion& confusion) {
   double sum = 0.0;
   std::size_t labels = 0;
@@ -215,6 +221,7 @@ Result<Assessment> assess_chosen(const WindowSet& windows, std::span<const Split
                                  Protocol protocol, std::span<const Method> candidates,
                                  const PipelineOptions& options, const SecondsNow& seconds_now) {
   if (splits.empty()) return fail(Errc::invalid_argument, "no split to assess on");
+  if (auto ok = check_choice(windows, splits, protocol); !ok) return pass(ok.error());
   Assessor assessor(windows, seconds_now);
   for (const Split& split : splits) {
     const auto method = choose(assessor, windows, split, protocol, candidates, options);

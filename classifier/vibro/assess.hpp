@@ -46,6 +46,10 @@ Result<Assessment> assess(const WindowSet& windows, std::span<const Split> split
 /// there may be none.
 std::vector<Split> inner_splits(const WindowSet& windows, const Split& outer, Protocol protocol);
 
+/// Refuses a split of whose training windows inner_splits() makes nothing: what assess_chosen()
+/// would refuse, known before anything is trained.
+Status check_choice(const WindowSet& windows, std::span<const Split> splits, Protocol protocol);
+
 /// The same, but on every split the learner among `candidates` that answers best on parts of the
 /// training windows left out in turn: blocks or groups of them, as `protocol` says. Nothing is
 /// chosen by test windows. The first of equals. Candidates that are not available() are left out.

@@ -190,12 +190,13 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
   if (!chosen) return pass(chosen.error());
   const Result<Measured> measured = measure(args, *chosen);
   if (!measured) return pass(measured.error());
+  // It has nothing of what follows, which trains anew and may end in an error.
+  if (Status ok = write_page(args, *chosen, *measured); !ok) return pass(ok.error());
   std::string text = report_text(args, *chosen, *measured);
   json out = report_json(args, *chosen, *measured);
   if (Status ok = add_permuted(args, *chosen, measured->outcomes, text, out); !ok)
     return pass(ok.error());
   if (Status ok = add_strangers(args, *chosen, *measured, text, out); !ok) return pass(ok.error());
-  if (Status ok = write_page(args, *chosen, *measured); !ok) return pass(ok.error());
   print(console, text, out);
   return exit_ok;
 }

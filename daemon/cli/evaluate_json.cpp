@@ -44,10 +44,13 @@ json groups_json(const Measured& measured) {
   return out;
 }
 
-json curve_json(const std::vector<CurvePoint>& curve) {
+json curve_json(const Measured& measured) {
   json out = json::array();
-  for (const CurvePoint& point : curve) {
-    json one{{"trials", point.trials}, {"splits", point.splits}, {"accuracy", json::object()}};
+  for (const CurvePoint& point : measured.curve) {
+    json one{{"trials", point.trials},
+             {"splits", measured.splits.size()},
+             {"draws", point.draws},
+             {"accuracy", json::object()}};
     for (const CurveValue& value : point.values)
       one["accuracy"][value.learner] = {{"mean", value.accuracy},
                                         {"deviation", value.deviation},
@@ -109,6 +112,15 @@ json outcome_json(const Outcome& outcome) {
 
 }  // namespace
 
+json never_tested_json(const std::vector<classifier::NeverTested>& labels) {
+  json out = json::array();
+  for (const classifier::NeverTested& one : labels)
+    out.push_back({{"label", one.label},
+                   {"recordings", one.recordings},
+                   {"group", one.group.empty() ? json() : json(one.group)}});
+  return out;
+}
+
 json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured) {
   const std::vector<classifier::Split>& splits = measured.splits;
   const std::vector<Outcome>& outcomes = measured.outcomes;
@@ -135,10 +147,11 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Mea
            {"splits", splits.size()},
            {"train_rows", splits.front().train.size()},
            {"test_rows", splits.front().test.size()},
+           {"never_tested", never_tested_json(measured.never_tested)},
            {"training", describe(args.training)},
            {"results", results}};
   if (!measured.groups.empty()) out["groups"] = groups_json(measured);
-  if (!measured.curve.empty()) out["learning_curve"] = curve_json(measured.curve);
+  if (!measured.curve.empty()) out["learning_curve"] = curve_json(measured);
   return out;
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "classifier/baseline/fold_report.hpp"
+#include "classifier/evaluate/stranger_check.hpp"
 #include "daemon/cli/imprint_features.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
@@ -62,21 +62,48 @@ std::vector<GroupLeftOut> by_group(const classifier::FeatureMatrix& features,
   return out;
 }
 
+// The splits with fewer training trials of each label, by their number; draws of one split follow
+// each other.
+using ThinSplits = std::map<std::size_t, std::vector<classifier::Split>>;
+
+Result<ThinSplits> thin_splits(const EvaluateArgs& args, const classifier::FeatureMatrix& features,
+                               const std::vector<classifier::Split>& splits) {
+  ThinSplits out;
+  for (const std::size_t trials : args.curve) {
+    auto thin = classifier::thinned(splits, features.labels, features.files, trials,
+                                    args.curve_draws, args.training.seed);
+    if (!thin) return pass(thin.error(), "--learning-curve");
+    out[trials] = std::move(*thin);
+  }
+  return out;
+}
+
+// Draws of one split share its trials: what they reach on average is that split's figure.
+classifier::Interval curve_interval(const EvaluateArgs& args, const classifier::Scores& drawn,
+                                    const std::vector<classifier::Split>& splits) {
+  std::vector<double> accuracy(splits.size());
+  for (std::size_t i = 0; i < drawn.splits.size(); ++i)
+    accuracy[i / args.curve_draws] +=
+        drawn.splits[i].accuracy / static_cast<double>(args.curve_draws);
+  classifier::Interval out = classifier::split_interval(accuracy, mean_sizes(splits));
+  if (args.leave_one_group_out) name_groups_left_out(out);
+  return out;
+}
+
 Result<std::vector<CurvePoint>> curve_of(const EvaluateArgs& args,
                                          const std::vector<Learner>& learners,
                                          const classifier::FeatureMatrix& features,
-                                         const std::vector<classifier::Split>& splits) {
+                                         const std::vector<classifier::Split>& splits,
+                                         const ThinSplits& thin) {
   std::vector<CurvePoint> out;
-  for (const std::size_t trials : std::set<std::size_t>(args.curve.begin(), args.curve.end())) {
-    const auto thin = classifier::thinned(splits, features.labels, features.files, trials,
-                                          args.curve_draws, args.training.seed);
-    if (!thin) return pass(thin.error(), "--learning-curve");
-    const auto outcomes = evaluate_all(args, learners, features, *thin, false);
+  for (const auto& [trials, drawn] : thin) {
+    const auto outcomes = evaluate_all(args, learners, features, drawn, false);
     if (!outcomes) return pass(outcomes.error());
-    CurvePoint point{trials, thin->size(), {}};
+    CurvePoint point{trials, drawn.size(), {}};
     for (const Outcome& outcome : *outcomes)
       point.values.push_back({outcome.name(), outcome.evaluation.accuracy,
-                              outcome.evaluation.deviation, outcome.evaluation.ci95});
+                              outcome.evaluation.deviation,
+                              curve_interval(args, outcome.evaluation, splits)});
     out.push_back(std::move(point));
   }
   return out;
@@ -113,7 +140,14 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   if (!learners) return pass(learners.error());
   auto splits = splits_of(args, chosen.features);
   if (!splits) return pass(splits.error());
-  Measured out{std::move(*splits), {}, {}, {}};
+  const auto thin = thin_splits(args, chosen.features, *splits);
+  if (!thin) return pass(thin.error());
+  if (args.none_of_these)
+    if (auto ok = classifier::check_labels_can_be_left_out(chosen.features, *splits); !ok)
+      return pass(ok.error(), args.dataset.string());
+  Measured out{std::move(*splits), {}, {}, {}, {}};
+  out.never_tested = classifier::never_tested(out.splits, chosen.features.labels,
+                                              chosen.features.groups, chosen.features.files);
   const bool calibration = args.calibration || !args.report.empty();
   auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
   if (!outcomes) return pass(outcomes.error());
@@ -122,7 +156,7 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
     if (needs_folds(outcome.learner, calibration || args.none_of_these))
       outcome.folds = folds_of(args, outcome.learner, chosen.features, out.splits);
   if (args.leave_one_group_out) out.groups = by_group(chosen.features, out);
-  auto curve = curve_of(args, *learners, chosen.features, out.splits);
+  auto curve = curve_of(args, *learners, chosen.features, out.splits, *thin);
   if (!curve) return pass(curve.error());
   out.curve = std::move(*curve);
   return out;

@@ -26,6 +26,7 @@ struct Measured {
   std::vector<Outcome> outcomes;     ///< in the order asked for
   std::vector<GroupLeftOut> groups;  ///< with --leave-one-group-out
   std::vector<CurvePoint> curve;     ///< with --learning-curve, by rising number of trials
+  std::vector<classifier::NeverTested> never_tested;  ///< labels that no split tests
 };
 
 /// Of the words of --learner; "every" is all but cores-best.
@@ -36,7 +37,8 @@ bool is_choice(classifier::Learner learner);
 
 classifier::TrainOptions options_of(const EvaluateArgs& args);
 
-/// Refuses what splits_of(), evaluate() and thinned() refuse.
+/// Refuses what splits_of(), evaluate() and thinned() refuse, and with --none-of-these what
+/// check_labels_can_be_left_out() does; but for what a training alone can tell, before the first.
 Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen);
 
 /// Features of one trial: mean over up to 16, each extracted once before, as its tables are made by

@@ -8,6 +8,7 @@
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/evaluate_importance.hpp"
+#include "daemon/cli/evaluate_text.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -158,6 +159,8 @@ void note(const std::string& name, const RecordingsPlan& plan, vibro::Assessment
 Status measure_all(const RecordingsPlan& plan, const vibro::WindowSet& windows,
                    const std::vector<classifier::Split>& splits, Table& table, json& results,
                    std::vector<EvaluatedMethod>& all, Console& console) {
+  if (plan.best)
+    if (auto ok = vibro::check_choice(windows, splits, plan.protocol.protocol); !ok) return ok;
   for (const vibro::Method method : plan.methods) {
     const std::string name(vibro::to_string(method));
     if (!vibro::available(method) && plan.methods.size() > 1) {
@@ -278,6 +281,7 @@ struct Windows {
   vibro::WindowSet set;
   std::vector<classifier::Split> splits;
   vibro::Leak leak;
+  std::vector<classifier::NeverTested> never_tested;  ///< labels of which no recording tests
   double features_s_each = 0;
 };
 
@@ -291,22 +295,21 @@ Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan)
   if (!splits) return pass(splits.error());
   const vibro::Leak leak = vibro::leak_of(*windows, *splits);
   const double each_s = features_s / static_cast<double>(windows->matrix.size());
-  return Windows{std::move(*windows), std::move(*splits), leak, each_s};
+  const classifier::FeatureMatrix& matrix = windows->matrix;
+  auto never = classifier::never_tested(*splits, matrix.labels, matrix.groups, matrix.files);
+  return Windows{std::move(*windows), std::move(*splits), leak, std::move(never), each_s};
 }
 
 Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,
                   const Windows& windows, const std::string& what,
                   std::vector<EvaluatedMethod> measured, const std::string& weighed) {
+  std::vector<std::pair<std::string, std::string>> facts = {
+      {"data", what}, {"protocol", words_of(plan)}, {"leak", leak_words(windows.leak)}};
+  if (!windows.never_tested.empty())
+    facts.emplace_back("never tested", never_tested_words(windows.never_tested, "recordings"));
   const auto page = vibro_evaluation_html(
-      {set.kind,
-       args.dataset.filename().string(),
-       recordings_sha256(set),
-       {{"data", what}, {"protocol", words_of(plan)}, {"leak", leak_words(windows.leak)}},
-       plan.protocol.protocol,
-       plan.protocol.window_s,
-       windows.features_s_each,
-       std::move(measured),
-       weighed});
+      {set.kind, args.dataset.filename().string(), recordings_sha256(set), std::move(facts),
+       plan.protocol.window_s, windows.features_s_each, std::move(measured), weighed});
   if (!page) return pass(page.error());
   return write_text_file(args.report, *page);
 }
@@ -338,10 +341,13 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const std::string what = std::to_string(set->recordings.size()) + " recordings, " +
                            thousands(matrix.size()) + " windows, " + columns + " columns of " +
                            std::string(vibro::to_string(plan->features.family));
-  const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
-                           std::string(to_string(set->kind)) + "): " + what + "\n" +
-                           words_of(*plan) + "\n" + leak_words(windows->leak) + table.text() +
-                           *weighed;
+  const std::string text =
+      bench_banner(set->kind) + args.dataset.string() + " (" + std::string(to_string(set->kind)) +
+      "): " + what + "\n" + words_of(*plan) + "\n" +
+      (windows->never_tested.empty()
+           ? ""
+           : "never tested: " + never_tested_words(windows->never_tested, "recordings") + "\n") +
+      leak_words(windows->leak) + table.text() + *weighed;
   if (!args.report.empty())
     if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
         !ok)
@@ -356,6 +362,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"protocol_words", words_of(*plan)},
          {"window_s", plan->protocol.window_s},
          {"leak", leak_json(windows->leak)},
+         {"never_tested", never_tested_json(windows->never_tested)},
          {"features", vibro::to_string(plan->features.family)},
          {"combine", vibro::to_string(plan->features.combine)},
          {"components", plan->pipeline.components},

@@ -110,11 +110,21 @@ std::string curve_text(const std::vector<CurvePoint>& curve) {
       line.push_back(percent(value.accuracy, 2) + " +- " + percent(value.deviation, 2));
     table.row(line);
   }
-  return "Learning curve, accuracy % and deviation over " + std::to_string(curve.front().splits) +
+  return "Learning curve, accuracy % and deviation over " + std::to_string(curve.front().draws) +
          " draws of training trials:\n" + table.text();
 }
 
 }  // namespace
+
+std::string never_tested_words(const std::vector<classifier::NeverTested>& labels,
+                               std::string_view recordings) {
+  std::vector<std::string> out;
+  for (const classifier::NeverTested& one : labels)
+    out.push_back(one.label + " (" + std::to_string(one.recordings) + " " +
+                  std::string(recordings) +
+                  (one.group.empty() ? "" : ", in group " + one.group + " alone") + ")");
+  return joined(out);
+}
 
 std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
                                                           const ChosenTrials& chosen,
@@ -122,15 +132,19 @@ std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& ar
   const std::size_t labels = measured.outcomes.front().evaluation.confusion.classes();
   const bool windows = args.trials.window_s != 0.0;
   const std::string bench(to_string(chosen.dataset.info.kind));
-  return {{"data", args.dataset.string() + " (" + bench + "), " + thousands(chosen.strokes) +
-                       " trials" +
-                       (windows ? ", " + thousands(chosen.features.size()) + " windows" : "") +
-                       ", " + std::to_string(labels) + " labels"},
-          {"features", std::to_string(chosen.features.names.size()) + " of " +
-                           std::to_string(chosen.setup.taxels) + " taxels" +
-                           (args.trials.remove_level.empty() ? "" : ", level removed")},
-          {"split", split_text(args, measured.splits)},
-          {"training", describe(args.training)}};
+  std::vector<std::pair<std::string, std::string>> out = {
+      {"data", args.dataset.string() + " (" + bench + "), " + thousands(chosen.strokes) +
+                   " trials" +
+                   (windows ? ", " + thousands(chosen.features.size()) + " windows" : "") + ", " +
+                   std::to_string(labels) + " labels"},
+      {"features", std::to_string(chosen.features.names.size()) + " of " +
+                       std::to_string(chosen.setup.taxels) + " taxels" +
+                       (args.trials.remove_level.empty() ? "" : ", level removed")},
+      {"split", split_text(args, measured.splits)}};
+  if (!measured.never_tested.empty())
+    out.emplace_back("never tested", never_tested_words(measured.never_tested, "trials"));
+  out.emplace_back("training", describe(args.training));
+  return out;
 }
 
 std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -10,7 +11,13 @@
 
 namespace weft::daemon::cli {
 
-/// What stands above every table: data, features, split, training.
+/// "silk (3 trials, in group g0 alone)", separated by commas; `recordings` is what they are called.
+std::string never_tested_words(const std::vector<classifier::NeverTested>& labels,
+                               std::string_view recordings);
+/// [{label, recordings, group}]; group is null where it is not one alone.
+nlohmann::json never_tested_json(const std::vector<classifier::NeverTested>& labels);
+
+/// What stands above every table: data, features, split, labels that it never tests, training.
 std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
                                                           const ChosenTrials& chosen,
                                                           const Measured& measured);

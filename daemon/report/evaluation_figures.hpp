@@ -18,12 +18,12 @@ std::string reliability_figure(const classifier::CalibrationCheck& check, std::s
 struct CurveValue {
   std::string learner;
   double accuracy = 0.0;
-  double deviation = 0.0;  ///< over the draws
-  classifier::Interval ci95;
+  double deviation = 0.0;     ///< over the draws
+  classifier::Interval ci95;  ///< over the splits, each with the mean of its draws
 };
 struct CurvePoint {
   std::size_t trials = 0;  ///< of each label, at most
-  std::size_t splits = 0;  ///< draws over all splits
+  std::size_t draws = 0;   ///< over all splits
   std::vector<CurveValue> values;
 };
 

@@ -141,7 +141,7 @@ std::string curve_part(const EvaluationPage& page) {
   }
   return figure(
       "<div class=\"scroll\">" + learning_curve_figure(page.curve) + "</div>\n" + table.finish(),
-      "Accuracy [%] and deviation over " + std::to_string(page.curve.front().splits) +
+      "Accuracy [%] and deviation over " + std::to_string(page.curve.front().draws) +
           " draws of training trials; the test parts stay the same.",
       badge(page.bench));
 }

@@ -17,12 +17,12 @@ struct EvaluatedMethod {
   classifier::vibro::Assessment result;
 };
 
+/// Intervals of the methods are shown as they are named.
 struct VibroEvaluation {
   BenchKind bench = BenchKind::unknown;
   std::string dataset, sha256;
   std::vector<std::pair<std::string, std::string>> facts;  ///< name and value, plain text
-  classifier::vibro::Protocol protocol = classifier::vibro::Protocol::blocks;
-  double window_s = 0, features_s = 0;  ///< features_s: of one window, measured
+  double window_s = 0, features_s = 0;                     ///< features_s: of one window, measured
   std::vector<EvaluatedMethod> methods;
   std::string importance;  ///< plain text; may be empty
 };

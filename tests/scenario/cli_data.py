@@ -172,7 +172,7 @@ def splits_and_curves(t, d):
     e = t.succeeds(*loud, "--learning-curve", "2,3", "--curve-draws", "2", cwd=d)
     t.expect(e["splits"] == 2 and list(e["results"]) == ["lda", "pvalue"], f"two groups: {e['splits']}")
     curve = e["learning_curve"]
-    t.expect([p["trials"] for p in curve] == [2, 3] and curve[0]["splits"] == 4, f"curve: {curve}")
+    t.expect([p["trials"] for p in curve] == [2, 3] and curve[0]["splits"] == 2 and curve[0]["draws"] == 4, f"curve: {curve}")
     t.expect(all(0.3 <= p["accuracy"]["lda"]["mean"] <= 1 for p in curve), f"curve: {curve}")
     t.refuses(*loud, "--learning-curve", "5", cwd=d, says=["--learning-curve", "at most 4"])
     t.refuses(*loud, "--train-fraction", "0.4", cwd=d, says=["--leave-one-group-out"], status=2)

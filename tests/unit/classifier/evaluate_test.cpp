@@ -42,11 +42,33 @@ TEST_CASE("A stratified split refuses odd fractions, no repeats and a label with
   const auto two_each = stratified_splits(std::vector<std::string>{"a", "a", "b", "b"}, 0.5, 1, 1);
   REQUIRE_FALSE(two_each);
   CHECK(two_each.error().expected == "at least 3 trials of each");
-  const auto large =
-      stratified_splits(std::vector<std::string>{"a", "a", "b", "b", "b"}, 0.9, 1, 1);
-  REQUIRE_FALSE(large);
-  CHECK(large.error().expected == "a smaller fraction");
   CHECK(stratified_splits(std::vector<std::string>{"a", "a", "b", "b", "b"}, 0.5, 1, 1));
+}
+
+TEST_CASE("A stratified split tests every label of three trials or more, whatever the fraction") {
+  std::vector<std::string> labels = {"a", "a", "b", "b", "b"};
+  labels.insert(labels.end(), 9, "c");
+  const auto splits = stratified_splits(labels, 0.99, 5, 1);
+  REQUIRE(splits);
+  for (const Split& split : *splits) {
+    REQUIRE(split.test.size() == 2);
+    CHECK(labels[split.test[0]] == "b");
+    CHECK(labels[split.test[1]] == "c");
+  }
+}
+
+TEST_CASE("Labels that no split tests are told, with their recordings and the group they are in") {
+  const std::vector<std::string> labels = {"a", "a", "b", "b", "b", "c", "c", "a"};
+  const std::vector<std::string> groups = {"x", "y", "x", "x", "x", "x", "y", "z"};
+  const std::vector<std::string> files = {"1", "2", "3#0", "3#1", "4", "5", "6", "7"};
+  const std::vector<Split> splits = {{{1, 2, 3, 4}, {0}}, {{0, 2, 3, 4}, {1}}};
+  const auto never = never_tested(splits, labels, groups, files);
+  REQUIRE(never.size() == 2);
+  CHECK(never[0].label == "b");
+  CHECK(never[0].recordings == 2);
+  CHECK(never[0].group == "x");
+  CHECK(never[1].label == "c");
+  CHECK(never[1].group.empty());
 }
 
 TEST_CASE("A grouped split keeps groups whole and leaves the others out") {

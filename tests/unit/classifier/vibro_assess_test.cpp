@@ -169,6 +169,17 @@ TEST_CASE("Splits that cannot train or test are refused") {
     CHECK(protocol_from(to_string(p)).value() == p);
 }
 
+TEST_CASE("Training windows that cannot be parted refuse a choice before anything is trained") {
+  const Cut two = cut(levels(3, 2), with(Protocol::groups));
+  CHECK_FALSE(check_choice(two.windows, two.splits, Protocol::groups));
+  std::size_t looks = 0;
+  const auto clock = [&] { return static_cast<double>(++looks); };
+  CHECK_FALSE(assess_chosen(two.windows, two.splits, Protocol::groups, quick_methods(), {}, clock));
+  CHECK(looks == 0);
+  const Cut three = cut(levels(3, 3), with(Protocol::groups));
+  CHECK(check_choice(three.windows, three.splits, Protocol::groups));
+}
+
 TEST_CASE("The macro F-score is the mean over the labels that were asked about or answered") {
   Confusion c({"a", "b", "c"});
   c.at(0, 0) = 3;

@@ -2,6 +2,9 @@
 
 #include "daemon/cli/evaluate_outcome.hpp"
 
+#include <nlohmann/json.hpp>
+
+#include "daemon/cli/evaluate_text.hpp"
 #include "tests/unit/daemon/report_fixture.hpp"
 
 namespace weft::daemon::cli::evaluate_outcome_test {
@@ -57,6 +60,76 @@ TEST_CASE("an interval of groups left out says what it is, on the curve as well"
   CHECK(differing->outcomes[0].evaluation.ci95.method == words);
   REQUIRE(differing->curve[0].values[0].deviation > 0);
   CHECK(differing->curve[0].values[0].ci95.method == words);
+}
+
+TEST_CASE(
+    "draws of a learning curve are no groups and no splits: the interval is over the splits") {
+  ChosenTrials chosen = chosen_trials();
+  for (std::size_t row = 0; row < 3; ++row) chosen.features.labels[row] = "pile";  // some wrong
+  EvaluateArgs args = groups_left_out();
+  args.curve = {2};
+  args.curve_draws = 40;
+  const auto measured = measure(args, chosen);
+  if (!measured) FAIL(to_string(measured.error()));
+  const CurvePoint& point = measured->curve[0];
+  CHECK(point.draws == 2 * 40);
+  const classifier::Interval& sure = point.values[0].ci95;
+  CHECK(sure.method.ends_with("over the groups left out"));
+  const auto drawn = classifier::thinned(measured->splits, chosen.features.labels,
+                                         chosen.features.files, 2, 40, args.training.seed);
+  REQUIRE(drawn);
+  const auto each =
+      classifier::evaluate(chosen.features, *drawn, classifier::Learner::lda, options_of(args));
+  REQUIRE(each);
+  std::vector<double> of_group(2);
+  for (std::size_t i = 0; i < 80; ++i) of_group[i / 40] += each->splits[i].accuracy / 40;
+  const auto expected = classifier::split_interval(of_group, mean_sizes(measured->splits));
+  CHECK(sure.low == Approx(expected.low));
+  CHECK(sure.high == Approx(expected.high));
+  args.leave_one_group_out = false;
+  args.train_groups = {"A"};
+  args.test_groups = {"B"};
+  const auto fixed = measure(args, chosen);
+  if (!fixed) FAIL(to_string(fixed.error()));
+  const CurveValue& value = fixed->curve[0].values[0];
+  CHECK(value.deviation > 0);
+  const auto asked = static_cast<double>(fixed->splits[0].test.size());
+  CHECK(value.ci95.low == Approx(classifier::wilson_of_share(value.accuracy, asked).low));
+  CHECK(value.ci95.method == classifier::wilson_interval(1, 2).method);
+}
+
+TEST_CASE("what can be known before a training is refused before it") {
+  ChosenTrials chosen = chosen_trials();
+  // whatever is trained is refused: so the sentence tells which came first
+  chosen.features.values.row(0)[0] = std::nan("");
+  EvaluateArgs args = groups_left_out();
+  CHECK(measure(args, chosen).error().message.find("not so many") == std::string::npos);
+  args.curve = {2, 31};
+  CHECK(measure(args, chosen).error().message == "not so many training recordings");
+  args.curve.clear();
+  args.none_of_these = true;
+  for (std::string& label : chosen.features.labels)
+    if (label == "pile") label = "wool";
+  CHECK(measure(args, chosen).error().message == "too few fabrics to leave one out");
+}
+
+TEST_CASE("a label that is in one group alone is told to be never tested") {
+  ChosenTrials chosen = chosen_trials();
+  EvaluateArgs args = groups_left_out();
+  const auto all = measure(args, chosen);
+  if (!all) FAIL(to_string(all.error()));
+  CHECK(all->never_tested.empty());
+  for (std::size_t row = 0; row < 3; ++row) chosen.features.labels[row] = "silk";
+  const auto measured = measure(args, chosen);
+  if (!measured) FAIL(to_string(measured.error()));
+  REQUIRE(measured->never_tested.size() == 1);
+  CHECK(never_tested_words(measured->never_tested, "trials") ==
+        "silk (3 trials, in group A alone)");
+  CHECK(report_text(args, chosen, *measured).find("silk (3 trials, in group A alone)") !=
+        std::string::npos);
+  const nlohmann::json out = report_json(args, chosen, *measured);
+  CHECK(out["never_tested"] ==
+        nlohmann::json::array({{{"label", "silk"}, {"recordings", 3}, {"group", "A"}}}));
 }
 
 TEST_CASE("features are timed on whole trials, each by itself") {
