@@ -43,22 +43,25 @@ void tell(const Services& services, const Lease& lease, std::string_view what, j
                         services.utc_us());
 }
 
-/// What `change` does with the leases is told once it is in the journal; where it cannot be kept
-/// they stay as they were.
+/// What `change` does with the leases is told once it is in the journal, with what people are to
+/// know of it in `more`; where it cannot be kept they stay as they were.
 Outcome changed(const Services& services, const Call& call, std::string_view what,
-                const std::function<Result<Lease>(access::Leases&)>& change) {
+                const std::function<Result<Lease>(access::Leases&)>& change,
+                const json& more = json::object()) {
   access::Leases after = *services.leases;
   const auto lease = change(after);
   if (!lease) return refused(lease.error());
-  json payload = lease_json(services, *lease);
+  json told = lease_json(services, *lease);
+  told.update(more);
+  json payload = told;
   payload["by"] = by(call.caller);
   if (const Status ok = services.log->journal(services.utc_us(), "", "lease." + std::string(what),
                                               by(call.caller), text_of(payload));
       !ok)
     return refused(ok.error());
   *services.leases = std::move(after);
-  tell(services, *lease, what, lease_json(services, *lease), by(call.caller));
-  return text_of(lease_json(services, *lease));
+  tell(services, *lease, what, told, by(call.caller));
+  return text_of(told);
 }
 
 /// In the journal where it adds a second or more to what is there: who renews without end does not
@@ -144,13 +147,14 @@ void add_lease_methods(rpc::Methods& methods, const Services& services) {
                Role::admin,
                Effect::change,
                {lease_param, {"reason", ParamType::text, true, "a few words"}},
-               "the lease that is over",
+               "the lease that is over, reason",
                rpc::Memory::while_running},
               [s, id_of](const Call& call) {
                 const std::string reason = call.params.at("reason").get<std::string>();
-                return changed(*s, call, "broken", [&](access::Leases& leases) {
+                const auto broken = [&](access::Leases& leases) {
                   return leases.break_lease(id_of(call), reason, s->now());
-                });
+                };
+                return changed(*s, call, "broken", broken, {{"reason", reason}});
               });
   methods.add({"lease.list", "who holds what", {}, {}, {}, "leases"},
               [s](const Call&) { return list_leases(*s); });

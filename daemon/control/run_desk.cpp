@@ -151,7 +151,7 @@ void RunDesk::plan_known(Run& run, const PlanKnown& plan) {
 }
 
 Result<CampaignRequest> RunDesk::request_of(const StoredRun& run) const {
-  CampaignRequest request{run.recipe, run.rig, run.folder, run.seed};
+  CampaignRequest request{run.recipe, around_.rig, run.folder, run.seed};
   request.resume = run.resume;
   request.accept_whole = true;
   if (run.resume)
@@ -178,8 +178,9 @@ void RunDesk::begin_next() {
   Run& run = *numbered(*next);
   const bool plan_is_known = run.limits.arming.count() != 0;  // else it is from before a restart
   if (!plan_is_known) run.limits = Deadlines::of(0, 600);     // until its thread has looked
-  run.view.stored.bench =
-      to_string(bench_kind_of(run.view.stored.rig));  // by now it may be another
+  // By now this may be another rig's desk, on which a resume will be refused.
+  if (!run.view.stored.resume) run.view.stored.rig = around_.rig;
+  run.view.stored.bench = to_string(bench_kind_of(around_.rig));
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
   run.orders.emplace();
   run.at_work = true;
@@ -298,7 +299,9 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
   keep(run);  // also of one that had been given up
   apply(run, on_ended(may_go_on), "auto:run");
   tell_end(run);
-  if (!summary && run.checked && !run.took_rig && stored.outcome == "failed") hold_after(run);
+  // What goes on may lack something of its own; a recipe was checked when it was put in line.
+  const bool costs_all = run.checked || !stored.resume;
+  if (!summary && costs_all && !run.took_rig && stored.outcome == "failed") hold_after(run);
   begin_next();
 }
 

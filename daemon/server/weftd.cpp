@@ -273,6 +273,7 @@ Status Daemon::begin(const DaemonOptions& options) {
     if (http_) http_->pump();
   });
   for (const control::RunView& run : desk_->all()) changed(run);
+  hub_.publish("rig", rig_delta(desk_->standing(), "auto:daemon"), utc_us());
   return log_.journal(utc_us(), "", "daemon.started", "auto:daemon");
 }
 

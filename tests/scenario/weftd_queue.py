@@ -132,6 +132,9 @@ def interrupted(folder, client, daemon):
 def after(client, behind, run):
     """The rig is as it was left: only a word lets the next begin."""
     assert client.call("rig.state") == {"rig": "unknown", "left_by": run}
+    shown = client.call("sub.open", topics=["rig"], mode="latest")
+    assert (shown["snapshot"]["rig"]["rig"], shown["snapshot"]["rig"]["left_by"]) == ("unknown", run), shown
+    client.call("sub.close", sub=shown["sub"])
     assert client.call("run.get", run=behind)["state"] == "queued"
     client.call("rig.reset", reason="looked at the probe")
     assert client.call("run.wait", run=behind)["outcome"] == "complete"

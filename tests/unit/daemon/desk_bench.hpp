@@ -56,6 +56,7 @@ struct DeskBench {
   /// What every run's thread does at each line of its progress.
   std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
   bool no_bench_comes_up = false;
+  bool rig_file_is_broken = false;
   std::unique_ptr<control::RunDesk> desk;
 
   explicit DeskBench(const TemporaryFolder& where, const std::string& recipe = tiny_recipe(2))
@@ -77,6 +78,7 @@ struct DeskBench {
   }
 
   Result<CampaignSummary> performed(const CampaignRequest& wanted, CampaignHooks hooks) {
+    if (rig_file_is_broken) return fail(Errc::invalid_argument, "not JSON", wanted.rig.string());
     if (no_bench_comes_up) {
       hooks.planned(check_request(wanted)->plan);
       return fail(Errc::io, "no device answers", "stage.x");

@@ -197,6 +197,39 @@ TEST_CASE("a bench that does not come up costs one run; the others wait for a wo
   CHECK_FALSE(bench.desk->line().held());  // nobody waits
 }
 
+TEST_CASE("a rig file that is damaged while runs wait costs one run") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  REQUIRE(bench.desk->hold_line("test"));
+  const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
+  bench.rig_file_is_broken = true;
+  REQUIRE(bench.desk->start_line("test"));
+  CHECK(bench.ended(first).stored.outcome == "failed");
+  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
+  CHECK(bench.desk->line().held_by == "auto:failed");
+}
+
+TEST_CASE("a run that waits begins on the rig of the daemon that begins it, never on another") {
+  const TemporaryFolder folder;
+  {
+    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+    StoredRun run;
+    run.recipe = test::request_in(folder, test::tiny_recipe(1)).recipe;
+    run.rig = folder / "another-rig.json";
+    run.folder = folder / "R-000001";
+    REQUIRE(store.add(run));
+    RunLine line;
+    line.put(run.number, 0);
+    REQUIRE(store.keep(line));
+  }
+  DeskBench bench(folder, test::tiny_recipe(1));
+  CHECK(bench.desk->line().held());
+  REQUIRE(bench.desk->start_line("test"));
+  const RunView ended = bench.ended("R-000001");
+  CHECK(ended.stored.outcome == "complete");
+  CHECK(ended.stored.rig == bench.request.rig);
+}
+
 TEST_CASE("what is left of a run that has ended is named to who wants to go on with it") {
   const TemporaryFolder folder;
   DeskBench bench(folder);

@@ -316,6 +316,19 @@ TEST_CASE("The topic of a lease is its state: who holds it, and the last that wa
                                           "lease.acquired", "lease.expired"});
 }
 
+TEST_CASE("Why a lease was broken is answered, told to all and kept") {
+  Talk talk;
+  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  const std::string lease = talk.ask("lease.acquire").at("result").at("lease");
+  const std::string why = "its owner has gone home";
+  CHECK(talk.ask("lease.break", {{"lease", lease}, {"reason", why}}).at("result").at("reason") ==
+        why);
+  const json told = json::parse(talk.hub.open({{"lease:*"}, Mode::latest}).snapshot_json);
+  CHECK(told.at("lease:rig:bench").at("broken").at("reason") == why);
+  CHECK(talk.lines().back().kind == "lease.broken");
+  CHECK(json::parse(talk.lines().back().payload_json).at("reason") == why);
+}
+
 TEST_CASE(
     "A recipe that cannot be written has a line that says so, and the folder's loss is told") {
   Talk talk;

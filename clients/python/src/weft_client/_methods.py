@@ -161,7 +161,7 @@ class LeaseMethods:
         lease: its name, "L-9c1d40b2-7"
         reason: a few words
         idem: key of this change: asked again, the first answer comes
-        Result: the lease that is over. Least role: admin. Changes something.
+        Result: the lease that is over, reason. Least role: admin. Changes something.
         """
         return self._call("lease.break", {"lease": lease, "reason": reason, "idem": idem})
 
