@@ -54,12 +54,12 @@ Status TokenKeeper::remove(std::string_view name) {
 }
 
 Result<std::string> TokenKeeper::add(std::string name, Role role, std::int64_t expires_us,
-                                     std::int64_t now_us) {
+                                     std::string user, std::int64_t now_us) {
   std::string made;
   const Status changed =
       TokenFile::change(file_, TokenFile::Wait::not_at_all, [&](TokenFile& tokens) -> Status {
         tokens.forget_expired(now_us);
-        auto token = tokens.add(std::move(name), role, expires_us);
+        auto token = tokens.add(std::move(name), role, expires_us, std::move(user));
         if (!token) return pass(token.error());
         made = std::move(*token);
         return {};

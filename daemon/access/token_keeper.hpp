@@ -24,7 +24,7 @@ class TokenKeeper {
   [[nodiscard]] bool stands(const TokenEntry& entry, std::int64_t now_us) const;
   /// A new one, in what the file holds now; those whose time is over are forgotten.
   /// Errors: TokenFile::change()'s, and add()'s.
-  Result<std::string> add(std::string name, Role role, std::int64_t expires_us,
+  Result<std::string> add(std::string name, Role role, std::int64_t expires_us, std::string user,
                           std::int64_t now_us);
   /// Errors: TokenFile::change()'s, and remove()'s.
   Status remove(std::string_view name);

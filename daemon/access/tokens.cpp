@@ -41,12 +41,23 @@ Status check_private(const std::filesystem::path& file) {
               "a file with mode 0600", {}, "chmod 600 " + file.string());
 }
 
+constexpr const char* user_key = "acts_for";
+
 Result<TokenEntry> entry_of(const json& one) {
   const auto role = role_from(one.value("role", ""));
   if (!role || !one.contains("name") || !one.contains("sha256") || !one.contains("expires_us"))
     return fail(Errc::parse, "a token without name, role, sha256 or expires_us", "tokens");
   return TokenEntry{one.at("name").get<std::string>(), *role, one.at("sha256").get<std::string>(),
-                    one.at("expires_us").get<std::int64_t>()};
+                    one.at("expires_us").get<std::int64_t>(), one.value(user_key, "")};
+}
+
+json json_of(const TokenEntry& entry) {
+  json out{{"name", entry.name},
+           {"role", to_string(entry.role)},
+           {"sha256", entry.sha256},
+           {"expires_us", entry.expires_us}};
+  if (!entry.user.empty()) out[user_key] = entry.user;
+  return out;
 }
 
 }  // namespace
@@ -116,7 +127,14 @@ Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
   return out;
 }
 
-Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t expires_us) {
+// Its owner is no user of the machine, who may have the same name: leases, keys and the journal
+// tell them apart.
+std::string user_of(const TokenEntry& entry) {
+  return entry.user.empty() ? "token:" + entry.name : entry.user;
+}
+
+Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t expires_us,
+                                   std::string user) {
   const bool taken = std::any_of(entries_.begin(), entries_.end(),
                                  [&](const TokenEntry& entry) { return entry.name == name; });
   if (name.empty() || taken)
@@ -124,7 +142,7 @@ Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t exp
                 "a new name", name, "weft token remove takes the old one away");
   auto token = random_token();
   if (!token) return pass(token.error());
-  entries_.push_back({std::move(name), role, sha256_hex(*token), expires_us});
+  entries_.push_back({std::move(name), role, sha256_hex(*token), expires_us, std::move(user)});
   return token;
 }
 
@@ -143,11 +161,7 @@ Status TokenFile::remove(std::string_view name) {
 
 Status TokenFile::save() const {
   json list = json::array();
-  for (const TokenEntry& entry : entries_)
-    list.push_back({{"name", entry.name},
-                    {"role", to_string(entry.role)},
-                    {"sha256", entry.sha256},
-                    {"expires_us", entry.expires_us}});
+  for (const TokenEntry& entry : entries_) list.push_back(json_of(entry));
   return write_text_file(file_, json{{"tokens", std::move(list)}}.dump(2) + "\n", Readers::owner);
 }
 

@@ -20,7 +20,12 @@ struct TokenEntry {
   Role role = Role::observer;
   std::string sha256;           ///< of the token's text, hexadecimal
   std::int64_t expires_us = 0;  ///< UTC
+  /// For whom it acts, "ada": of the machine, or "token:NAME". Empty: for itself, "token:" + name.
+  std::string user = {};
 };
+
+/// Whose leases and keys are at hand with this token, and whom events name.
+std::string user_of(const TokenEntry& entry);
 
 /// The daemon's tokens, one JSON file that only its owner may read.
 class TokenFile {
@@ -28,8 +33,10 @@ class TokenFile {
   /// No file is no tokens. Errors: parse; wrong_state, when others may read or write it.
   static Result<TokenFile> load(const std::filesystem::path& file);
 
-  /// Makes one and returns its text, which is not kept. Errors: io, invalid_argument (name).
-  Result<std::string> add(std::string name, Role role, std::int64_t expires_us);
+  /// Makes one and returns its text, which is not kept. `user`: TokenEntry's. Errors: io,
+  /// invalid_argument (name).
+  Result<std::string> add(std::string name, Role role, std::int64_t expires_us,
+                          std::string user = {});
   /// Of those whose time is over no more is known.
   void forget_expired(std::int64_t now_us);
   /// Errors: not_found.

@@ -47,7 +47,8 @@ struct Services {
   BenchPace* pace = nullptr;   ///< of a simulated bench
   server::Sessions* sessions = nullptr;
   /// A new token, kept. Errors: TokenFile's.
-  std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us)>
+  std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us,
+                                    std::string user)>
       add_token = {};
   std::function<Status(std::string_view name)> remove_token = {};
   /// Why the file of tokens cannot be read; nothing where it can.

@@ -35,11 +35,15 @@ Outcome add(const Services& services, const Call& call) {
                     std::to_string(days),
                     {}});
   const std::int64_t expires_us = services.utc_us() + days * day_us;
-  const auto token = services.add_token(name, *role, expires_us);
+  const std::string user = call.params.value("own", false) ? call.caller.user : "";
+  const auto token = services.add_token(name, *role, expires_us, user);
   if (!token && token.error().code == Errc::invalid_argument && !name.empty())
     return tl::unexpected(rpc::rpc_error(rpc::code::state + 13, "token.name_taken", token.error()));
   if (!token) return refused(token.error());
-  const json told{{"name", name}, {"role", wanted}, {"expires_us", expires_us}};
+  const json told{{"name", name},
+                  {"role", wanted},
+                  {"expires_us", expires_us},
+                  {"user", access::user_of({name, *role, {}, expires_us, user})}};
   if (const Status ok = services.log->journal(services.utc_us(), "", "token.added", by(call.caller),
                                               text_of(told));
       !ok) {
@@ -61,8 +65,11 @@ void add_token_methods(rpc::Methods& methods, const Services& services) {
                rpc::Effect::change,
                {{"name", ParamType::text, true, "whom it is for, a new name"},
                 {"role", ParamType::text, false, "observer, operator (default), engineer or admin"},
-                {"days", ParamType::integer, false, "how long it is good for [days], 30"}},
-               "name, role, expires_us, token",
+                {"days", ParamType::integer, false, "how long it is good for [days], 30"},
+                {"own", ParamType::flag, false,
+                 "it is for yourself: who comes with it is you, as far as its role goes, and has "
+                 "your leases and keys; else token:NAME"}},
+               "name, role, expires_us, user (who comes with it), token",
                rpc::Memory::while_running},
               [s](const Call& call) { return add(*s, call); });
 }

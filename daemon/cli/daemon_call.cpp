@@ -77,10 +77,32 @@ Result<json> run_told(Client& daemon, const std::string& named) {
   return call(daemon, "run.get", {{"run", *id}});
 }
 
+namespace {
+
+/// That which this user has taken already, by the page or another program of his; null where he has
+/// none.
+Result<json> own_lease(Client& daemon) {
+  const auto me = call(daemon, "session.whoami");
+  if (!me) return pass(me.error());
+  const auto held = call(daemon, "lease.list");
+  if (!held) return pass(held.error());
+  for (const json& lease : held->at("leases"))
+    if (lease.at("user") == me->at("user")) return lease.at("lease");
+  return json();
+}
+
+}  // namespace
+
 // A lease that is over by the time it is given back was looked at when the change began; one that
 // cannot be given back ends by itself. What the daemon answered stands either way.
 Result<json> under_lease(Client& daemon, const LeaseWish& wish, std::string_view method,
                          json params) {
+  const auto own = own_lease(daemon);
+  if (!own) return pass(own.error());
+  if (own->is_string()) {
+    params["lease"] = *own;
+    return call(daemon, method, params);
+  }
   const auto lease =
       call(daemon, "lease.acquire", {{"note", wish.note}, {"ttl_ms", wish.longest.count()}});
   if (!lease) return pass(lease.error());

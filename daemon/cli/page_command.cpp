@@ -21,10 +21,11 @@ std::string own_name() {
   return entry == nullptr ? "page" : entry->pw_name;
 }
 
-/// Names of tokens are taken once: "ada", "ada-2", ...
+/// Names of tokens are taken once: "ada", "ada-2", ... A link for yourself acts for you, so that
+/// page and terminal steer the same run; one for somebody else does not.
 Result<json> new_token(client::Client& daemon, const PageArgs& args) {
   const std::string name = args.name.empty() ? own_name() : args.name;
-  const json terms{{"role", args.role}, {"days", args.days}};
+  const json terms{{"role", args.role}, {"days", args.days}, {"own", args.name.empty()}};
   Result<json> made = json();
   for (int i = 1; i <= most_tries; ++i) {
     json params = terms;
@@ -39,7 +40,9 @@ Result<json> new_token(client::Client& daemon, const PageArgs& args) {
 
 void add_options(CLI::App& command, PageArgs& args) {
   add_socket(command, args);
-  command.add_option("--name", args.name, "whom it is for; your name where it is left out");
+  command.add_option(
+      "--name", args.name,
+      "whom it is for; left out, it is yours: the page and your terminal are one user");
   command.add_option("--role", args.role, "observer (who watches), operator, engineer or admin")
       ->check(CLI::IsMember({"observer", "operator", "engineer", "admin"}))
       ->capture_default_str();

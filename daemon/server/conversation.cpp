@@ -58,7 +58,7 @@ const rpc::MethodSpec& session_open() {
        {"token", rpc::ParamType::text, false, "where the peer's credentials do not do"},
        {"want", rpc::ParamType::list, false,
         "features; those of them that there are come back, all where it is left out"}},
-      "session, user (token:NAME of one with a token), role, protocol, features, epoch, seq, "
+      "session, user (with a token: as token.add says), role, protocol, features, epoch, seq, "
       "ready"};
   return spec;
 }

@@ -41,12 +41,11 @@ std::string http_url(const asio::ip::address& address, std::uint16_t port, bool 
   return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
 }
 
-/// One wording for all that can be wrong with a token. Its owner is no user of the machine, who may
-/// have the same name: leases, keys and the journal tell them apart.
+/// One wording for all that can be wrong with a token.
 Result<TokenOwner> owner_of(access::TokenKeeper& tokens, std::string_view token,
                             std::int64_t utc_us) {
   if (const auto entry = tokens.find(token, utc_us))
-    return TokenOwner{"token:" + entry->name, entry->role, *entry};
+    return TokenOwner{access::user_of(*entry), entry->role, *entry};
   return fail(Errc::wrong_state, "this token is not, or no more, good for anything",
               "/params/token", {}, {}, "weft token add makes one");
 }
@@ -160,12 +159,12 @@ void Daemon::wire(const DaemonOptions& options) {
                    },
                .files = &files_,
                .pace = &pace_,
-               .add_token = [this](std::string name, access::Role role,
-                                   std::int64_t expires_us) -> Result<std::string> {
+               .add_token = [this](std::string name, access::Role role, std::int64_t expires_us,
+                                   std::string user) -> Result<std::string> {
                  if (own_ != nullptr)
                    return fail(Errc::wrong_state, "a daemon inside weft run has no tokens", {}, {},
                                {}, "It is there for this machine's users alone");
-                 return tokens_.add(std::move(name), role, expires_us, utc_us());
+                 return tokens_.add(std::move(name), role, expires_us, std::move(user), utc_us());
                },
                .remove_token = [this](std::string_view name) { return tokens_.remove(name); },
                .tokens_problem = [this] { return tokens_.problem(); },

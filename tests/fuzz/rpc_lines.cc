@@ -63,9 +63,8 @@ class SmallDaemon {
         .files = &files_,
         .pace = &pace_,
         .sessions = &shared_.sessions,
-        .add_token = [](const std::string&, access::Role, std::int64_t) -> Result<std::string> {
-          return std::string("wft_0");
-        },
+        .add_token = [](const std::string&, access::Role, std::int64_t,
+                        const std::string&) -> Result<std::string> { return std::string("wft_0"); },
         .remove_token = [](std::string_view) -> Status { return {}; }};
     api::add_methods(methods_, services_);
     shared_ = {&methods_, &hub_, &answered_, "e1", {}, {}, {}, [] { return Clock(); }};

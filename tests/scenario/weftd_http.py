@@ -134,9 +134,38 @@ def tokens(web, viewer, folder):
     told = web.call("log.query", kind="token.added")["lines"]
     assert [line["data"]["name"] for line in told] == ["page"], told
     assert made["token"] not in json.dumps(told) + (folder / "tokens.json").read_text()
-    link = subprocess.run([WEFT, "page", "--socket", folder / "data/weftd.sock"], check=True, capture_output=True, text=True).stdout.strip()
-    assert re.fullmatch(rf"http://127\.0\.0\.1:{web.port}/#token=wft_[0-9a-f]{{64}}", link), link
-    assert Web(web.port, link.partition("=")[2]).call("session.whoami")["role"] == "operator"
+
+
+def at_the_bench(folder, *words):
+    ran = subprocess.run([WEFT, *words, "--socket", folder / "data/weftd.sock"], capture_output=True, text=True)
+    assert ran.returncode == 0, (words, ran.stderr)
+    return ran.stdout.strip()
+
+
+def pages(web, folder):
+    """Who makes a link for himself is one user at page and terminal: what one holds the other steers. A link for somebody else is not he."""
+    def at_link(*words):
+        link = at_the_bench(folder, "page", *words)
+        assert re.fullmatch(rf"http://127\.0\.0\.1:{web.port}/#token=wft_[0-9a-f]{{64}}", link), link
+        return Web(web.port, link.partition("=")[2])
+
+    me = json.loads(at_the_bench(folder, "call", "session.whoami"))["user"]
+    namesake, page = at_link("--name", me), at_link()
+    who = page.call("session.whoami")
+    assert (who["user"], who["role"], who["local"]) == (me, "operator", False), who
+    assert namesake.call("session.whoami")["user"] == f"token:{me}"
+    lease = page.call("lease.acquire", ttl_ms=600000)["lease"]
+    assert namesake.call("run.start", recipe="small", lease=lease)["data"]["kind"] == "lease.required"
+    page.call("sim.clock", pace=20)
+    first = page.call("run.start", recipe="small", lease=lease)["run"]
+    assert namesake.call("run.pause", run=first, at="now")["data"]["kind"] == "lease.held"
+    at_the_bench(folder, "pause", first, "--now")
+    at_the_bench(folder, "resume", first)
+    page.call("sim.clock", pace=0)
+    at_the_bench(folder, "start", "small", "--wait")
+    assert [held["lease"] for held in page.call("lease.list")["leases"]] == [lease], "the page holds on to it"
+    page.call("lease.release", lease=lease)
+    assert {run["outcome"] for run in page.call("run.list")["runs"]} == {"complete"}
 
 
 def unusual(web):
@@ -355,6 +384,7 @@ def main():
             requests(web, Web(port, viewer))
             refusals(web)
             tokens(web, Web(port, viewer), folder)
+            pages(web, folder)
             unusual(web)
             events(web)
             order(web, folder)

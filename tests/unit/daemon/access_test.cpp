@@ -226,6 +226,22 @@ TEST_CASE(
   CHECK(keeper->add("another", Role::admin, 1000, 1));
 }
 
+TEST_CASE("A token acts for its own owner, or for whoever it was made for, over restarts too") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "tokens.json";
+  auto tokens = TokenFile::load(file);
+  REQUIRE(tokens);
+  const auto others = tokens->add("ada", Role::operator_, 1000);
+  const auto own = tokens->add("ada-2", Role::observer, 1000, "ada");
+  REQUIRE((others && own));
+  REQUIRE(tokens->save());
+  const auto again = TokenFile::load(file);
+  REQUIRE(again);
+  CHECK(user_of(*again->find(*others, 1)) == "token:ada");
+  CHECK(user_of(*again->find(*own, 1)) == "ada");
+  CHECK(again->find(*own, 1)->role == Role::observer);
+}
+
 TEST_CASE("A file of tokens that could not be read is told of, and read as soon as it can be") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "tokens.json";

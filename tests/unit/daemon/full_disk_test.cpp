@@ -144,7 +144,8 @@ TEST_CASE("leases and tokens whose line of the journal cannot be kept are as the
   services.rig_name = "bench";
   services.now = [] { return std::chrono::nanoseconds{}; };
   services.utc_us = [] { return std::int64_t{0}; };
-  services.add_token = [&](std::string name, access::Role, std::int64_t) -> Result<std::string> {
+  services.add_token = [&](std::string name, access::Role, std::int64_t,
+                           const std::string&) -> Result<std::string> {
     if (std::find(tokens.begin(), tokens.end(), name) != tokens.end())
       return fail(Errc::invalid_argument, "there is one of this name", "token");
     tokens.push_back(std::move(name));

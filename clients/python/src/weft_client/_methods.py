@@ -605,7 +605,7 @@ class SessionMethods:
         protocol: wanted, "1.x"
         token: where the peer's credentials do not do
         want: features; those of them that there are come back, all where it is left out
-        Result: session, user (token:NAME of one with a token), role, protocol, features, epoch, seq, ready. Least role:
+        Result: session, user (with a token: as token.add says), role, protocol, features, epoch, seq, ready. Least role:
         observer.
         """
         return self._call("session.open", {"client": client, "version": version, "protocol": protocol, "token": token,
@@ -747,16 +747,19 @@ class TokenMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
-    def add(self, *, name: str, role: Optional[str] = None, days: Optional[int] = None, idem: Optional[str] = None) -> JsonObject:
+    def add(self, *, name: str, role: Optional[str] = None, days: Optional[int] = None, own: Optional[bool] = None,
+            idem: Optional[str] = None) -> JsonObject:
         """Makes a token for TCP and HTTP; it is told once, here.
 
         name: whom it is for, a new name
         role: observer, operator (default), engineer or admin
         days: how long it is good for [days], 30
+        own: it is for yourself: who comes with it is you, as far as its role goes, and has your leases and keys; else
+            token:NAME
         idem: key of this change: asked again, the first answer comes
-        Result: name, role, expires_us, token. Least role: admin. Changes something.
+        Result: name, role, expires_us, user (who comes with it), token. Least role: admin. Changes something.
         """
-        return self._call("token.add", {"name": name, "role": role, "days": days, "idem": idem})
+        return self._call("token.add", {"name": name, "role": role, "days": days, "own": own, "idem": idem})
 
 
 class Api:
