@@ -36,8 +36,7 @@ bool Splitter::next(Message& message) {
   for (ByteView bytes = buffer_.view(); bytes.size() >= header_size; bytes = buffer_.view()) {
     const std::size_t length = plausible_length(bytes);
     if (length == 0) {
-      buffer_.consume(1);
-      ++skipped_bytes_;
+      buffer_.skip(1);
       continue;
     }
     if (bytes.size() < length) return false;

@@ -27,7 +27,7 @@ class Splitter {
 
   explicit Splitter(LineEnd line_end = LineEnd::host) : line_end_(line_end) {}
 
-  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+  void push(ByteView bytes) { buffer_.push(bytes); }
 
   /// Overwrites `message` with the next whole one; reuses the room of its data.
   bool next(Message& message);
@@ -38,14 +38,13 @@ class Splitter {
   [[nodiscard]] bool in_progress() const { return !buffer_.view().empty(); }
 
   /// Bytes that belonged to no plausible message, or did not fit.
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
 
  private:
   [[nodiscard]] std::size_t plausible_length(ByteView header) const;
 
   LineEnd line_end_;
   StreamBuffer buffer_{capacity};
-  std::uint64_t skipped_bytes_ = 0;
 };
 
 }  // namespace weft::protocols::apt

@@ -62,9 +62,8 @@ void StreamSplitter::begin_anywhere() {
 }
 
 void StreamSplitter::drop(std::size_t bytes) {
-  buffer_.consume(bytes);
+  buffer_.skip(bytes);
   dropped_since_record_ += bytes;
-  dropped_bytes_ += bytes;
 }
 
 bool StreamSplitter::next(StreamRecord& record, std::uint32_t& lost) {

@@ -49,18 +49,14 @@ class StreamSplitter {
   /// Nothing is known about where a record begins.
   void begin_anywhere();
 
-  void push(ByteView bytes) {
-    const std::size_t too_many = buffer_.push(bytes);
-    dropped_bytes_ += too_many;
-    dropped_since_record_ += too_many;
-  }
+  void push(ByteView bytes) { dropped_since_record_ += buffer_.push(bytes); }
   /// The next record, and how many were damaged or missing right before it, as far as the bytes
   /// tell: whole records that never came leave no trace.
   bool next(StreamRecord& record, std::uint32_t& lost);
 
   [[nodiscard]] bool in_step() const { return in_step_; }
   /// Bytes that were part of no record.
-  [[nodiscard]] std::uint64_t dropped_bytes() const { return dropped_bytes_; }
+  [[nodiscard]] std::uint64_t dropped_bytes() const { return buffer_.skipped_bytes(); }
   /// How often the step was lost.
   [[nodiscard]] std::uint64_t resynchronisations() const { return resynchronisations_; }
 
@@ -77,7 +73,6 @@ class StreamSplitter {
   bool in_step_ = false;
   bool damaged_here_ = false;  ///< what comes next failed, and was in step
   std::uint64_t dropped_since_record_ = 0;
-  std::uint64_t dropped_bytes_ = 0;
   std::uint64_t resynchronisations_ = 0;
 };
 

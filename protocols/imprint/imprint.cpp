@@ -132,8 +132,7 @@ void append(Bytes& out, const Frame& frame) {
 
 bool Splitter::next(Frame& frame) {
   const auto skip = [this](std::uint64_t damaged) {
-    buffer_.consume(1);
-    ++skipped_bytes_;
+    buffer_.skip(1);
     damaged_ += damaged;
   };
   for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {

@@ -89,18 +89,17 @@ class Splitter {
   /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
   static constexpr std::size_t capacity = 131072;
 
-  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+  void push(ByteView bytes) { buffer_.push(bytes); }
   bool next(Frame& frame);
   /// Forgets a frame in progress; the counters stay.
   void clear() { buffer_.clear(); }
 
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
   /// Frames with sync and version that could not be used.
   [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
 
  private:
   StreamBuffer buffer_{capacity};
-  std::uint64_t skipped_bytes_ = 0;
   std::uint64_t damaged_ = 0;
 };
 

@@ -49,8 +49,7 @@ std::optional<MbapFrame> MbapSplitter::next() {
   for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
     const std::optional<std::size_t> size = frame_size(bytes);
     if (!size) {
-      buffer_.consume(1);
-      ++skipped_bytes_;
+      buffer_.skip(1);
       continue;
     }
     if (bytes.size() < *size) return std::nullopt;

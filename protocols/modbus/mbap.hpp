@@ -28,14 +28,13 @@ class MbapSplitter {
  public:
   static constexpr std::size_t capacity = 4096;
 
-  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+  void push(ByteView bytes) { buffer_.push(bytes); }
   std::optional<MbapFrame> next();
   void clear() { buffer_.clear(); }
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
 
  private:
   StreamBuffer buffer_{capacity};
-  std::uint64_t skipped_bytes_ = 0;
 };
 
 }  // namespace weft::protocols::modbus

@@ -97,8 +97,7 @@ void append_rtu(Bytes& out, std::uint8_t slave, const Reply& reply) {
 }
 
 void RtuSplitter::skip(std::size_t count) {
-  buffer_.consume(count);
-  skipped_bytes_ += count;
+  buffer_.skip(count);
   in_step_ = false;
 }
 

@@ -33,7 +33,7 @@ class RtuSplitter {
   RtuSplitter(Side side, std::uint8_t slave)
       : side_(side), slave_(slave), in_step_(side == Side::requests) {}
 
-  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+  void push(ByteView bytes) { buffer_.push(bytes); }
   /// The PDU of the next frame, valid until the next push() or clear().
   std::optional<ByteView> next();
   /// Whether the last frame was a request to all slaves, which none answers.
@@ -45,7 +45,7 @@ class RtuSplitter {
     in_step_ = side_ == Side::requests;
   }
 
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
   /// Frames with a right slave address and a plausible length, and a wrong check value.
   [[nodiscard]] std::uint64_t crc_errors() const { return crc_errors_; }
 
@@ -63,7 +63,6 @@ class RtuSplitter {
   std::uint8_t slave_;
   bool in_step_;  ///< requests: nothing was skipped since the last frame or silence
   StreamBuffer buffer_{capacity};
-  std::uint64_t skipped_bytes_ = 0;
   std::uint64_t crc_errors_ = 0;
   bool to_all_ = false;
 };

@@ -44,22 +44,17 @@ void append(Bytes& out, const Frame& frame) {
   writer.write(crc16_ccitt(ByteView(out).subspan(start + sync.size())));
 }
 
-void Splitter::skip_byte() {
-  buffer_.consume(1);
-  ++skipped_bytes_;
-}
-
 bool Splitter::next(Frame& frame) {
   for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
     if (!plausible_head(bytes)) {
-      skip_byte();
+      buffer_.skip(1);
       continue;
     }
     const std::size_t size = frame_size(bytes[3]);
     if (bytes.size() < size) return false;
     if (!crc_agrees(bytes.first(size))) {
       ++crc_errors_;
-      skip_byte();
+      buffer_.skip(1);
       continue;
     }
     read_frame(bytes.first(size), frame);

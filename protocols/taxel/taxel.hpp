@@ -47,20 +47,17 @@ class Splitter {
   /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
   static constexpr std::size_t capacity = 65536;
 
-  void push(ByteView bytes) { skipped_bytes_ += buffer_.push(bytes); }
+  void push(ByteView bytes) { buffer_.push(bytes); }
   bool next(Frame& frame);
   /// Forgets a frame in progress; the counters stay.
   void clear() { buffer_.clear(); }
 
-  [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
+  [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
   /// Frames with a plausible head and a wrong check value.
   [[nodiscard]] std::uint64_t crc_errors() const { return crc_errors_; }
 
  private:
-  void skip_byte();
-
   StreamBuffer buffer_{capacity};
-  std::uint64_t skipped_bytes_ = 0;
   std::uint64_t crc_errors_ = 0;
 };
 

@@ -106,28 +106,23 @@ void append(Bytes& out, const Frame& frame) {
   writer.write(crc32(since_sync()));
 }
 
-void Splitter::skip_byte() {
-  buffer_.consume(1);
-  ++skipped_bytes_;
-}
-
 bool Splitter::next(Frame& frame) {
   for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
     if (!starts_a_frame(bytes)) {
-      skip_byte();
+      buffer_.skip(1);
       continue;
     }
     const Head head{static_cast<Kind>(bytes[3]), u16_at(bytes, 4)};
     if (!head_agrees(bytes.first(head_size)) || !makes_sense(head)) {
       ++crc_errors_;
-      skip_byte();
+      buffer_.skip(1);
       continue;
     }
     const std::size_t size = frame_size(head.body_size);
     if (bytes.size() < size) return false;
     if (!tail_agrees(bytes.first(size))) {
       ++crc_errors_;
-      skip_byte();
+      buffer_.skip(1);
       continue;
     }
     read_frame(bytes.first(size), head, frame);
