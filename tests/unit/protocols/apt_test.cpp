@@ -8,7 +8,10 @@ namespace apt_test {
 
 using namespace weft;
 using namespace weft::protocols::apt;
+using weft::testing::check_any_chunking;
+using weft::testing::check_bounded;
 using weft::testing::random_bytes;
+using weft::testing::random_stream;
 using weft::testing::split_in_pieces;
 
 namespace {
@@ -45,20 +48,6 @@ Message random_message(std::mt19937& random) {
       m.data = random_bytes(1 + random() % max_data_size, random);
       return m;
   }
-}
-
-struct Stream {
-  Bytes bytes;
-  std::vector<Message> messages;
-};
-
-Stream random_stream(std::size_t count, std::mt19937& random) {
-  Stream s;
-  for (std::size_t i = 0; i < count; ++i) {
-    s.messages.push_back(random_message(random));
-    append(s.bytes, s.messages.back());
-  }
-  return s;
 }
 
 }  // namespace
@@ -138,14 +127,7 @@ TEST_CASE("a message that is cut short or has bytes left over is refused") {
 
 TEST_CASE("any chunking of an APT stream gives the same messages") {
   std::mt19937 random(2);
-  const Stream stream = random_stream(200, random);
-  for (const std::size_t longest : {1U, 2U, 7U, 64U, 5000U}) {
-    Splitter splitter;
-    const auto messages =
-        split_in_pieces<Splitter, Message>(splitter, stream.bytes, longest, random);
-    CHECK(messages == stream.messages);
-    CHECK(splitter.skipped_bytes() == 0);
-  }
+  check_any_chunking<Splitter>(random, random_message);
 }
 
 TEST_CASE("the splitter finds the next message behind garbage, and counts the garbage") {
@@ -190,7 +172,7 @@ TEST_CASE("a controller's splitter takes a message whole whose length is not the
 TEST_CASE("bit flips, cuts and noise neither crash the APT splitter nor deafen it") {
   std::mt19937 random(3);
   for (int round = 0; round < 300; ++round) {
-    Bytes bytes = random_stream(20, random).bytes;
+    Bytes bytes = random_stream(20, random, random_message).bytes;
     for (int flips = 0; flips < 8; ++flips)
       bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
     bytes.resize(bytes.size() - random() % 10);
@@ -207,10 +189,7 @@ TEST_CASE("bit flips, cuts and noise neither crash the APT splitter nor deafen i
 }
 
 TEST_CASE("an APT splitter that nobody drains stays bounded and counts what it drops") {
-  Splitter splitter;
-  const Bytes chunk(10000, 0x01);
-  for (int i = 0; i < 20; ++i) splitter.push(chunk);
-  CHECK(splitter.skipped_bytes() == 20 * 10000 - Splitter::capacity);
+  check_bounded<Splitter>(0x01);
 }
 
 TEST_CASE("a message in progress is forgotten on request") {

@@ -11,7 +11,7 @@ namespace apt_vectors_test {
 using namespace weft;
 using namespace weft::protocols::apt;
 using nlohmann::json;
-using weft::testing::from_hex;
+using weft::testing::hex;
 using weft::testing::Vector;
 
 namespace {
@@ -136,7 +136,7 @@ const std::map<std::string, BodyCheck> body_checks{
 };
 
 Bytes bytes_of(const json& vector) {
-  Bytes bytes = from_hex(vector.at("hex"));
+  Bytes bytes = hex(vector.at("hex"));
   if (vector.contains("beginning")) bytes.resize(90, 0);  // HW_GET_INFO, completed with zeros
   return bytes;
 }

@@ -12,7 +12,7 @@ namespace ati_digital_test {
 
 using namespace weft;
 using namespace weft::protocols::ati_digital;
-using weft::testing::from_hex;
+using weft::testing::hex;
 
 namespace {
 
@@ -98,7 +98,7 @@ TEST_CASE("every stream vector decodes to its gauges and encodes back to its byt
     const auto golden = nlohmann::json::parse(vector.text);
     const StreamRecord expected{golden.at("fields").at("gauge_counts"),
                                 golden.at("fields").at("status_error")};
-    const Bytes bytes = from_hex(golden.at("hex"));
+    const Bytes bytes = hex(golden.at("hex"));
     CHECK(decode_record(bytes).value() == expected);
     Bytes encoded;
     append(encoded, expected);
@@ -107,7 +107,7 @@ TEST_CASE("every stream vector decodes to its gauges and encodes back to its byt
 }
 
 TEST_CASE("the status error is bit 7 of the last byte and no part of the sum") {
-  Bytes bytes = from_hex("00 64 01 2C 01 F4 FF 38 FE 70 FD A8 D0");
+  Bytes bytes = hex("00 64 01 2C 01 F4 FF 38 FE 70 FD A8 D0");
   CHECK(decode_record(bytes)->status_error);
   bytes[12] ^= 1;
   CHECK_FALSE(decode_record(bytes));

@@ -10,7 +10,12 @@ namespace imprint_test {
 
 using namespace weft;
 using namespace weft::protocols::imprint;
-using weft::testing::from_hex;
+using weft::testing::check_any_chunking;
+using weft::testing::check_bounded;
+using weft::testing::check_cut_frame;
+using weft::testing::check_flipped_bit;
+using weft::testing::hex;
+using weft::testing::random_bytes;
 using weft::testing::split_in_pieces;
 using weft::testing::Vector;
 
@@ -68,22 +73,6 @@ Frame random_frame(std::mt19937& random) {
   return frame;
 }
 
-struct Stream {
-  Bytes bytes;
-  std::vector<Frame> frames;
-  std::vector<std::size_t> ends;
-};
-
-Stream random_stream(std::size_t count, std::mt19937& random) {
-  Stream s;
-  for (std::size_t i = 0; i < count; ++i) {
-    s.frames.push_back(random_frame(random));
-    append(s.bytes, s.frames.back());
-    s.ends.push_back(s.bytes.size());
-  }
-  return s;
-}
-
 /// A frame that no writer of ours makes, with right check values.
 Bytes sealed(Kind kind, const Bytes& body) {
   // Both checks are over what a right frame has, so the frame is made by hand here.
@@ -118,7 +107,7 @@ TEST_CASE("every imprint vector decodes to its fields and encodes back to its by
     const nlohmann::json golden = nlohmann::json::parse(vector.text);
     REQUIRE_FALSE(golden.at("source").get<std::string>().empty());
     const Frame expected = frame_of(golden.at("fields"));
-    const Bytes bytes = from_hex(golden.at("hex"));
+    const Bytes bytes = hex(golden.at("hex"));
     CHECK(encode(expected) == bytes);
     Splitter splitter;
     splitter.push(bytes);
@@ -132,42 +121,17 @@ TEST_CASE("every imprint vector decodes to its fields and encodes back to its by
 
 TEST_CASE("any chunking of an imprint stream gives the same frames") {
   std::mt19937 random(21);
-  const Stream stream = random_stream(200, random);
-  for (const std::size_t longest : {1U, 3U, 47U, 4000U}) {
-    Splitter splitter;
-    CHECK(split_in_pieces<Splitter, Frame>(splitter, stream.bytes, longest, random) ==
-          stream.frames);
-    CHECK(splitter.skipped_bytes() == 0);
-    CHECK(splitter.damaged() == 0);
-  }
+  check_any_chunking(random, random_frame, &Splitter::damaged);
 }
 
 TEST_CASE("a flipped bit costs one imprint frame") {
   std::mt19937 random(22);
-  for (int round = 0; round < 300; ++round) {
-    const Stream stream = random_stream(6, random);
-    Bytes bytes = stream.bytes;
-    const std::size_t at = stream.ends[0] + random() % (stream.ends[1] - stream.ends[0]);
-    bytes[at] ^= static_cast<std::uint8_t>(1U << random() % 8);
-    Splitter splitter;
-    std::vector<Frame> expected = stream.frames;
-    expected.erase(expected.begin() + 1);
-    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 500, random) == expected);
-  }
+  check_flipped_bit<Splitter>(random, random_frame);
 }
 
 TEST_CASE("a cut imprint frame is given up for the ones behind it") {
   std::mt19937 random(23);
-  const Frame first = random_frame(random), second = random_frame(random);
-  const Bytes whole = encode(first);
-  for (std::size_t cut = 0; cut < whole.size(); ++cut) {
-    Bytes bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut));
-    append(bytes, second);
-    bytes.insert(bytes.end(), whole.size(), 0);
-    Splitter splitter;
-    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 30, random) ==
-          std::vector<Frame>{second});
-  }
+  check_cut_frame<Splitter>(random, random_frame);
 }
 
 TEST_CASE("bodies that no array sends are no frames, whatever their check values say") {
@@ -207,9 +171,7 @@ TEST_CASE("noise gives no imprint frames, and a splitter that nobody drains stay
   const Bytes noise = testing::random_bytes(200000, random);
   CHECK(split_in_pieces<Splitter, Frame>(splitter, noise, 1000, random).empty());
   CHECK(splitter.skipped_bytes() > 180000);
-  Splitter full;
-  for (int i = 0; i < 20; ++i) full.push(Bytes(10000, protocols::imprint::sync[0]));
-  CHECK(full.skipped_bytes() == 20 * 10000 - Splitter::capacity);
+  check_bounded<Splitter>(protocols::imprint::sync[0]);
 }
 
 }  // namespace imprint_test

@@ -12,7 +12,7 @@ namespace modbus_test {
 using namespace weft;
 using namespace weft::protocols::modbus;
 using nlohmann::json;
-using weft::testing::from_hex;
+using weft::testing::hex;
 using weft::testing::random_bytes;
 
 namespace {
@@ -77,7 +77,7 @@ void check_mbap(const Bytes& bytes, const Message& expected, const json& f) {
 template <class Message>
 void check_vector(const json& golden, const Message& expected, Side side) {
   const json& f = golden.at("fields");
-  const Bytes bytes = from_hex(golden.at("hex"));
+  const Bytes bytes = hex(golden.at("hex"));
   if (f.at("framing") == "rtu")
     check_rtu(bytes, expected, side, f.at("slave"));
   else
@@ -118,7 +118,7 @@ std::vector<Request> requests_in(ByteView stream, std::size_t longest, std::mt19
 }
 
 Errc refused_request(const std::string& pdu) {
-  const Result<Request> request = decode_request(from_hex(pdu));
+  const Result<Request> request = decode_request(hex(pdu));
   REQUIRE_FALSE(request);
   return request.error().code;
 }
@@ -172,11 +172,11 @@ TEST_CASE("a flipped bit costs one Modbus request, never makes a wrong one") {
 
 TEST_CASE("a request that was cut short is forgotten when the line has been silent") {
   RtuSplitter splitter(Side::requests, 10);
-  splitter.push(from_hex("0A 10 00 00 00 06 0C 02"));
+  splitter.push(hex("0A 10 00 00 00 06 0C 02"));
   CHECK_FALSE(splitter.next());
   CHECK(splitter.rest().size() == 8);
   splitter.clear();
-  splitter.push(from_hex("0A 03 00 1D 00 01 15 77"));
+  splitter.push(hex("0A 03 00 1D 00 01 15 77"));
   CHECK(splitter.next());
 }
 
@@ -211,9 +211,9 @@ TEST_CASE("noise gives no Modbus frames, and a splitter that nobody drains stays
 }
 
 TEST_CASE("standard functions that nobody serves are framed and refused as unknown") {
-  for (const char* hex : {"0A 01 00 00 00 08", "0A 11", "0A 0F 00 00 00 08 01 FF",
-                          "0A 17 00 00 00 01 00 00 00 01 02 00 00"}) {
-    Bytes frame = from_hex(hex);
+  for (const char* text : {"0A 01 00 00 00 08", "0A 11", "0A 0F 00 00 00 08 01 FF",
+                           "0A 17 00 00 00 01 00 00 00 01 02 00 00"}) {
+    Bytes frame = hex(text);
     LittleWriter(frame).write(crc16_modbus(frame));
     RtuSplitter splitter(Side::requests, 10);
     splitter.push(frame);
@@ -225,8 +225,8 @@ TEST_CASE("standard functions that nobody serves are framed and refused as unkno
 
 namespace {
 
-Bytes framed(const std::string& hex) {
-  Bytes frame = from_hex(hex);
+Bytes framed(const std::string& text) {
+  Bytes frame = hex(text);
   LittleWriter(frame).write(crc16_modbus(frame));
   return frame;
 }
@@ -280,7 +280,7 @@ TEST_CASE("what is written to all slaves is told apart, what is read from all is
 }
 
 TEST_CASE("whole Modbus TCP frames are told from half ones") {
-  const Bytes frame = from_hex("12 34 00 00 00 06 0A 03 00 1D 00 01");
+  const Bytes frame = hex("12 34 00 00 00 06 0A 03 00 1D 00 01");
   for (std::size_t cut = 0; cut < frame.size(); ++cut) {
     const Bytes part(frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(cut));
     CHECK(whole_mbap_frames(part) == 0);
@@ -302,7 +302,7 @@ TEST_CASE("Modbus messages of a wrong length or with absurd counts are refused")
   CHECK(refused_request("46") == Errc::parse);
   for (const char* pdu :
        {"", "03 00", "03 03 00 00 00", "03 04 00 00", "05 00", "83", "46 01 01"}) {
-    const Result<Reply> reply = decode_reply(from_hex(pdu));
+    const Result<Reply> reply = decode_reply(hex(pdu));
     CHECK_FALSE(reply);
   }
 }

@@ -10,7 +10,7 @@ namespace rdt_test {
 
 using namespace weft;
 using namespace weft::protocols::rdt;
-using weft::testing::from_hex;
+using weft::testing::hex;
 using weft::testing::Vector;
 
 namespace {
@@ -42,7 +42,7 @@ TEST_CASE("every RDT vector decodes to its fields and encodes back to its bytes"
     const nlohmann::json golden = nlohmann::json::parse(vector.text);
     REQUIRE_FALSE(golden.at("source").get<std::string>().empty());
     if (golden.contains("message")) continue;  // of the command port: tcp_command_test.cpp
-    const Bytes bytes = from_hex(golden.at("hex"));
+    const Bytes bytes = hex(golden.at("hex"));
     if (bytes.size() == request_size)
       check_request(golden.at("fields"), bytes);
     else

@@ -1,6 +1,10 @@
 #pragma once
-// Ways to hand a byte stream to a splitter.
+// Byte streams of random frames, ways to hand one to a splitter, and what every splitter of frames
+// with a check value promises.
 
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
 #include <random>
 #include <vector>
 
@@ -21,6 +25,82 @@ std::vector<Frame> split_in_pieces(Splitter& splitter, ByteView stream, std::siz
     while (splitter.next(frame)) frames.push_back(frame);
   }
   return frames;
+}
+
+/// Frames, and their bytes one behind the other.
+template <class Frame>
+struct FrameStream {
+  Bytes bytes;
+  std::vector<Frame> frames;
+  std::vector<std::size_t> ends;  ///< of each frame, in `bytes`
+};
+
+/// `count` frames that `make` draws.
+template <class Frame>
+FrameStream<Frame> random_stream(std::size_t count, std::mt19937& random,
+                                 Frame (*make)(std::mt19937&)) {
+  FrameStream<Frame> out;
+  for (std::size_t i = 0; i < count; ++i) {
+    out.frames.push_back(make(random));
+    append(out.bytes, out.frames.back());
+    out.ends.push_back(out.bytes.size());
+  }
+  return out;
+}
+
+/// However a stream is cut into chunks, its frames come out, no byte is left over and `damage`, a
+/// counter of the splitter, stays at zero.
+template <class Splitter, class Frame>
+void check_any_chunking(std::mt19937& random, Frame (*make)(std::mt19937&),
+                        std::uint64_t (Splitter::*damage)() const = nullptr) {
+  const FrameStream<Frame> stream = random_stream(200, random, make);
+  for (const std::size_t longest : {1U, 2U, 3U, 7U, 47U, 64U, 4000U}) {
+    Splitter splitter;
+    CHECK(split_in_pieces<Splitter, Frame>(splitter, stream.bytes, longest, random) ==
+          stream.frames);
+    CHECK(splitter.skipped_bytes() == 0);
+    if (damage != nullptr) CHECK((splitter.*damage)() == 0);
+  }
+}
+
+/// A flipped bit costs its own frame alone. `quiet`: zeros behind the stream, for a wire where a
+/// false length is waited for.
+template <class Splitter, class Frame>
+void check_flipped_bit(std::mt19937& random, Frame (*make)(std::mt19937&), std::size_t quiet = 0) {
+  for (int round = 0; round < 300; ++round) {
+    const FrameStream<Frame> stream = random_stream(6, random, make);
+    Bytes bytes = stream.bytes;
+    const std::size_t at = stream.ends[0] + random() % (stream.ends[1] - stream.ends[0]);
+    bytes[at] ^= static_cast<std::uint8_t>(1U << random() % 8);
+    bytes.insert(bytes.end(), quiet, 0);
+    Splitter splitter;
+    std::vector<Frame> expected = stream.frames;
+    expected.erase(expected.begin() + 1);
+    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 500, random) == expected);
+  }
+}
+
+/// A frame that is cut short, wherever, is given up for the one behind it. Zeros follow, as many as
+/// its length and `quiet` at least, which is as above.
+template <class Splitter, class Frame>
+void check_cut_frame(std::mt19937& random, Frame (*make)(std::mt19937&), std::size_t quiet = 0) {
+  const FrameStream<Frame> cut = random_stream(1, random, make);
+  const FrameStream<Frame> whole = random_stream(1, random, make);
+  for (std::size_t size = 0; size < cut.bytes.size(); ++size) {
+    Bytes bytes(cut.bytes.begin(), cut.bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    bytes.insert(bytes.end(), whole.bytes.begin(), whole.bytes.end());
+    bytes.insert(bytes.end(), std::max(quiet, cut.bytes.size()), 0);
+    Splitter splitter;
+    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 30, random) == whole.frames);
+  }
+}
+
+/// Memory stays bounded where nobody takes the frames out, and what has no room is counted.
+template <class Splitter>
+void check_bounded(std::uint8_t byte) {
+  Splitter splitter;
+  for (int i = 0; i < 20; ++i) splitter.push(Bytes(10000, byte));
+  CHECK(splitter.skipped_bytes() == 20 * 10000 - Splitter::capacity);
 }
 
 inline Bytes random_bytes(std::size_t count, std::mt19937& random) {

@@ -10,7 +10,12 @@ namespace taxel_test {
 
 using namespace weft;
 using namespace weft::protocols::taxel;
-using weft::testing::from_hex;
+using weft::testing::check_any_chunking;
+using weft::testing::check_bounded;
+using weft::testing::check_cut_frame;
+using weft::testing::check_flipped_bit;
+using weft::testing::hex;
+using weft::testing::random_bytes;
 using weft::testing::split_in_pieces;
 using weft::testing::Vector;
 
@@ -34,20 +39,6 @@ Frame random_frame(std::mt19937& random) {
   return frame;
 }
 
-struct Stream {
-  Bytes bytes;
-  std::vector<Frame> frames;
-};
-
-Stream random_stream(std::size_t count, std::mt19937& random) {
-  Stream s;
-  for (std::size_t i = 0; i < count; ++i) {
-    s.frames.push_back(random_frame(random));
-    append(s.bytes, s.frames.back());
-  }
-  return s;
-}
-
 void check_weft(const nlohmann::json& json) {
   const nlohmann::json& f = json.at("fields");
   Frame expected;
@@ -58,7 +49,7 @@ void check_weft(const nlohmann::json& json) {
   std::copy(counts.begin(), counts.end(), expected.counts.begin());
   expected.proximity_counts = f.at("proximity_counts");
   expected.ambient_counts = f.at("ambient_counts");
-  const Bytes bytes = from_hex(json.at("hex"));
+  const Bytes bytes = hex(json.at("hex"));
   CHECK(encode(expected) == bytes);
   Splitter splitter;
   splitter.push(bytes);
@@ -69,7 +60,7 @@ void check_weft(const nlohmann::json& json) {
 
 void check_cpm_udp(const nlohmann::json& json) {
   const cpm::Counts counts = json.at("fields").at("counts");
-  const Bytes bytes = from_hex(json.at("hex"));
+  const Bytes bytes = hex(json.at("hex"));
   CHECK(cpm::decode_datagram(bytes).value() == counts);
   const auto encoded = cpm::encode_datagram(counts);
   CHECK(Bytes(encoded.begin(), encoded.end()) == bytes);
@@ -83,7 +74,7 @@ void check_cpm_can(const nlohmann::json& json) {
   std::optional<cpm::Scan> scan;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const nlohmann::json& golden = json.at("can_frames").at(i);
-    const Bytes data = from_hex(golden.at("hex"));
+    const Bytes data = hex(golden.at("hex"));
     CHECK(frames[i].id == golden.at("id").get<unsigned>());
     CHECK(Bytes(frames[i].data.begin(), frames[i].data.begin() + frames[i].length) == data);
     CHECK_FALSE(scan);
@@ -117,46 +108,17 @@ TEST_CASE("a frame of 16 taxels is 48 bytes: 28 ms frames fit 115200 baud five t
 
 TEST_CASE("any chunking of a taxel stream gives the same frames") {
   std::mt19937 random(5);
-  const Stream stream = random_stream(200, random);
-  for (const std::size_t longest : {1U, 3U, 47U, 4000U}) {
-    Splitter splitter;
-    CHECK(split_in_pieces<Splitter, Frame>(splitter, stream.bytes, longest, random) ==
-          stream.frames);
-    CHECK(splitter.skipped_bytes() == 0);
-    CHECK(splitter.crc_errors() == 0);
-  }
+  check_any_chunking(random, random_frame, &Splitter::crc_errors);
 }
 
 TEST_CASE("a flipped bit costs one frame, never a wrong one, and the next frames come through") {
   std::mt19937 random(6);
-  for (int round = 0; round < 300; ++round) {
-    const Stream stream = random_stream(6, random);
-    Bytes bytes = stream.bytes;
-    const std::size_t second = frame_size(stream.frames[0].taxel_count);
-    const std::size_t length = frame_size(stream.frames[1].taxel_count);
-    bytes[second + random() % length] ^= static_cast<std::uint8_t>(1U << random() % 8);
-    bytes.insert(bytes.end(), frame_size(max_taxels), 0);  // a false length may reach so far
-    Splitter splitter;
-    const auto frames = split_in_pieces<Splitter, Frame>(splitter, bytes, 500, random);
-    std::vector<Frame> expected = stream.frames;
-    expected.erase(expected.begin() + 1);
-    CHECK(frames == expected);
-  }
+  check_flipped_bit<Splitter>(random, random_frame, frame_size(max_taxels));
 }
 
 TEST_CASE("a cut frame is given up for the one behind it") {
   std::mt19937 random(7);
-  const Frame first = random_frame(random);
-  const Frame second = random_frame(random);
-  const Bytes whole = encode(first);
-  for (std::size_t cut = 0; cut < whole.size(); ++cut) {
-    Bytes bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut));
-    append(bytes, second);
-    bytes.insert(bytes.end(), frame_size(max_taxels), 0);
-    Splitter splitter;
-    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 30, random) ==
-          std::vector<Frame>{second});
-  }
+  check_cut_frame<Splitter>(random, random_frame, frame_size(max_taxels));
 }
 
 TEST_CASE("noise gives no frames, and the counters tell of it") {
@@ -181,9 +143,7 @@ TEST_CASE("a wrong version or an impossible taxel count is not a frame") {
 }
 
 TEST_CASE("a taxel splitter that nobody drains stays bounded") {
-  Splitter splitter;
-  for (int i = 0; i < 20; ++i) splitter.push(Bytes(10000, protocols::taxel::sync[0]));
-  CHECK(splitter.skipped_bytes() == 20 * 10000 - Splitter::capacity);
+  check_bounded<Splitter>(protocols::taxel::sync[0]);
 }
 
 TEST_CASE("the wire order of the CPM-Finger reaches every taxel once") {

@@ -11,7 +11,7 @@ namespace tcp_command_test {
 using namespace weft;
 using namespace weft::protocols::rdt;
 using nlohmann::json;
-using weft::testing::from_hex;
+using weft::testing::hex;
 
 namespace {
 
@@ -40,7 +40,7 @@ void check_both_ways(const Message& expected, const Result<Message>& decoded, co
 
 void check(const json& golden) {
   const json& f = golden.at("fields");
-  const Bytes bytes = from_hex(golden.at("hex"));
+  const Bytes bytes = hex(golden.at("hex"));
   const std::string message = golden.at("message");
   if (message == "request")
     check_both_ways(request_of(f), decode_command(bytes), bytes);
@@ -75,10 +75,10 @@ TEST_CASE("requests of another length or command, and replies of another first w
   request[0] = 4;
   CHECK(decode_command(request).error().code == Errc::unsupported);
   CHECK(decode_ft_reply(Bytes(ft_reply_size, 0)).error().code == Errc::parse);
-  CHECK(decode_ft_reply(from_hex("12 34")).error().code == Errc::parse);
+  CHECK(decode_ft_reply(hex("12 34")).error().code == Errc::parse);
   CHECK(decode_calibration_reply(Bytes(calibration_reply_size, 0x12)).error().code == Errc::parse);
-  CHECK(decode_write_reply(from_hex("12 35 02 00")).error().code == Errc::parse);
-  CHECK(decode_write_reply(from_hex("12 34 02 01")).value() ==
+  CHECK(decode_write_reply(hex("12 35 02 00")).error().code == Errc::parse);
+  CHECK(decode_write_reply(hex("12 34 02 01")).value() ==
         WriteReply{TcpCommand::write_transform, 1});
 }
 

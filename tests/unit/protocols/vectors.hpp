@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "protocols/base/bytes.hpp"
+#include "tests/unit/hex.hpp"
 
 namespace weft::testing {
 
@@ -25,14 +25,6 @@ inline std::vector<Vector> load_vectors(const std::string& wire) {
     out.push_back(
         {entry.path().stem().string(), std::string(std::istreambuf_iterator<char>(file), {})});
   }
-  return out;
-}
-
-/// "0A ff 10" to bytes.
-inline Bytes from_hex(const std::string& text) {
-  Bytes out;
-  for (std::size_t i = 0; i + 1 < text.size(); i += 3)
-    out.push_back(static_cast<std::uint8_t>(std::stoi(text.substr(i, 2), nullptr, 16)));
   return out;
 }
 

@@ -9,7 +9,12 @@ namespace vibro_test {
 
 using namespace weft;
 using namespace weft::protocols::vibro;
-using weft::testing::from_hex;
+using weft::testing::check_any_chunking;
+using weft::testing::check_bounded;
+using weft::testing::check_cut_frame;
+using weft::testing::check_flipped_bit;
+using weft::testing::hex;
+using weft::testing::random_bytes;
 using weft::testing::split_in_pieces;
 using weft::testing::Vector;
 
@@ -68,22 +73,6 @@ Frame random_frame(std::mt19937& random) {
   return frame;
 }
 
-struct Stream {
-  Bytes bytes;
-  std::vector<Frame> frames;
-  std::vector<std::size_t> ends;
-};
-
-Stream random_stream(std::size_t count, std::mt19937& random) {
-  Stream s;
-  for (std::size_t i = 0; i < count; ++i) {
-    s.frames.push_back(random_frame(random));
-    append(s.bytes, s.frames.back());
-    s.ends.push_back(s.bytes.size());
-  }
-  return s;
-}
-
 }  // namespace
 
 TEST_CASE("every vibro vector decodes to its fields and encodes back to its bytes") {
@@ -94,7 +83,7 @@ TEST_CASE("every vibro vector decodes to its fields and encodes back to its byte
     const nlohmann::json golden = nlohmann::json::parse(vector.text);
     REQUIRE_FALSE(golden.at("source").get<std::string>().empty());
     const Frame expected = frame_of(golden.at("fields"));
-    const Bytes bytes = from_hex(golden.at("hex"));
+    const Bytes bytes = hex(golden.at("hex"));
     CHECK(encode(expected) == bytes);
     Splitter splitter;
     splitter.push(bytes);
@@ -113,42 +102,17 @@ TEST_CASE("both channels at their usual rates fit 460800 baud twice over") {
 
 TEST_CASE("any chunking of a vibro stream gives the same frames") {
   std::mt19937 random(15);
-  const Stream stream = random_stream(200, random);
-  for (const std::size_t longest : {1U, 3U, 47U, 4000U}) {
-    Splitter splitter;
-    CHECK(split_in_pieces<Splitter, Frame>(splitter, stream.bytes, longest, random) ==
-          stream.frames);
-    CHECK(splitter.skipped_bytes() == 0);
-    CHECK(splitter.crc_errors() == 0);
-  }
+  check_any_chunking(random, random_frame, &Splitter::crc_errors);
 }
 
 TEST_CASE("a flipped bit costs one vibro frame, and nobody waits for bytes that do not come") {
   std::mt19937 random(16);
-  for (int round = 0; round < 300; ++round) {
-    const Stream stream = random_stream(6, random);
-    Bytes bytes = stream.bytes;
-    const std::size_t at = stream.ends[0] + random() % (stream.ends[1] - stream.ends[0]);
-    bytes[at] ^= static_cast<std::uint8_t>(1U << random() % 8);
-    Splitter splitter;
-    std::vector<Frame> expected = stream.frames;
-    expected.erase(expected.begin() + 1);
-    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 500, random) == expected);
-  }
+  check_flipped_bit<Splitter>(random, random_frame);
 }
 
 TEST_CASE("a cut vibro frame is given up for the ones behind it") {
   std::mt19937 random(17);
-  const Frame first = random_frame(random), second = random_frame(random);
-  const Bytes whole = encode(first);
-  for (std::size_t cut = 0; cut < whole.size(); ++cut) {
-    Bytes bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut));
-    append(bytes, second);
-    bytes.insert(bytes.end(), whole.size(), 0);
-    Splitter splitter;
-    CHECK(split_in_pieces<Splitter, Frame>(splitter, bytes, 30, random) ==
-          std::vector<Frame>{second});
-  }
+  check_cut_frame<Splitter>(random, random_frame);
 }
 
 TEST_CASE("noise gives no vibro frames, and the counters tell of it") {
@@ -167,7 +131,7 @@ TEST_CASE("a head with a right check value and a body that no kind has is not a 
       "D6 6D 01 00 1F 00 00 00 00 00 00 00"};
   const char* checks[] = {"9E 2C", "1B 48", "32 6A", "D6 95", "0A 6A"};
   for (std::size_t i = 0; i < 5; ++i) {
-    Bytes bytes = from_hex(std::string(heads[i]) + " " + checks[i]);
+    Bytes bytes = hex(std::string(heads[i]) + " " + checks[i]);
     bytes.insert(bytes.end(), 4000, 0);
     Splitter splitter;
     splitter.push(bytes);
@@ -180,9 +144,7 @@ TEST_CASE("a head with a right check value and a body that no kind has is not a 
 }
 
 TEST_CASE("a vibro splitter that nobody drains stays bounded") {
-  Splitter splitter;
-  for (int i = 0; i < 20; ++i) splitter.push(Bytes(10000, protocols::vibro::sync[0]));
-  CHECK(splitter.skipped_bytes() == 20 * 10000 - Splitter::capacity);
+  check_bounded<Splitter>(protocols::vibro::sync[0]);
 }
 
 }  // namespace vibro_test
