@@ -4,12 +4,19 @@
 #include <array>
 #include <cstdio>
 
+#include "protocols/base/names.hpp"
+
 namespace weft::sim {
 
 namespace {
 
 constexpr double reference_l2_step_s = 0.2e-3;  // sim.md 5: L2 at 0.2 ms and at 50 us are one
 constexpr double finer_share = 0.25;
+constexpr NameTable<Integrator, 3> integrator_names = {{
+    {Integrator::midpoint, "midpoint"},
+    {Integrator::tr_bdf2, "tr_bdf2"},
+    {Integrator::adaptive, "adaptive"},
+}};
 
 std::string milliseconds(double seconds) {
   std::array<char, 32> text{};
@@ -20,22 +27,11 @@ std::string milliseconds(double seconds) {
 }  // namespace
 
 std::string_view to_string(Integrator integrator) {
-  switch (integrator) {
-    case Integrator::midpoint:
-      return "midpoint";
-    case Integrator::tr_bdf2:
-      return "tr_bdf2";
-    default:
-      return "adaptive";
-  }
+  return name_in(integrator_names, integrator);
 }
 
 Result<Integrator> integrator_from(std::string_view name) {
-  for (const Integrator integrator :
-       {Integrator::midpoint, Integrator::tr_bdf2, Integrator::adaptive})
-    if (name == to_string(integrator)) return integrator;
-  return fail(Errc::invalid_argument, "no such integrator", {}, "midpoint, tr_bdf2 or adaptive",
-              std::string(name));
+  return value_from(integrator_names, name, "no such integrator", "midpoint, tr_bdf2 or adaptive");
 }
 
 std::string to_string(const FidelitySetting& setting) {

@@ -3,16 +3,19 @@
 #include <algorithm>
 #include <string>
 
+#include "protocols/base/names.hpp"
+
 namespace weft::sim {
 namespace {
 
-struct LevelName {
-  Level level;
-  std::string_view name;
-};
-constexpr LevelName level_names[] = {{Level::z, "Z"},          {Level::z_plus, "Z+"},
-                                     {Level::algebraic, "L0"}, {Level::quasistatic, "L1"},
-                                     {Level::dynamic, "L2"},   {Level::modal, "L3"}};
+constexpr NameTable<Level, 6> level_names = {{
+    {Level::z, "Z"},
+    {Level::z_plus, "Z+"},
+    {Level::algebraic, "L0"},
+    {Level::quasistatic, "L1"},
+    {Level::dynamic, "L2"},
+    {Level::modal, "L3"},
+}};
 
 template <class Wanted>
 bool some_level_provides(Wanted wanted, Level& least) {
@@ -69,14 +72,11 @@ std::string listed(const std::vector<std::string_view>& words) {
 }  // namespace
 
 std::string_view to_string(Level level) {
-  return std::find_if(std::begin(level_names), std::end(level_names),
-                      [&](const LevelName& n) { return n.level == level; })
-      ->name;
+  return name_in(level_names, level);
 }
 
 Result<Level> level_from(std::string_view text) {
-  for (const LevelName& n : level_names)
-    if (n.name == text) return n.level;
+  if (const auto level = value_in(level_names, text)) return *level;
   return fail(Errc::invalid_argument, "no such level of fidelity", "level",
               "Z, Z+, L0, L1, L2 or L3", std::string(text));
 }

@@ -2,6 +2,7 @@
 
 #include "protocols/base/bytes.hpp"
 #include "protocols/base/crc.hpp"
+#include "protocols/base/names.hpp"
 #include "protocols/base/phase.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
@@ -78,6 +79,19 @@ TEST_CASE("a place that an error has already is not said twice") {
   CHECK(there.where == "a.sqlite");
   CHECK(Error(there).in("run").in("run").where == "run: a.sqlite");
   CHECK(Error(there).in("a").where == "a: a.sqlite");
+}
+
+TEST_CASE("a table of names is read both ways, and an unknown name is refused with what is known") {
+  enum class Colour { red, green, blue };
+  constexpr NameTable<Colour, 2> colours = {{{Colour::green, "green"}, {Colour::red, "red"}}};
+  CHECK(name_in(colours, Colour::red) == "red");
+  CHECK(name_in(colours, Colour::blue) == "?");
+  CHECK(value_in(colours, "green") == Colour::green);
+  CHECK_FALSE(value_in(colours, "Green"));
+  CHECK(values_of(colours) == std::vector{Colour::green, Colour::red});
+  CHECK(value_from(colours, "red", "no such colour", name_list(colours)) == Colour::red);
+  const auto none = value_from(colours, "blue", "no such colour", name_list(colours));
+  CHECK(to_string(none.error()) == "no such colour (expected green, red, got blue).");
 }
 
 TEST_CASE("seconds round to the nearest nanosecond") {

@@ -1,0 +1,61 @@
+#pragma once
+// The words for the values of an enumeration, as one table that is read both ways.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "protocols/base/result.hpp"
+
+namespace weft {
+
+/// Every value with its name; the order is that in which they are told.
+template <class Value, std::size_t count>
+using NameTable = std::array<std::pair<Value, std::string_view>, count>;
+
+/// "?" for a value that the table does not have.
+template <class Value, std::size_t count>
+constexpr std::string_view name_in(const NameTable<Value, count>& table, Value value) {
+  for (const auto& [own, name] : table)
+    if (own == value) return name;
+  return "?";
+}
+
+/// Nothing where no value has this name.
+template <class Value, std::size_t count>
+constexpr std::optional<Value> value_in(const NameTable<Value, count>& table,
+                                        std::string_view name) {
+  for (const auto& [value, own] : table)
+    if (own == name) return value;
+  return std::nullopt;
+}
+
+template <class Value, std::size_t count>
+std::vector<Value> values_of(const NameTable<Value, count>& table) {
+  std::vector<Value> out;
+  for (const auto& entry : table) out.push_back(entry.first);
+  return out;
+}
+
+/// "NB, kNN, Tree".
+template <class Value, std::size_t count>
+std::string name_list(const NameTable<Value, count>& table) {
+  std::string out;
+  for (const auto& entry : table) out += (out.empty() ? "" : ", ") + std::string(entry.second);
+  return out;
+}
+
+/// Errors: invalid_argument, with `message` and what was `expected`, for a name that no value has.
+template <class Value, std::size_t count>
+Result<Value> value_from(const NameTable<Value, count>& table, std::string_view name,
+                         std::string message, std::string expected) {
+  if (const std::optional<Value> value = value_in(table, name)) return *value;
+  return fail(Errc::invalid_argument, std::move(message), {}, std::move(expected),
+              std::string(name));
+}
+
+}  // namespace weft
