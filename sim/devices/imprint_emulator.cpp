@@ -21,9 +21,8 @@ static_assert(array_side == imprint::max_side);
 constexpr ObjectSpec bare{.name = "bare plate"};
 
 const ObjectSpec& object_on_plate(const std::string& name) {
-  for (const ObjectSpec& object : ellis_objects())
-    if (object.name == name) return object;
-  return bare;
+  const ObjectSpec* object = find_object(name);
+  return object != nullptr ? *object : bare;
 }
 
 }  // namespace

@@ -109,7 +109,7 @@ Status check_faces(const RigConfig& config, const FabricLibrary& library) {
   });
   if (!presses) return {};
   for (const std::string& name : library.names())
-    if (std::ranges::none_of(ellis_objects(), [&](const auto& o) { return o.name == name; }))
+    if (find_object(name) == nullptr)
       return fail(Errc::not_found, "no face is known of this object", name,
                   "an object of sim/plant/imprint/objects.cpp, such as RASP1", name,
                   "Name it as there, or leave it out of the rig's fabrics");
@@ -236,13 +236,6 @@ bool Rig::plugged(std::string_view device_name, TimePoint now) const {
   return board == parts_->boards.end() || board->second.active(FaultKind::unplug, now) == nullptr;
 }
 
-bool Rig::stages_at_rest(TimePoint now) const {
-  const BenchWorld& world = parts_->world;
-  for (std::size_t axis = 0; axis < axis_count; ++axis)
-    if (world.stage(static_cast<AxisId>(axis)).moving(now)) return false;
-  return true;
-}
-
 std::array<double, 5> Rig::stage_positions(TimePoint now) const {
   std::array<double, axis_count> out{};
   for (std::size_t axis = 0; axis < axis_count; ++axis)
@@ -283,10 +276,6 @@ Truth Rig::truth(TimePoint now) {
   truth.contact_force_n = truth.indentation_m = truth.probe_z_m = unknown;
   truth.friction_n.fill(unknown);
   return truth;
-}
-
-std::size_t Rig::texture_tiles() const {
-  return parts_->world.plant().texture_tiles();
 }
 
 void Rig::keep_motion(bool keep) {

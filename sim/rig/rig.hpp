@@ -81,8 +81,6 @@ class Rig {
   /// The device's plug is in: no `unplug` holds at `now`. The emulators' wires pass nothing then;
   /// who serves ports also shows hosts that they are gone. True for an unknown name.
   [[nodiscard]] bool plugged(std::string_view device_name, TimePoint now) const;
-  /// No stage moves at `now`.
-  [[nodiscard]] bool stages_at_rest(TimePoint now) const;
   /// Where the motors of x, y, z [m], rx and ry [rad] truly are, from each stage's own zero.
   [[nodiscard]] std::array<double, 5> stage_positions(TimePoint now) const;
 
@@ -94,8 +92,6 @@ class Rig {
   /// State of the plant at `now`, which must not lie before the last call of any kind.
   [[nodiscard]] Truth truth(TimePoint now);
 
-  /// Squares of texture made for the patch on the plate: none without pads.
-  [[nodiscard]] std::size_t texture_tiles() const;
   /// From the next mount() on, the stages' motion is kept, or not any more.
   void keep_motion(bool keep);
   /// The motion since the last mount(), where it was kept, up to `now`; it is kept no longer.

@@ -123,7 +123,7 @@ std::function<void()> prepared(const std::string& name) {
     }
     return [sliding] { sliding->run_for(1); };
   }
-  const ObjectSpec screen = required(object_named("SCREEN1"));
+  const ObjectSpec screen = *find_object("SCREEN1");
   const HeightMap map =
       required(place(screen, calibrated_side, calibrated_side, taxel_spacing_m, 1));
   if (name == "imprint-Z")

@@ -227,12 +227,9 @@ std::span<const ObjectSpec> ellis_objects() {
   return objects;
 }
 
-Result<ObjectSpec> object_named(std::string_view name) {
-  for (const ObjectSpec& object : objects)
-    if (object.name == name) return object;
-  return fail(Errc::not_found, "no such object", "object",
-              "PLANE1 to PLANE3, RASP1 to RASP3, SCREEN1 to SCREEN3 or KNIT1 to KNIT3",
-              std::string(name));
+const ObjectSpec* find_object(std::string_view name) {
+  const auto found = std::ranges::find(objects, name, &ObjectSpec::name);
+  return found != objects.end() ? &*found : nullptr;
 }
 
 Result<HeightMap> place(const ObjectSpec& object, std::size_t rows, std::size_t cols,

@@ -43,8 +43,8 @@ struct ObjectSpec {
 
 /// PLANE1 to KNIT3: three of a class, in the order of the paper.
 std::span<const ObjectSpec> ellis_objects();
-/// Errors: not_found, naming the objects.
-Result<ObjectSpec> object_named(std::string_view name);
+/// nullptr where none of them has this name.
+const ObjectSpec* find_object(std::string_view name);
 
 /// One placement of an object on the array. Teeth, holes and stitches are the object's and stay as
 /// they are; where it lies, how it is turned and the fine surface follow from the seed.

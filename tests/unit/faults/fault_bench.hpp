@@ -39,7 +39,10 @@ class FaultBench final : public DriverHost {
   [[nodiscard]] double now_s() const { return to_seconds(loop_.now()); }
   /// Lets things end, without a command. The stages' own motion is finite.
   void let_go(double seconds) { loop_.run_to(loop_.now() + from_seconds(seconds)); }
-  [[nodiscard]] bool at_rest() const { return rig_->stages_at_rest(loop_.now()); }
+  [[nodiscard]] bool at_rest() const {
+    const TimePoint now = loop_.now();
+    return rig_->stage_positions(now) == rig_->stage_positions(now + from_seconds(0.01));
+  }
   Driver& driver() { return *driver_; }
   [[nodiscard]] bool is_stage() const { return stage_; }
   /// No value of a valid sample is larger: the stage's travel here, the force sensor's rating, or
