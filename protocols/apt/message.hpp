@@ -150,12 +150,11 @@ struct Message {
   bool operator==(const Message&) const = default;
 };
 
-/// Who speaks to whom. A reply swaps the two.
+/// Who speaks to whom.
 struct Route {
   std::uint8_t dest = address::usb_unit;
   std::uint8_t source = address::host;
 
-  [[nodiscard]] constexpr Route reversed() const { return {source, dest}; }
   bool operator==(const Route&) const = default;
 };
 

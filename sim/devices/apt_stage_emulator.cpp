@@ -169,8 +169,6 @@ bool AptStageEmulator::handle_system(const Message& message, TimePoint now, Byte
       reply_short(MessageId::mod_get_chanenablestate, 1, enabled_ ? 1 : 2, out);
       return true;
     case MessageId::mod_identify:
-      ++identified_;
-      return true;
     case MessageId::set_eepromparams:
       return true;
     case MessageId::set_trigger:

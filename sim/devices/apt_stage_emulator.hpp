@@ -49,8 +49,6 @@ class AptStageEmulator final : public Emulator {
 
   /// Messages that were not for this unit, unknown to it, or with a body of the wrong length.
   [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
-  /// How often the front panel was asked to flash.
-  [[nodiscard]] std::uint64_t identified() const { return identified_; }
 
  private:
   using Message = protocols::apt::Message;
@@ -141,7 +139,6 @@ class AptStageEmulator final : public Emulator {
   std::uint8_t outputs_ = 0;       ///< digital, of the channel
   std::uint8_t rack_outputs_ = 0;  ///< digital, of its rack
   std::uint64_t ignored_ = 0;
-  std::uint64_t identified_ = 0;
 
   // What faults have done.
   struct LateEnd {

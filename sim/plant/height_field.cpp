@@ -95,14 +95,6 @@ double HeightField::phase(const Term& term, Axis axis, double at_m, double wande
   return term.kv * at_m + term.jitter_v * wander;
 }
 
-double HeightField::height_m(double u_m, double v_m) const {
-  double height = 0;
-  for (const Term& term : terms_)
-    height += term.amplitude_m * std::cos(phase(term, Axis::u, u_m, wander(Axis::u, u_m)) +
-                                          phase(term, Axis::v, v_m, wander(Axis::v, v_m)));
-  return height;
-}
-
 int HeightField::lattice_repeat() const {
   const auto whole = [](double cycles) { return std::abs(cycles - std::round(cycles)) < 1e-9; };
   for (int repeat = 1; repeat < longest_repeat; ++repeat) {

@@ -54,8 +54,6 @@ class HeightField {
   [[nodiscard]] double wander(Axis axis, double at_m) const;
   /// Phase of `term` along one axis, given that axis' wander there; the constant phase is in u's.
   [[nodiscard]] static double phase(const Term& term, Axis axis, double at_m, double wander);
-  /// Height at one point, for tests and pictures: slow [m].
-  [[nodiscard]] double height_m(double u_m, double v_m) const;
   /// ln of the mean of e^{h/lambda} over an unbounded cloth: the lattice by quadrature over its
   /// cells, the random waves in closed form (modified Bessel function I0).
   [[nodiscard]] double log_mean_response(double lambda_m) const;

@@ -30,7 +30,6 @@ class Profile {
   [[nodiscard]] double position(double t_s) const;
   [[nodiscard]] double velocity(double t_s) const;
   [[nodiscard]] double duration_s() const;
-  [[nodiscard]] double target() const { return target_; }
 
  private:
   struct Segment {

@@ -30,7 +30,6 @@ class Stage {
   [[nodiscard]] double position(TimePoint t) const { return profile_.position(since_start_s(t)); }
   [[nodiscard]] double velocity(TimePoint t) const { return profile_.velocity(since_start_s(t)); }
   [[nodiscard]] TimePoint end() const { return end_; }
-  [[nodiscard]] bool moving(TimePoint t) const { return t < end_; }
   [[nodiscard]] const StageParams& params() const { return params_; }
 
   /// Where the carriage is, for physics. With backlash the path since the last settle() must have

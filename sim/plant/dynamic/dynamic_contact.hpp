@@ -46,8 +46,6 @@ class DynamicContact {
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& to, double dt_s,
                                   const Instants& instants, std::span<SlidingContact> at) const;
 
-  [[nodiscard]] const DynamicsParams& params() const { return params_; }
-
  private:
   struct Span;
   struct Leg;

@@ -99,17 +99,6 @@ Vector2 LuGre::force_n(const Vector2& bristle, const Vector2& v_mps) const {
           kinetic_n * bristle[1] + sigma1_l * rate[1] + viscous_n_s_m * v_mps[1]};
 }
 
-Vector2 bristle_after(const Vector2& bristle, const Vector2& v_mps, double t_s, const LuGre& lugre,
-                      BristleRule rule) {
-  const double speed = size(v_mps);
-  if (!(speed > 0)) return bristle;
-  const double r = lugre.limit_ratio(speed);
-  const double end = shares_taken(rule, speed * t_s / (lugre.length_m * r)).end;
-  const double full = r / speed;
-  return {bristle[0] + end * (full * v_mps[0] - bristle[0]),
-          bristle[1] + end * (full * v_mps[1] - bristle[1])};
-}
-
 Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
                 const Vector2& bristle, double t_s, double guess_mps) {
   const SlipEquation equation{lugre, rule, a_n_s_m + lugre.viscous_n_s_m, t_s, q_n, bristle};

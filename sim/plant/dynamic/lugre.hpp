@@ -41,10 +41,6 @@ enum class BristleRule {
   implicit  ///< end of an implicit Euler stage, for DIRK methods; the force is that at its end
 };
 
-/// The bristles after `t_s` at the constant velocity `v_mps`.
-Vector2 bristle_after(const Vector2& bristle, const Vector2& v_mps, double t_s, const LuGre& lugre,
-                      BristleRule rule = BristleRule::exact);
-
 /// A slip and the bristles that it leaves.
 struct Slip {
   Vector2 w_mps{};

@@ -33,11 +33,6 @@ class HalfSpace {
   /// Errors: range, for another size or spacing, a map or a force outside what `check` allows;
   /// timeout, where the iteration limit is reached first.
   Result<Imprint> press(const HeightMap& map, double force_n);
-  /// Displacement of the surface under pressures [m], rows x cols.
-  void displacement_m(const std::vector<double>& pressure_pa, std::vector<double>& out) {
-    influence_.apply(pressure_pa, out);
-  }
-  [[nodiscard]] int iterations() const { return iterations_; }  ///< of the last press
 
  private:
   HalfSpace(std::size_t rows, std::size_t cols, double spacing_m, const HalfSpaceParams& params);
@@ -55,7 +50,7 @@ class HalfSpace {
   HalfSpaceParams params_;
   double own_influence_;  // of a taxel on itself [m/Pa]
   EvenConvolution influence_;
-  int iterations_ = 0;
+  int iterations_ = 0;     ///< of the last press
   double mean_gap_m_ = 0;  // of displacement less height, over the contact
   std::vector<double> pressure_, before_, gap_, direction_, response_;
 };

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
+#include "sim/plant/dynamic/lugre.hpp"
 #include "sim/plant/fidelity/setting.hpp"
 #include "tests/unit/plant/support.hpp"
 
@@ -58,6 +59,15 @@ inline void same_bits(const ContactState& a, const ContactState& b) {
   CHECK(a.friction_n == b.friction_n);
   CHECK(a.lag_m == b.lag_m);
   CHECK(a.relaxation.relaxed_n == b.relaxation.relaxed_n);
+}
+
+/// The bristles that a step of `t_s` leaves which slips at `v_mps` whatever the friction is.
+inline Vector2 bristle_after_slip(const Vector2& bristle, const Vector2& v_mps, double t_s,
+                                  const LuGre& lugre) {
+  constexpr double inertia_n_s_m = 1e30;  // friction of some newtons is below the rounding
+  const Vector2 push_n{inertia_n_s_m * v_mps[0], inertia_n_s_m * v_mps[1]};
+  return solve_slip(lugre, BristleRule::exact, inertia_n_s_m, push_n, bristle, t_s, size(v_mps))
+      .bristle;
 }
 
 }  // namespace weft::sim::test

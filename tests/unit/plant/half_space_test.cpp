@@ -208,7 +208,7 @@ TEST_CASE("Small arrays do not stop before the contact is level and nothing over
     const double force = std::pow(10, random.uniform(-6, 2));
     HalfSpace space = array_of(rows, cols, taxel_spacing_m);
     const auto imprint = space.press(map, force);
-    CAPTURE(trial, rows, cols, scale_m, kind, force, space.iterations());
+    CAPTURE(trial, rows, cols, scale_m, kind, force);
     REQUIRE(imprint.has_value());
     const Violation worst = violation(map, *imprint, HalfSpaceParams{}.modulus_pa);
     REQUIRE(worst.touching < 1e-7 * imprint->indentation_m);

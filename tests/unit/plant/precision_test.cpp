@@ -32,7 +32,8 @@ TEST_CASE("texture in single precision moves no pad by a hundredth of a count") 
       for (int i = -20; i <= 20; ++i)
         for (int j = -20; j <= 20; ++j)
           if (i * i + j * j <= 400) {
-            sum += std::exp(patch.field.height_m(2e-3 + i * 50e-6, v_m + j * 50e-6) / lambda_m);
+            sum += std::exp(test::height_at_m(patch.field, 2e-3 + i * 50e-6, v_m + j * 50e-6) /
+                            lambda_m);
             ++cells;
           }
       const auto counts = [&](double response) {

@@ -1,21 +1,19 @@
 #pragma once
 // The shipped table of fabrics, and a cloth without any of the switchable mechanisms.
 
-#include <fstream>
-#include <sstream>
+#include <cmath>
 #include <string>
 
 #include "sim/plant/contact.hpp"
 #include "sim/plant/fabric_library.hpp"
+#include "sim/plant/height_field.hpp"
 #include "sim/plant/pads.hpp"
+#include "tests/unit/source_text.hpp"
 
 namespace weft::sim::test {
 
 inline std::string fabrics_text() {
-  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/sim/fabrics.json");
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
+  return testing::source_text("sim/fabrics.json");
 }
 
 inline FabricLibrary library() {
@@ -31,6 +29,17 @@ inline Patch patch_of(const FabricLibrary& table, const std::string& name, std::
   auto patch = cut_patch(*table.find(name), table.params, table.spread, switches, seed);
   WEFT_ASSERT(patch.has_value());
   return *patch;
+}
+
+/// Height of a surface at one point, wave by wave [m].
+inline double height_at_m(const HeightField& field, double u_m, double v_m) {
+  using Axis = HeightField::Axis;
+  const double wander_u = field.wander(Axis::u, u_m), wander_v = field.wander(Axis::v, v_m);
+  double height = 0;
+  for (const HeightField::Term& term : field.terms())
+    height += term.amplitude_m * std::cos(HeightField::phase(term, Axis::u, u_m, wander_u) +
+                                          HeightField::phase(term, Axis::v, v_m, wander_v));
+  return height;
 }
 
 /// Capacitance of a pad under a pressure >= 0, which closes its gap [F].

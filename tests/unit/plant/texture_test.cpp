@@ -128,7 +128,7 @@ TEST_CASE("the map follows the field it was made from") {
     for (int i = -20; i <= 20; ++i)
       for (int j = -20; j <= 20; ++j)
         if (i * i + j * j <= 400) {
-          const double h = patch.field.height_m(2e-3 + i * 50e-6, v + j * 50e-6);
+          const double h = test::height_at_m(patch.field, 2e-3 + i * 50e-6, v + j * 50e-6);
           sum += std::exp(h / lambda);
           ++cells;
         }
@@ -156,8 +156,8 @@ TEST_CASE("single precision in the maps does no harm: a hundredth of a count, on
       for (int i = -20; i <= 20; ++i)
         for (int j = -20; j <= 20; ++j)
           if (i * i + j * j <= 400) {
-            sum += std::exp(patch.field.height_m((column + i) * TextureMap::cell_m,
-                                                 (row + j) * TextureMap::cell_m) /
+            sum += std::exp(test::height_at_m(patch.field, (column + i) * TextureMap::cell_m,
+                                              (row + j) * TextureMap::cell_m) /
                             lambda_m);
             ++cells;
           }

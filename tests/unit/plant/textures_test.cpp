@@ -2,13 +2,12 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "sim/plant/fabric_library.hpp"
 #include "sim/plant/modal/rubbing.hpp"
 #include "sim/plant/plant.hpp"
+#include "tests/unit/source_text.hpp"
 
 namespace textures_test {
 
@@ -18,10 +17,7 @@ using namespace weft::sim;
 namespace {
 
 FabricLibrary textures() {
-  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/sim/textures.json");
-  std::stringstream text;
-  text << file.rdbuf();
-  auto read = parse_fabrics(text.str());
+  auto read = parse_fabrics(testing::source_text("sim/textures.json"));
   INFO((read ? std::string() : to_string(read.error())));
   REQUIRE(read.has_value());
   return *read;
