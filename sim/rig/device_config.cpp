@@ -154,11 +154,41 @@ std::string text_at(const json& object, const char* key) {
 }
 
 /// Channels of a device are named as such.
-Result<EmulatedDevice> no_emulator(const std::string& kind, const std::string& where) {
+Status no_emulator(const std::string& kind, const std::string& where) {
   if (kind == "accelerometer" || kind == "microphone")
     return fail(Errc::parse, "a channel of a vibration sensor, not a device", where, "vibro", kind,
                 "acceleration_rate_hz or sound_rate_hz 0 leaves the other channel out");
   return fail(Errc::parse, "no such emulator", where, kinds, kind);
+}
+
+template <class Params>
+Status put(Result<Params> params, EmulatedDevice& device) {
+  if (!params) return pass(params.error());
+  device.params = std::move(*params);
+  return {};
+}
+
+Status read_axis(const json& emulator, const std::string& where, const std::string& role,
+                 RigConfig& config, EmulatedDevice& device) {
+  StageParams stage;
+  auto params = read_stage(emulator, where, role, stage);
+  if (!params) return pass(params.error());
+  config.world.stages[static_cast<std::size_t>(params->axis)] = stage;
+  device.params = *params;
+  return {};
+}
+
+Status read_emulator(const json& emulator, const std::string& where, const std::string& role,
+                     RigConfig& config, EmulatedDevice& device) {
+  const std::string kind = text_at(emulator, "kind");
+  if (kind == "apt_stage") return read_axis(emulator, where, role, config, device);
+  if (kind == "rdt") return put(read_box(emulator, where), device);
+  if (kind == "ati_digital") return put(read_digital(emulator, where), device);
+  if (kind == "taxel") return put(read_taxels(emulator, where), device);
+  if (kind == "vibro")
+    return put(read_vibro(emulator, where, config.world.plant.vibration), device);
+  if (kind == "imprint") return put(read_imprint(emulator, where), device);
+  return no_emulator(kind, where + "/kind");
 }
 
 }  // namespace
@@ -170,37 +200,9 @@ Result<EmulatedDevice> read_device(const json& device, const std::string& where,
   out.name = text_at(device, "name");
   if (out.name.empty()) return fail(Errc::parse, "a device without a name", where + "/name");
   const json emulator = device.value("emulator", json::object());
-  const std::string at = where + "/emulator", kind = text_at(emulator, "kind");
-  if (kind == "apt_stage") {
-    const std::string role = text_at(device, "role");
-    StageParams stage;
-    auto params = read_stage(emulator, at, role, stage);
-    if (!params) return pass(params.error());
-    config.world.stages[static_cast<std::size_t>(params->axis)] = stage;
-    out.params = *params;
-  } else if (kind == "rdt") {
-    auto params = read_box(emulator, at);
-    if (!params) return pass(params.error());
-    out.params = *params;
-  } else if (kind == "ati_digital") {
-    auto params = read_digital(emulator, at);
-    if (!params) return pass(params.error());
-    out.params = *params;
-  } else if (kind == "taxel") {
-    auto params = read_taxels(emulator, at);
-    if (!params) return pass(params.error());
-    out.params = *params;
-  } else if (kind == "vibro") {
-    auto params = read_vibro(emulator, at, config.world.plant.vibration);
-    if (!params) return pass(params.error());
-    out.params = *params;
-  } else if (kind == "imprint") {
-    auto params = read_imprint(emulator, at);
-    if (!params) return pass(params.error());
-    out.params = *params;
-  } else {
-    return no_emulator(kind, at + "/kind");
-  }
+  const Status ok =
+      read_emulator(emulator, where + "/emulator", text_at(device, "role"), config, out);
+  if (!ok) return pass(ok.error());
   return out;
 }
 
