@@ -1,10 +1,8 @@
 #include "tests/unit/faults/fault_bench.hpp"
 
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
 #include "drivers/ati_digital/ati_digital.hpp"
 #include "drivers/ati_netft/ati_netft.hpp"
@@ -12,6 +10,7 @@
 #include "drivers/taxel_array/taxel_array.hpp"
 #include "drivers/thorlabs_apt/thorlabs_apt.hpp"
 #include "drivers/vibro/vibro.hpp"
+#include "tests/unit/source_text.hpp"
 
 namespace weft::testing {
 namespace {
@@ -20,13 +19,6 @@ using nlohmann::json;
 
 constexpr Duration cycle_period = std::chrono::milliseconds(10);
 constexpr double near_mm = 1, far_mm = 4, speed_mm_s = 4;
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(std::string(WEFT_SOURCE_DIR) + path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 /// The device of bench17, and what of its configuration the table looks at.
 json device_of(const json& rig, const std::string& device) {
@@ -57,13 +49,13 @@ json device_of(const json& rig, const std::string& device) {
 }  // namespace
 
 FaultBench::FaultBench(const std::string& device) {
-  json rig = json::parse(text_of("/sim/rigs/bench17.json"));
+  json rig = json::parse(source_text("sim/rigs/bench17.json"));
   const json entry = device_of(rig, device);
   rig["devices"] = json::array({entry});
   rig["simulation"].erase("traits");  // no physics is needed that a level above L0 gives
   // An array presses on what has a face.
-  const char* const table = device == "imprint" ? "/sim/objects.json" : "/sim/fabrics.json";
-  auto made = sim::Rig::create(rig.dump(), text_of(table), 5);
+  const char* const table = device == "imprint" ? "sim/objects.json" : "sim/fabrics.json";
+  auto made = sim::Rig::create(rig.dump(), source_text(table), 5);
   if (!made) FAIL(to_string(made.error()));
   rig_ = std::move(*made);
   name_ = entry["name"];

@@ -17,20 +17,9 @@ using test::hex;
 
 namespace {
 
-WorldParams world_params() {
-  WorldParams params;
-  for (StageParams& stage : params.stages)
-    stage = {.low = 0, .high = 0.15, .start = 0.075, .quantum = 0, .backlash = 0};
-  for (const std::size_t rotary : {3U, 4U})
-    params.stages[rotary] = {.low = -1, .high = 1, .start = 0, .quantum = 0, .backlash = 0};
-  params.plant.geometry.plate_z_m = 0.1;
-  params.plant.rig_tilt = 0;
-  return params;
-}
-
 struct Sensor {
   explicit Sensor(AtiDigitalParams params = {})
-      : world(world_params(), 1), device(params, world, 1) {}
+      : world(test::still_world(), 1), device(params, world, 1) {}
 
   /// What is answered at once; silence lies before it.
   Bytes ask(const Bytes& bytes) {

@@ -8,6 +8,7 @@
 #include "sim/plant/imprint/objects.hpp"
 #include "sim/rig/rig_config.hpp"
 #include "tests/unit/sim/support.hpp"
+#include "tests/unit/source_text.hpp"
 
 namespace imprint_emulator_test {
 
@@ -18,16 +19,9 @@ using nlohmann::json;
 
 namespace {
 
-std::string text_of(const std::string& path) {
-  std::ifstream file(std::string(WEFT_SOURCE_DIR) + path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 /// The imprint bench, with members of the array's emulator exchanged.
 json imprint_bench(const std::string& emulator = "{}") {
-  json rig = json::parse(text_of("/sim/rigs/imprint12.json"));
+  json rig = json::parse(testing::source_text("sim/rigs/imprint12.json"));
   for (json& device : rig["devices"])
     if (device["role"] == "taxels") device["emulator"].update(json::parse(emulator));
   return rig;
@@ -36,22 +30,13 @@ json imprint_bench(const std::string& emulator = "{}") {
 /// A rig whose z stage stands so that the contact bears some force, and the array's wire.
 struct Bench {
   explicit Bench(const json& rig_json, std::uint64_t seed = 4) : link(loop) {
-    auto made = Rig::create(rig_json.dump(), text_of("/sim/objects.json"), seed);
+    auto made = Rig::create(rig_json.dump(), testing::source_text("sim/objects.json"), seed);
     if (!made) FAIL(to_string(made.error()));
     rig = std::move(*made);
     REQUIRE(rig->attach("imprint", link, loop));
   }
   std::vector<imprint::Frame> frames(imprint::Kind kind) {
-    imprint::Splitter splitter;
-    std::vector<imprint::Frame> out;
-    imprint::Frame frame;
-    for (const Bytes& piece : link.pieces) {
-      splitter.push(piece);
-      while (splitter.next(frame))
-        if (frame.kind == kind) out.push_back(frame);
-    }
-    CHECK(splitter.skipped_bytes() == 0);
-    return out;
+    return test::frames_of<imprint::Splitter, imprint::Frame>(link, kind);
   }
   void ask(const imprint::Window& window) {
     imprint::Frame request;

@@ -15,18 +15,8 @@ namespace rdt = protocols::rdt;
 inline const std::string start = "12 34 00 02 00 00 00 00";  ///< in real time
 
 struct Box {
-  explicit Box(RdtEmulatorParams params = {}) : world(world_params(), 1), box(params, world, 1) {}
+  explicit Box(RdtEmulatorParams params = {}) : world(still_world(), 1), box(params, world, 1) {}
 
-  static WorldParams world_params() {
-    WorldParams params;
-    for (StageParams& stage : params.stages)
-      stage = {.low = 0, .high = 0.15, .start = 0.075, .quantum = 0, .backlash = 0};
-    for (const std::size_t rotary : {3U, 4U})
-      params.stages[rotary] = {.low = -1, .high = 1, .start = 0, .quantum = 0, .backlash = 0};
-    params.plant.geometry.plate_z_m = 0.1;
-    params.plant.rig_tilt = 0;
-    return params;
-  }
   void send(const std::string& text) { box.receive(hex(text), now, sink); }
   void run(double seconds) {
     const TimePoint end = now + from_seconds(seconds);

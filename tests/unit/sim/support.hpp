@@ -1,45 +1,22 @@
 #pragma once
-// A clock, a pipe and a rig for tests: the least that the interfaces allow.
+// A pipe and a rig for tests: the least that the interfaces allow.
 
-#include <fstream>
-#include <map>
-#include <sstream>
+#include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
 #include "drivers/api/link.hpp"
-#include "drivers/api/loop.hpp"
+#include "sim/devices/bench_world.hpp"
 #include "sim/rig/rig.hpp"
+#include "tests/unit/hex.hpp"
 #include "tests/unit/plant/support.hpp"
+#include "tests/unit/source_text.hpp"
+#include "tests/unit/test_loop.hpp"
 
 namespace weft::sim::test {
 
-/// Virtual time: the next timer, then the clock moves there.
-class TestLoop final : public Loop {
- public:
-  [[nodiscard]] TimePoint now() const override { return now_; }
-  TimerId at(TimePoint when, Callback callback) override {
-    timers_.emplace(std::pair(std::max(when, now_), ++last_), std::move(callback));
-    return last_;
-  }
-  void cancel(TimerId id) override {
-    std::erase_if(timers_, [id](const auto& timer) { return timer.first.second == id; });
-  }
-  void run_to(TimePoint end) {
-    while (!timers_.empty() && timers_.begin()->first.first <= end) {
-      auto timer = timers_.extract(timers_.begin());
-      now_ = timer.key().first;
-      timer.mapped()();
-    }
-    now_ = end;
-  }
-  void run_for(double seconds) { run_to(now_ + from_seconds(seconds)); }
-
- private:
-  TimePoint now_{};
-  TimerId last_ = 0;
-  std::map<std::pair<TimePoint, TimerId>, Callback> timers_;
-};
+using testing::hex;
+using testing::TestLoop;
 
 /// The device's end of a link; the test is the host.
 class TestLink final : public Link {
@@ -64,19 +41,36 @@ class TestLink final : public Link {
   Receiver receiver_;
 };
 
-inline Bytes hex(const std::string& text) {
-  Bytes bytes;
-  std::istringstream words(text);
-  for (std::string word; words >> word;)
-    bytes.push_back(static_cast<std::uint8_t>(std::stoi(word, nullptr, 16)));
-  return bytes;
+/// Stages in the middle of their travel, without quanta or play, over a level plate: for sensors
+/// that are tested without a rig file.
+inline WorldParams still_world() {
+  WorldParams params;
+  for (StageParams& stage : params.stages)
+    stage = {.low = 0, .high = 0.15, .start = 0.075, .quantum = 0, .backlash = 0};
+  for (const std::size_t rotary : {3U, 4U})
+    params.stages[rotary] = {.low = -1, .high = 1, .start = 0, .quantum = 0, .backlash = 0};
+  params.plant.geometry.plate_z_m = 0.1;
+  params.plant.rig_tilt = 0;
+  return params;
+}
+
+/// Frames of one kind among what the device has sent, which has no byte beside them.
+template <class Splitter, class Frame, class Kind>
+std::vector<Frame> frames_of(const TestLink& link, Kind kind) {
+  Splitter splitter;
+  std::vector<Frame> out;
+  Frame frame;
+  for (const Bytes& piece : link.pieces) {
+    splitter.push(piece);
+    while (splitter.next(frame))
+      if (frame.kind == kind) out.push_back(frame);
+  }
+  CHECK(splitter.skipped_bytes() == 0);
+  return out;
 }
 
 inline std::string bench17_text() {
-  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/sim/rigs/bench17.json");
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
+  return testing::source_text("sim/rigs/bench17.json");
 }
 
 /// bench17 with values exchanged, each as JSON text: {"/simulation/slack_mm", "2"}.

@@ -42,16 +42,7 @@ struct Bench {
     REQUIRE(rig->attach("vibro", link, loop));
   }
   std::vector<vibro::Frame> frames(vibro::Kind kind) {
-    vibro::Splitter splitter;
-    std::vector<vibro::Frame> out;
-    vibro::Frame frame;
-    for (const Bytes& piece : link.pieces) {
-      splitter.push(piece);
-      while (splitter.next(frame))
-        if (frame.kind == kind) out.push_back(frame);
-    }
-    CHECK(splitter.skipped_bytes() == 0);
-    return out;
+    return test::frames_of<vibro::Splitter, vibro::Frame>(link, kind);
   }
 
   test::TestLoop loop;
