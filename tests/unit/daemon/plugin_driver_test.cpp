@@ -57,18 +57,18 @@ Bytes frame(std::uint8_t sequence) {
 }
 
 /// A conversation with good, lost and damaged frames, silence at its end, and a second opening.
-void converse(Driver& driver, FakeHost& host, FakeLoop& loop) {
+void converse(Driver& driver, FakeHost& host, TestLoop& loop) {
   REQUIRE(driver.open());
   for (const std::uint8_t sequence : std::initializer_list<std::uint8_t>{1, 2, 3, 7, 8}) {
     Bytes bytes = frame(sequence);
     if (sequence == 3) bytes[5] = static_cast<std::uint8_t>(~bytes[5]);
-    loop.advance(0.027);
+    loop.run_for(0.027);
     host.link_.deliver(bytes, loop.now());
     if (sequence == 1) REQUIRE(driver.arm());
   }
   CHECK_FALSE(driver.command(HomeCommand{}));
   CHECK_FALSE(driver.arm());
-  loop.advance(2);
+  loop.run_for(2);
   driver.close();
   REQUIRE(driver.open());
   host.link_.break_off();
@@ -271,7 +271,7 @@ TEST_CASE("what a plugin throws becomes a fault of its device, and no call comes
     static_cast<void>(rogue.driver->arm());
     static_cast<void>(rogue.driver->command(PollCommand{}));
     rogue.host.link_.deliver(Bytes{1}, TimePoint{});
-    rogue.host.loop_.advance(1);
+    rogue.host.loop_.run_for(1);
     rogue.driver->close();
     REQUIRE(rogue.host.faults.size() == 1);
     const Error& fault = rogue.host.faults.front();

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <memory>
 
 #include "drivers/ati_digital/ati_digital.hpp"
 #include "drivers/ati_digital/digital_driver.hpp"
@@ -39,19 +38,15 @@ inline Calibration calibration() {
 }
 
 /// A sensor that answers from its registers, and a host around the driver.
-struct DigitalBench {
-  explicit DigitalBench(const std::string& config = "{}") {
-    auto made = drivers::ati_digital_entry.create(config, host);
-    REQUIRE(made);
-    driver = std::move(*made);
-  }
+struct DigitalBench : DriverBench {
+  explicit DigitalBench(const std::string& config = "{}")
+      : DriverBench(drivers::ati_digital_entry, config) {}
   void reply(const Reply& reply) {
     Bytes bytes;
     append_rtu(bytes, 10, reply);
     receive(bytes);
   }
-  void receive(const Bytes& bytes) { host.link_.deliver(bytes, host.loop_.now()); }
-  void quiet() { host.loop_.advance(0.051); }
+  void quiet() { host.loop_.run_for(0.051); }
 
   Reply answer(const Request& request) {
     if (const auto* read = std::get_if<Read>(&request)) {
@@ -112,12 +107,10 @@ struct DigitalBench {
     REQUIRE(driver->state() == DriverState::armed);
     host.samples.clear();
   }
-  const WrenchSample& last() { return std::get<WrenchSample>(host.samples.back().value); }
-  const Error& fault() {
-    REQUIRE(host.faults.size() == 1);
-    REQUIRE(driver->state() == DriverState::faulted);
+  const WrenchSample& last() const { return DriverBench::last<WrenchSample>(); }
+  const Error& fault() const {
     CHECK(host.loop_.timers() == 0);
-    return host.faults[0];
+    return DriverBench::fault();
   }
 
   static constexpr std::uint16_t first = holding::first_calibration;
@@ -125,8 +118,6 @@ struct DigitalBench {
   std::array<std::uint16_t, 6> active_gain{}, active_offset{};
   std::uint16_t status_word = 0;
   bool takes_writes = true;
-  FakeHost host;
-  std::unique_ptr<Driver> driver;
 };
 
 inline std::size_t position(const Bytes& in, const Bytes& what) {

@@ -143,50 +143,50 @@ TEST_CASE("the lifecycle table has these rows and refuses every other pair") {
 }
 
 TEST_CASE("a watchdog barks once when nothing came, and costs one timer however often it is fed") {
-  FakeLoop loop;
+  TestLoop loop;
   int barks = 0;
   Watchdog dog(loop, [&barks] { ++barks; });
   for (int i = 0; i < 100; ++i) {
     dog.expect_within(from_seconds(0.1));
     CHECK(loop.timers() == 1);
-    loop.advance(0.09);
+    loop.run_for(0.09);
   }
   CHECK(barks == 0);
-  loop.advance(0.02);
+  loop.run_for(0.02);
   CHECK(barks == 1);
-  loop.advance(10);
+  loop.run_for(10);
   CHECK(barks == 1);
   dog.expect_within(from_seconds(0.1));
   dog.satisfy();
-  loop.advance(1);
+  loop.run_for(1);
   CHECK(barks == 1);
   CHECK(loop.timers() == 0);
 }
 
 TEST_CASE("a watchdog whose limit is shortened barks at the shorter limit") {
-  FakeLoop loop;
+  TestLoop loop;
   int barks = 0;
   Watchdog dog(loop, [&barks] { ++barks; });
   dog.expect_within(from_seconds(10));
   dog.expect_within(from_seconds(0.1));
-  loop.advance(0.11);
+  loop.run_for(0.11);
   CHECK(barks == 1);
 }
 
 TEST_CASE("a timer that is started again moves, and one that is destroyed never fires") {
-  FakeLoop loop;
+  TestLoop loop;
   int fired = 0;
   {
     Timer timer(loop, [&fired] { ++fired; });
     timer.start(from_seconds(1));
     timer.start(from_seconds(2));
-    loop.advance(1.5);
+    loop.run_for(1.5);
     CHECK(fired == 0);
-    loop.advance(1);
+    loop.run_for(1);
     CHECK(fired == 1);
     timer.start(from_seconds(1));
   }
-  loop.advance(5);
+  loop.run_for(5);
   CHECK(fired == 1);
 }
 

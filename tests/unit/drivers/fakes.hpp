@@ -1,44 +1,17 @@
 #pragma once
-// A scripted far end for drivers: time that the test moves, a link that records, a host that
-// records.
+// A scripted far end for drivers: a link that records, a host that records.
 
-#include <algorithm>
-#include <map>
+#include <catch2/catch.hpp>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "drivers/api/driver.hpp"
+#include "tests/unit/hex.hpp"
+#include "tests/unit/test_loop.hpp"
 
 namespace weft::testing {
-
-class FakeLoop final : public Loop {
- public:
-  [[nodiscard]] TimePoint now() const override { return now_; }
-  TimerId at(TimePoint when, Callback callback) override {
-    timers_.emplace(std::pair{std::max(when, now_), ++last_}, std::move(callback));
-    return last_;
-  }
-  void cancel(TimerId id) override {
-    std::erase_if(timers_, [id](const auto& timer) { return timer.first.second == id; });
-  }
-  /// Runs what falls due within `seconds`, and moves the clock on by as much.
-  void advance(double seconds) {
-    const TimePoint end = now_ + from_seconds(seconds);
-    while (!timers_.empty() && timers_.begin()->first.first <= end) {
-      auto node = timers_.extract(timers_.begin());
-      now_ = node.key().first;
-      node.mapped()();
-    }
-    now_ = end;
-  }
-  [[nodiscard]] std::size_t timers() const { return timers_.size(); }
-
- private:
-  TimePoint now_{};
-  TimerId last_ = 0;
-  std::map<std::pair<TimePoint, TimerId>, Callback> timers_;
-};
 
 class FakeLink final : public Link {
  public:
@@ -88,7 +61,7 @@ class FakeHost final : public DriverHost {
   void fault(const Error& error) override { faults.push_back(error); }
   void log(LogLevel, std::string_view text) override { logs.emplace_back(text); }
 
-  FakeLoop loop_;
+  TestLoop loop_;
   FakeLink link_;
   bool record = true;
   std::size_t published = 0;
@@ -100,13 +73,36 @@ class FakeHost final : public DriverHost {
   std::vector<std::string> logs;
 };
 
-/// "0A FF 10" to bytes.
-inline Bytes hex(const std::string& text) {
-  Bytes out;
-  for (std::size_t i = 0; i + 1 < text.size(); i += 3)
-    out.push_back(static_cast<std::uint8_t>(std::stoi(text.substr(i, 2), nullptr, 16)));
-  return out;
-}
+/// A driver and its scripted far end.
+struct DriverBench {
+  DriverBench(const DriverEntry& entry, const std::string& config) {
+    auto made = entry.create(config, host);
+    REQUIRE(made);
+    driver = std::move(*made);
+  }
+  void receive(const Bytes& bytes) { host.link_.deliver(bytes, host.loop_.now()); }
+  template <class Value>
+  const Value& last() const {
+    return std::get<Value>(host.samples.back().value);
+  }
+  /// The only one, which has stopped the driver.
+  const Error& fault() const {
+    REQUIRE(host.faults.size() == 1);
+    REQUIRE(driver->state() == DriverState::faulted);
+    return host.faults[0];
+  }
+  Errc fault_code() const { return fault().code; }
+  /// Without the driver nothing runs and nobody listens.
+  void check_gone_without_trace() {
+    CHECK(host.loop_.timers() > 0);
+    driver.reset();
+    CHECK(host.loop_.timers() == 0);
+    CHECK_FALSE(host.link_.listened_to());
+  }
+
+  FakeHost host;
+  std::unique_ptr<Driver> driver;
+};
 
 inline Bytes operator+(Bytes a, const Bytes& b) {
   a.insert(a.end(), b.begin(), b.end());

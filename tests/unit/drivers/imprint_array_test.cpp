@@ -42,16 +42,14 @@ imprint::Frame scan_frame(unsigned number, const imprint::Window& window = middl
   return frame;
 }
 
-struct Bench {
-  explicit Bench(const std::string& config = R"({"rows": 32, "cols": 32})") {
-    auto made = drivers::imprint_array_entry.create(config, host);
-    REQUIRE(made);
-    driver = std::move(*made);
-  }
+struct Bench : DriverBench {
+  explicit Bench(const std::string& config = R"({"rows": 32, "cols": 32})")
+      : DriverBench(drivers::imprint_array_entry, config) {}
+  using DriverBench::receive;
   void receive(const imprint::Frame& frame) {
     Bytes bytes;
     append(bytes, frame);
-    host.link_.deliver(bytes, host.loop_.now());
+    receive(bytes);
   }
   std::vector<imprint::Window> asked() {
     imprint::Splitter splitter;
@@ -73,14 +71,7 @@ struct Bench {
     host.samples.clear();
     static_cast<void>(asked());
   }
-  std::string fault() {
-    REQUIRE(host.faults.size() == 1);
-    REQUIRE(driver->state() == DriverState::faulted);
-    return to_string(host.faults[0]);
-  }
-
-  FakeHost host;
-  std::unique_ptr<Driver> driver;
+  std::string fault_text() const { return to_string(fault()); }
 };
 
 std::string refusal(const std::string& config) {
@@ -129,7 +120,7 @@ TEST_CASE("the part may lie anywhere on the array, and nowhere else") {
   imprint::Frame small = description_frame();
   small.description.rows = 100;
   beyond.receive(small);
-  CHECK(beyond.fault().find("the array has no such part") != std::string::npos);
+  CHECK(beyond.fault_text().find("the array has no such part") != std::string::npos);
 }
 
 TEST_CASE("lost scans are counted, damaged ones and those of another part among them") {
@@ -147,7 +138,7 @@ TEST_CASE("lost scans are counted, damaged ones and those of another part among 
   CHECK(bench.host.samples.back().lost == 0);
   CHECK(bench.host.logs.back().find("restarted") != std::string::npos);
   for (unsigned i = 1; i <= 4; ++i) bench.receive(scan_frame(i, whole));
-  CHECK(bench.fault().find("another part") != std::string::npos);
+  CHECK(bench.fault_text().find("another part") != std::string::npos);
 }
 
 TEST_CASE("what an imprint array says of itself must be what is configured, and stay so") {
@@ -155,7 +146,7 @@ TEST_CASE("what an imprint array says of itself must be what is configured, and 
     Bench bench(config);
     REQUIRE(bench.driver->open());
     bench.receive(description);
-    return bench.fault();
+    return bench.fault_text();
   };
   const std::string part = R"({"rows": 32, "cols": 32)";
   CHECK(fault_of(part + R"(, "serial": 7})", description_frame()).find("another serial") !=
@@ -179,24 +170,24 @@ TEST_CASE("what an imprint array says of itself must be what is configured, and 
   imprint::Frame other = description_frame();
   other.description.serial = 5;
   bench.receive(other);
-  CHECK(bench.fault().find("in another way") != std::string::npos);
+  CHECK(bench.fault_text().find("in another way") != std::string::npos);
 }
 
 TEST_CASE("an imprint array that falls silent is a fault, with what was awaited") {
   Bench mute;
   REQUIRE(mute.driver->open());
-  mute.host.loop_.advance(3.1);
-  CHECK(mute.fault().find("no description") != std::string::npos);
+  mute.host.loop_.run_for(3.1);
+  CHECK(mute.fault_text().find("no description") != std::string::npos);
   Bench without_scans;
   REQUIRE(without_scans.driver->open());
   without_scans.receive(description_frame());
-  without_scans.host.loop_.advance(3.1);
-  CHECK(without_scans.fault().find("no scan") != std::string::npos);
+  without_scans.host.loop_.run_for(3.1);
+  CHECK(without_scans.fault_text().find("no scan") != std::string::npos);
   Bench armed;
   armed.arm();
   armed.receive(scan_frame(12));
-  armed.host.loop_.advance(1.1);
-  CHECK(armed.fault().find("no scan") != std::string::npos);
+  armed.host.loop_.run_for(1.1);
+  CHECK(armed.fault_text().find("no scan") != std::string::npos);
 }
 
 TEST_CASE("frozen scans are seen, those of a few taxels are believed") {
@@ -207,7 +198,7 @@ TEST_CASE("frozen scans are seen, those of a few taxels are believed") {
     bench.receive(scan_frame(0, window));
     REQUIRE(bench.driver->arm());
     for (unsigned i = 1; i < 40 && bench.host.faults.empty(); ++i) {
-      bench.host.loop_.advance(0.2);
+      bench.host.loop_.run_for(0.2);
       imprint::Frame scan = scan_frame(i, window);
       scan.counts.fill(9);
       bench.receive(scan);

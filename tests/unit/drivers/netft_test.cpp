@@ -22,16 +22,15 @@ const Bytes documented_record =
     hex("00 00 00 01 00 00 00 02 00 00 00 00 00 0F 42 40 FF F8 5E E0 00 00 00 00 00 00 00 00 "
         "00 00 00 00 00 01 86 A0");
 
-struct Bench {
+struct Bench : DriverBench {
   /// The scripts of most tests send one value for ever.
-  explicit Bench(std::string config = "{}") {
+  explicit Bench(const std::string& config = "{}")
+      : DriverBench(drivers::ati_netft_entry, unwatched(config)) {}
+  static std::string unwatched(std::string config) {
     const bool alone = config == "{}";
-    config.insert(1, alone ? R"("stuck_after_s": 0)" : R"("stuck_after_s": 0, )");
-    auto made = drivers::ati_netft_entry.create(config, host);
-    REQUIRE(made);
-    driver = std::move(*made);
+    return config.insert(1, alone ? R"("stuck_after_s": 0)" : R"("stuck_after_s": 0, )");
   }
-  void receive(const Bytes& datagram) { host.link_.deliver(datagram, host.loop_.now()); }
+  using DriverBench::receive;
   void receive(std::uint32_t sequence, std::int32_t fz_counts = 0, std::uint32_t status = 0) {
     Bytes datagram;
     append(datagram, rdt::Record{sequence, sequence, status, {0, 0, fz_counts}, {}});
@@ -46,15 +45,7 @@ struct Bench {
     host.samples.clear();
     host.link_.take_written();
   }
-  const WrenchSample& last() { return std::get<WrenchSample>(host.samples.back().value); }
-  Errc fault_code() {
-    REQUIRE(host.faults.size() == 1);
-    REQUIRE(driver->state() == DriverState::faulted);
-    return host.faults[0].code;
-  }
-
-  FakeHost host;
-  std::unique_ptr<Driver> driver;
+  const WrenchSample& last() const { return DriverBench::last<WrenchSample>(); }
 };
 
 }  // namespace
@@ -77,11 +68,11 @@ TEST_CASE("a slow stream is not stale before ten of its periods") {
   Bench bench(R"({"rate_hz": 5})");
   bench.arm();
   for (int i = 2; i < 12; ++i) {
-    bench.host.loop_.advance(0.2);
+    bench.host.loop_.run_for(0.2);
     bench.receive(static_cast<std::uint32_t>(i));
   }
   CHECK(bench.host.faults.empty());
-  bench.host.loop_.advance(2.1);
+  bench.host.loop_.run_for(2.1);
   CHECK(bench.fault_code() == Errc::timeout);
 }
 
@@ -171,11 +162,11 @@ TEST_CASE("an armed sensor that falls silent is a fault, and the stream is asked
   Bench bench(R"({"stale_after_s": 0.05, "rate_hz": 20})");
   bench.arm();
   for (std::uint32_t i = 2; i < 100; ++i) {
-    bench.host.loop_.advance(0.049);
+    bench.host.loop_.run_for(0.049);
     bench.receive(i);
   }
   CHECK(bench.host.faults.empty());
-  bench.host.loop_.advance(0.051);
+  bench.host.loop_.run_for(0.051);
   CHECK(bench.fault_code() == Errc::timeout);
   CHECK(bench.host.link_.take_written() == stop);
   CHECK(bench.host.loop_.timers() == 0);
@@ -184,10 +175,10 @@ TEST_CASE("an armed sensor that falls silent is a fault, and the stream is asked
 TEST_CASE("a lost opening request is repeated; a box that stays silent is a fault") {
   Bench bench(R"({"reply_timeout_s": 0.2})");
   REQUIRE(bench.driver->open());
-  bench.host.loop_.advance(0.5);
+  bench.host.loop_.run_for(0.5);
   CHECK(bench.host.link_.take_written() == one_sample + one_sample + one_sample);
   CHECK(bench.host.faults.empty());
-  bench.host.loop_.advance(0.11);
+  bench.host.loop_.run_for(0.11);
   CHECK(bench.fault_code() == Errc::timeout);
 }
 
@@ -196,7 +187,7 @@ TEST_CASE("a box that opens but does not stream faults the arming") {
   REQUIRE(bench.driver->open());
   bench.receive(1);
   REQUIRE(bench.driver->arm());
-  bench.host.loop_.advance(1);
+  bench.host.loop_.run_for(1);
   CHECK(bench.fault_code() == Errc::timeout);
 }
 
@@ -218,7 +209,7 @@ TEST_CASE("stop and close end the stream; records that still come are ignored") 
   CHECK(bench.driver->state() == DriverState::open);
   bench.receive(2);
   CHECK(bench.host.samples.empty());
-  bench.host.loop_.advance(10);
+  bench.host.loop_.run_for(10);
   CHECK(bench.host.faults.empty());
   REQUIRE(bench.driver->arm());
   bench.receive(1);  // a new stream counts from one
@@ -238,10 +229,7 @@ TEST_CASE("a Net F/T link that breaks faults the driver, and destruction leaves 
 
   Bench destroyed;
   destroyed.arm();
-  CHECK(destroyed.host.loop_.timers() > 0);
-  destroyed.driver.reset();
-  CHECK(destroyed.host.loop_.timers() == 0);
-  CHECK_FALSE(destroyed.host.link_.listened_to());
+  destroyed.check_gone_without_trace();
 }
 
 TEST_CASE("streaming wrenches allocates nothing") {

@@ -2,7 +2,7 @@
 // One stage driver in front of a scripted controller.
 
 #include <catch2/catch.hpp>
-#include <memory>
+#include <string>
 
 #include "drivers/thorlabs_apt/thorlabs_apt.hpp"
 #include "protocols/apt/apt.hpp"
@@ -18,14 +18,13 @@ constexpr std::uint32_t moving_homed = 0x80000510;
 constexpr std::uint32_t homing = 0x80000300;
 constexpr double counts_per_m = 409600e3;  // LTS150
 
-class StageBench {
- public:
+struct StageBench : DriverBench {
+  explicit StageBench(const std::string& config)
+      : DriverBench(drivers::thorlabs_apt_entry, for_scripts(config)) {}
   /// The script of a test jumps from place to place and homes without a way.
-  explicit StageBench(std::string config) {
-    config.insert(config.find('{') + 1, R"("check_jumps": false, "home_must_move": false, )");
-    auto made = drivers::thorlabs_apt_entry.create(config, host);
-    REQUIRE(made);
-    driver = std::move(*made);
+  static std::string for_scripts(std::string config) {
+    return config.insert(config.find('{') + 1,
+                         R"("check_jumps": false, "home_must_move": false, )");
   }
   static StageBench lts(const std::string& more = "") {
     return StageBench(R"({"stage": "LTS150")" + more + "}");
@@ -34,7 +33,7 @@ class StageBench {
     return StageBench(R"({"stage": "PRM1-Z8")" + more + "}");
   }
 
-  void receive(const Bytes& bytes) { link().deliver(bytes, loop().now()); }
+  using DriverBench::receive;
   void receive(const apt::Message& message) { receive(apt::encode(message)); }
   template <class Body>
   void receive(apt::MessageId id, const Body& body) {
@@ -80,19 +79,9 @@ class StageBench {
     link().take_written();
   }
 
-  FakeLoop& loop() { return host.loop_; }
+  TestLoop& loop() { return host.loop_; }
   FakeLink& link() { return host.link_; }
-  const StageSample& last_sample() const {
-    return std::get<StageSample>(host.samples.back().value);
-  }
-  Errc fault_code() const {
-    REQUIRE(host.faults.size() == 1);
-    REQUIRE(driver->state() == DriverState::faulted);
-    return host.faults[0].code;
-  }
-
-  FakeHost host;
-  std::unique_ptr<Driver> driver;
+  const StageSample& last_sample() const { return last<StageSample>(); }
 };
 
 }  // namespace weft::testing

@@ -36,7 +36,7 @@ TEST_CASE("a move to 75 mm sends the documented bytes and is done when device an
   bench.receive(hex("64 04 0E 00 81 50 01 00 00 C0 D4 01 00 00 00 00 00 05 00 80"));
   CHECK(bench.last_sample().move_id == *id);
   CHECK(bench.last_sample().position == Approx(0.075).epsilon(1e-12));
-  bench.loop().advance(60);
+  bench.loop().run_for(60);
   CHECK(bench.host.faults.empty());
 }
 
@@ -83,7 +83,7 @@ TEST_CASE("completion reported elsewhere than at the target is no success but en
   CHECK(bench.link().take_written() == request_status);
   for (int i = 0; i < 30 && bench.host.faults.empty(); ++i) {
     bench.receive_status(409605, idle_homed);
-    bench.loop().advance(0.25);
+    bench.loop().run_for(0.25);
   }
   CHECK(bench.fault_code() == Errc::device);
   CHECK(bench.host.faults[0].message == "the stage ended away from its target");
@@ -109,11 +109,11 @@ TEST_CASE("a move that takes much longer than its distance and speed allow is a 
   REQUIRE(bench.driver->command(MoveCommand{0.040, 0.020}));  // ideal: 2 s + 1 s of ramps
   std::int32_t counts = 0;
   for (int i = 0; i < 60; ++i) {  // creeps for 6 s
-    bench.loop().advance(0.1);
+    bench.loop().run_for(0.1);
     bench.receive_status(counts += 1000, moving_homed);
   }
   CHECK(bench.host.faults.empty());
-  bench.loop().advance(1);  // the limit: 1.5 * 3 s + 2 s
+  bench.loop().run_for(1);  // the limit: 1.5 * 3 s + 2 s
   CHECK(bench.fault_code() == Errc::timeout);
   CHECK(to_string(bench.host.faults[0]).find("expected 40.0000 mm") != std::string::npos);
 }
@@ -124,7 +124,7 @@ TEST_CASE("a stage that does not move is found out before the time limit") {
   REQUIRE(bench.driver->command(MoveCommand{0.150, 0.002}));  // 75 s
   double waited_s = 0;
   for (; bench.host.faults.empty() && waited_s < 60; waited_s += 0.25) {
-    bench.loop().advance(0.25);
+    bench.loop().run_for(0.25);
     if (bench.host.faults.empty()) bench.receive_status(0, moving_homed);
   }
   CHECK(bench.fault_code() == Errc::device);
@@ -136,7 +136,7 @@ TEST_CASE("without polls from the host a motion is watched by the driver's own r
   bench.arm_lts();
   REQUIRE(bench.driver->command(MoveCommand{0.1, 0.02}));
   bench.link().take_written();
-  bench.loop().advance(0.26);
+  bench.loop().run_for(0.26);
   CHECK(bench.link().take_written() == request_status);
 }
 
@@ -205,7 +205,7 @@ TEST_CASE("homing is done when the device says so and its status has the homed b
   CHECK(bench.last_sample().move_id == id);
   CHECK(bench.last_sample().homed);
   CHECK(bench.loop().timers() <= 1);  // a reply watchdog running out
-  bench.loop().advance(300);
+  bench.loop().run_for(300);
   CHECK(bench.host.faults.empty());
 }
 
@@ -223,7 +223,7 @@ TEST_CASE("homing that ends without the homed bit, or never ends, is a fault") {
   double waited_s = 0;
   for (std::int32_t counts = 0; endless.host.faults.empty() && waited_s < 60; waited_s += 0.25) {
     endless.receive_status(counts += 100, homing);
-    endless.loop().advance(0.25);
+    endless.loop().run_for(0.25);
   }
   CHECK(endless.fault_code() == Errc::timeout);
   CHECK(waited_s == Approx(10).margin(0.3));
@@ -255,7 +255,7 @@ TEST_CASE(
     double waited_s = 0;
     for (std::int32_t counts = 0; bench.host.faults.empty() && waited_s < 1000; waited_s += 0.25) {
       status(counts += 100, homing);
-      bench.loop().advance(0.25);
+      bench.loop().run_for(0.25);
     }
     CHECK(bench.fault_code() == Errc::timeout);
     CHECK(waited_s > 1.2 * c.slowest_s);
@@ -322,7 +322,7 @@ TEST_CASE("a velocity command replaces a move, which is then never confirmed") {
   REQUIRE(bench.driver->command(ServoCommand{0.001, horizon}));
   bench.receive_completed(409600);
   CHECK(bench.last_sample().move_id == 0);
-  bench.loop().advance(100);
+  bench.loop().run_for(100);
   CHECK(bench.host.faults.empty());
 }
 
@@ -336,7 +336,7 @@ TEST_CASE("stop ends the motion at once, and the stage stays armed") {
   bench.driver->stop();
   CHECK(bench.link().take_written() == hex("65 04 01 01 50 01"));
   bench.receive_stopped(4096);
-  bench.loop().advance(100);
+  bench.loop().run_for(100);
   CHECK(bench.host.faults.empty());
   CHECK(bench.driver->state() == DriverState::armed);
   CHECK(bench.last_sample().move_id == 0);

@@ -15,13 +15,9 @@ namespace taxel = protocols::taxel;
 
 namespace {
 
-struct Bench {
-  explicit Bench(const std::string& config = "{}") {
-    auto made = drivers::taxel_array_entry.create(config, host);
-    REQUIRE(made);
-    driver = std::move(*made);
-  }
-  void receive(const Bytes& bytes) { host.link_.deliver(bytes, host.loop_.now()); }
+struct Bench : DriverBench {
+  explicit Bench(const std::string& config = "{}")
+      : DriverBench(drivers::taxel_array_entry, config) {}
   static Bytes frame(unsigned sequence, std::uint8_t taxels = 16) {
     taxel::Frame f;
     f.sequence = static_cast<std::uint16_t>(sequence);
@@ -42,14 +38,6 @@ struct Bench {
     REQUIRE(driver->state() == DriverState::armed);
     host.samples.clear();
   }
-  Errc fault_code() {
-    REQUIRE(host.faults.size() == 1);
-    REQUIRE(driver->state() == DriverState::faulted);
-    return host.faults[0].code;
-  }
-
-  FakeHost host;
-  std::unique_ptr<Driver> driver;
 };
 
 }  // namespace
@@ -64,7 +52,7 @@ TEST_CASE("the array opens on its first good frame and publishes from the frame 
   CHECK(bench.host.samples.empty());
   REQUIRE(bench.driver->arm());
   CHECK(bench.driver->arm().error().code == Errc::wrong_state);
-  bench.host.loop_.advance(0.028);
+  bench.host.loop_.run_for(0.028);
   bench.receive(Bench::frame(5));
   CHECK(bench.host.states == std::vector{DriverState::open, DriverState::armed});
   REQUIRE(bench.host.samples.size() == 1);
@@ -111,7 +99,7 @@ TEST_CASE("damaged frames are dropped, counted as lost by the next one, and logg
   for (std::uint16_t sequence = 12; sequence < 20; ++sequence) {
     Bytes bad = Bench::frame(sequence);
     bad[20] ^= 0x10;
-    bench.host.loop_.advance(0.028);
+    bench.host.loop_.run_for(0.028);
     bench.receive(bad);
   }
   CHECK(bench.host.samples.empty());
@@ -143,25 +131,25 @@ TEST_CASE("another number of taxels than configured is a fault that names both")
 TEST_CASE("a silent array is a fault on opening, on arming and when armed, but not when open") {
   Bench opening(R"({"reply_timeout_s": 1})");
   REQUIRE(opening.driver->open());
-  opening.host.loop_.advance(1.01);
+  opening.host.loop_.run_for(1.01);
   CHECK(opening.fault_code() == Errc::timeout);
 
   Bench arming;
   REQUIRE(arming.driver->open());
   arming.receive(Bench::frame(1));
-  arming.host.loop_.advance(100);
+  arming.host.loop_.run_for(100);
   CHECK(arming.host.faults.empty());
   REQUIRE(arming.driver->arm());
-  arming.host.loop_.advance(2);
+  arming.host.loop_.run_for(2);
   CHECK(arming.fault_code() == Errc::timeout);
 
   Bench armed(R"({"stale_after_s": 0.3})");
   armed.arm();
-  armed.host.loop_.advance(0.29);
+  armed.host.loop_.run_for(0.29);
   armed.receive(Bench::frame(12));
-  armed.host.loop_.advance(0.29);
+  armed.host.loop_.run_for(0.29);
   CHECK(armed.host.faults.empty());
-  armed.host.loop_.advance(0.02);
+  armed.host.loop_.run_for(0.02);
   CHECK(armed.fault_code() == Errc::timeout);
 }
 
@@ -192,7 +180,7 @@ TEST_CASE("commands, wrong states, stop and close of the array") {
   bench.driver->stop();
   CHECK(bench.driver->state() == DriverState::open);
   bench.receive(Bench::frame(12));
-  bench.host.loop_.advance(10);
+  bench.host.loop_.run_for(10);
   CHECK(bench.host.samples.empty());
   CHECK(bench.host.faults.empty());
   bench.driver->close();
