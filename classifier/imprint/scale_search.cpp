@@ -41,6 +41,15 @@ std::vector<std::size_t> columns_of(const Subset& scales, std::size_t width) {
   return out;
 }
 
+/// More right, or as many by fewer scales. A rule that did not converge has none right.
+bool is_better(const ScaleScore& a, const ScaleScore& b) {
+  const auto right = [](const ScaleScore& s) {
+    return s.outcome.converged ? s.outcome.correct : 0;
+  };
+  if (right(a) != right(b)) return right(a) > right(b);
+  return a.sigmas.size() < b.sigmas.size();
+}
+
 }  // namespace
 
 Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,
@@ -75,13 +84,7 @@ Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,
     for (const std::size_t s : subsets[i]) score.sigmas.push_back(options.sigmas[s]);
     out.push_back(std::move(score));
   }
-  std::stable_sort(out.begin(), out.end(), [](const ScaleScore& a, const ScaleScore& b) {
-    const auto right = [](const ScaleScore& s) {
-      return s.outcome.converged ? s.outcome.correct : 0;
-    };
-    if (right(a) != right(b)) return right(a) > right(b);
-    return a.sigmas.size() < b.sigmas.size();
-  });
+  std::stable_sort(out.begin(), out.end(), is_better);
   return out;
 }
 

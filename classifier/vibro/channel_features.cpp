@@ -112,10 +112,10 @@ void ChannelExtractor::moments(std::span<const double> samples, ChannelFigures& 
   at(out, Figure::zcr) = mean_crossing_rate(size, samples, hop_crossings_);
 }
 
-void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, ChannelFigures& out,
-                                BandFigures* bands) {
+/// Fills `spectra_`, `sums_` and, where given, `bands`; returns the power of the loudest bin.
+double ChannelExtractor::transform(std::span<const double> samples, Tools& tools, bool chroma,
+                                   BandFigures* bands) {
   constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
-  Tools& tools = tools_for(FrameSize::of(samples.size()));
   const std::size_t frames = tools.frames.size().count(samples.size());
   const std::size_t block = tools.frames.bins() * lanes;
   spectra_.resize((frames + lanes - 1) / lanes * block);
@@ -131,6 +131,16 @@ void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, Ch
       loudest = std::max(loudest, magnitude * magnitude);
   }
   if (bands != nullptr) *bands = in_bands.figures();
+  return loudest;
+}
+
+void ChannelExtractor::spectral(std::span<const double> samples, bool chroma, ChannelFigures& out,
+                                BandFigures* bands) {
+  constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
+  Tools& tools = tools_for(FrameSize::of(samples.size()));
+  const double loudest = transform(samples, tools, chroma, bands);
+  const std::size_t frames = tools.frames.size().count(samples.size());
+  const std::size_t block = tools.frames.bins() * lanes;
   double decibels = 0.0;
   std::size_t heard = 0;
   const double floor = std::max(least_power, loudest * deepest_share);

@@ -46,7 +46,6 @@ class ChannelExtractor {
   /// 0 < rate_hz
   explicit ChannelExtractor(double rate_hz) : rate_hz_(rate_hz) {}
 
-  [[nodiscard]] double rate_hz() const { return rate_hz_; }
   /// librosa's definitions (0.10, zeros beyond the ends) of the samples of one window. CHROMA is
   /// left 0 without `chroma`, which saves a twelfth; `bands`, where given, is filled from the same
   /// spectrum. Refuses no samples, too many, one that is not finite (named), and samples so large
@@ -66,6 +65,7 @@ class ChannelExtractor {
 
   Tools& tools_for(FrameSize size);
   void moments(std::span<const double> samples, ChannelFigures& out);
+  double transform(std::span<const double> samples, Tools& tools, bool chroma, BandFigures* bands);
   void spectral(std::span<const double> samples, bool chroma, ChannelFigures& out,
                 BandFigures* bands);
 
