@@ -84,13 +84,6 @@ FabricCore::FabricCore(CoreInfo info, Reducer reducer, Matrix support,
 
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options,
-                              const RareT& rare) {
-  GridSearch search;
-  return train_core(rows, sign, folds, options, rare, search);
-}
-
-Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
-                              std::span<const Fold> folds, const TrainOptions& options,
                               const RareT& rare, GridSearch& search) {
   const Reducer full = Reducer::fit(rows, sign, options, rare);
   const auto grid = search.run(rows, sign, full, folds, options, rare);

@@ -65,12 +65,7 @@ class FabricCore {
 };
 
 /// Grid search, then one SVM on all rows. `sign`: +1 for class a, -1 for class b, each at least
-/// twice. Refuses what GridSearch::run() refuses.
-Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
-                              std::span<const Fold> folds, const TrainOptions& options,
-                              const RareT& rare = RareT());
-
-/// The same with a search that keeps its memory from core to core.
+/// twice. `search` keeps its memory from core to core. Refuses what GridSearch::run() refuses.
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options,
                               const RareT& rare, GridSearch& search);

@@ -105,28 +105,6 @@ Matrix FabricModel::decisions(const Matrix& rows, std::size_t threads) const {
   return out;
 }
 
-Result<std::vector<Vote>> FabricModel::classify(const FeatureMatrix& matrix,
-                                                std::size_t threads) const {
-  if (auto ok = check(matrix); !ok) return pass(ok.error());
-  if (matrix.names != features_) {
-    return fail(Errc::invalid_argument, "columns are not those of the training", "classify",
-                std::to_string(features_.size()) + " features, first " +
-                    (features_.empty() ? "none" : features_.front()),
-                std::to_string(matrix.names.size()) + ", first " +
-                    (matrix.names.empty() ? "none" : matrix.names.front()),
-                "Same sensor, same phases, same order");
-  }
-  std::vector<std::optional<Result<Vote>>> votes(matrix.size());
-  parallel_for(matrix.size(), threads,
-               [&](std::size_t r) { votes[r].emplace(classify(matrix.values.row(r))); });
-  std::vector<Vote> out;
-  for (std::size_t r = 0; r < votes.size(); ++r) {
-    if (!*votes[r]) return pass(votes[r]->error(), matrix.files[r]);
-    out.push_back(std::move(**votes[r]));
-  }
-  return out;
-}
-
 GridScore FabricModel::cross_validation() const {
   GridScore sum;
   for (const FabricCore& core : cores_) {

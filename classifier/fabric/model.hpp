@@ -59,9 +59,6 @@ class FabricModel {
   /// [rows x cores]: what every core says of every row. A core is asked for all rows before the
   /// next, so that it stays in the cache: all of a large model would not.
   [[nodiscard]] Matrix decisions(const Matrix& rows, std::size_t threads = 0) const;
-  /// Votes on every row. Refuses columns that are not those of the training.
-  [[nodiscard]] Result<std::vector<Vote>> classify(const FeatureMatrix& matrix,
-                                                   std::size_t threads = 0) const;
 
  private:
   std::vector<std::string> labels_;

@@ -4,8 +4,15 @@
 #include <cmath>
 #include <string>
 
+#include "protocols/base/names.hpp"
+
 namespace weft::classifier {
 namespace {
+
+constexpr NameTable<Reduction, 3> reduction_names = {
+    {{Reduction::pvalue, "pvalue"}, {Reduction::pca, "pca"}, {Reduction::all, "all"}}};
+constexpr NameTable<Tie, 3> tie_names = {
+    {{Tie::automatic, "automatic"}, {Tie::loss, "loss"}, {Tie::order, "order"}}};
 
 Status check_list(const std::vector<double>& values, double highest, const char* name,
                   const char* expected) {
@@ -19,35 +26,11 @@ Status check_list(const std::vector<double>& values, double highest, const char*
 }  // namespace
 
 std::string_view to_string(Reduction reduction) {
-  switch (reduction) {
-    case Reduction::pvalue:
-      return "pvalue";
-    case Reduction::pca:
-      return "pca";
-    case Reduction::all:
-      return "all";
-  }
-  return "?";
+  return name_in(reduction_names, reduction);
 }
 
 std::string_view to_string(Tie tie) {
-  switch (tie) {
-    case Tie::automatic:
-      return "automatic";
-    case Tie::loss:
-      return "loss";
-    case Tie::order:
-      return "order";
-  }
-  return "?";
-}
-
-Result<Reduction> reduction_from(std::string_view text) {
-  for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
-    if (text == to_string(r)) return r;
-  }
-  return fail(Errc::invalid_argument, "unknown reduction", {}, "pvalue, pca or all",
-              std::string(text));
+  return name_in(tie_names, tie);
 }
 
 Status check(const TrainOptions& options) {

@@ -8,17 +8,21 @@
 namespace weft::classifier::imprint {
 namespace {
 
-constexpr std::array<FeatureKind, 10> kinds{{
-    {"edges.n", "taxels", "taxels on a step edge", true},
-    {"edges.mean", "counts/taxel", "mean strength of the steps", true},
-    {"edges.std", "counts/taxel", "deviation of the strength", true},
-    {"edges.ori", "rad", "spread of the orientations", false},
-    {"min.n", "taxels", "local minima", true},
-    {"min.mean", "counts", "mean depth below the eight neighbours", false},
-    {"min.std", "counts", "deviation of the depth", true},
-    {"max.n", "taxels", "local maxima", true},
-    {"max.mean", "counts", "mean height above the eight neighbours", false},
-    {"max.std", "counts", "deviation of the height", true},
+struct Kind {
+  std::string_view name;
+  bool in_short_form;
+};
+constexpr std::array<Kind, features_per_scale> kinds{{
+    {"edges.n", true},
+    {"edges.mean", true},
+    {"edges.std", true},
+    {"edges.ori", false},
+    {"min.n", true},
+    {"min.mean", false},
+    {"min.std", true},
+    {"max.n", true},
+    {"max.mean", false},
+    {"max.std", true},
 }};
 
 std::string short_number(double value) {
@@ -34,10 +38,6 @@ double largest_of(const Image& image) {
 }
 
 }  // namespace
-
-std::span<const FeatureKind> feature_kinds() {
-  return kinds;
-}
 
 std::string_view to_string(Form form) {
   return form == Form::full ? "10" : "7";
@@ -58,7 +58,7 @@ Result<ScaleFeatures> ScaleFeatures::make(const ScaleOptions& options) {
         return fail(Errc::invalid_argument, "a scale is given twice", "sigmas", "each once",
                     short_number(sigma));
     out.filters_.push_back(std::move(*filter));
-    for (const FeatureKind& kind : kinds)
+    for (const Kind& kind : kinds)
       if (options.form == Form::full || kind.in_short_form)
         out.names_.push_back(std::string(kind.name) + "@" + short_number(sigma));
   }
@@ -76,16 +76,16 @@ void ScaleFeatures::add_scale(const Image& image, GaussianFilter& filter) {
   find_extrema(s.smoothed, s.extrema);
   const Moments step = moments(s.strengths), low = moments(s.extrema.minima),
                 high = moments(s.extrema.maxima);
-  const std::array<double, kinds.size()> all{static_cast<double>(edges.size()),
-                                             step.mean,
-                                             step.deviation,
-                                             orientation_spread(edges, options_.orientation),
-                                             static_cast<double>(s.extrema.minima.size()),
-                                             low.mean,
-                                             low.deviation,
-                                             static_cast<double>(s.extrema.maxima.size()),
-                                             high.mean,
-                                             high.deviation};
+  const std::array<double, features_per_scale> all{static_cast<double>(edges.size()),
+                                                   step.mean,
+                                                   step.deviation,
+                                                   orientation_spread(edges, options_.orientation),
+                                                   static_cast<double>(s.extrema.minima.size()),
+                                                   low.mean,
+                                                   low.deviation,
+                                                   static_cast<double>(s.extrema.maxima.size()),
+                                                   high.mean,
+                                                   high.deviation};
   for (std::size_t k = 0; k < kinds.size(); ++k)
     if (options_.form == Form::full || kinds[k].in_short_form) values_.push_back(all[k]);
 }

@@ -2,6 +2,7 @@
 // The ten numbers of an imprint at one scale of smoothing, and of several scales side by side
 // (Ellis 1986, sections 3.3 and 3.4.1).
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,17 +15,20 @@
 
 namespace weft::classifier::imprint {
 
-struct FeatureKind {
-  std::string_view name;
-  std::string_view unit;
-  std::string_view words;
-  bool in_short_form;
-};
-/// In the order of the vector: edges.n, edges.mean, edges.std, edges.ori, min.n, min.mean, min.std,
-/// max.n, max.mean, max.std.
-std::span<const FeatureKind> feature_kinds();
+/// The ten of a scale, in the order of the vector:
+///   edges.n     taxels on a step edge
+///   edges.mean  mean strength of the steps [counts/taxel]
+///   edges.std   deviation of the strength [counts/taxel]
+///   edges.ori   spread of the orientations [rad]
+///   min.n       local minima [taxels]
+///   min.mean    mean depth below the eight neighbours [counts]
+///   min.std     deviation of the depth [counts]
+///   max.n       local maxima [taxels]
+///   max.mean    mean height above the eight neighbours [counts]
+///   max.std     deviation of the height [counts]
+inline constexpr std::size_t features_per_scale = 10;
 
-/// Ten a scale, or the paper's seven: without the spread of orientations and the mean heights.
+/// All ten, or the paper's seven: without the spread of orientations and the mean heights.
 enum class Form { full, brief };
 std::string_view to_string(Form form);
 

@@ -1,18 +1,20 @@
 #include "classifier/learn/feature_view.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <string>
+
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier {
 namespace {
 
-constexpr std::array views = {std::pair{View::plain, std::string_view("plain")},
-                              std::pair{View::compressed, std::string_view("compressed")},
-                              std::pair{View::ranked, std::string_view("ranked")},
-                              std::pair{View::normal_scores, std::string_view("normal-scores")}};
+constexpr NameTable<View, 4> view_names = {{
+    {View::plain, "plain"},
+    {View::compressed, "compressed"},
+    {View::ranked, "ranked"},
+    {View::normal_scores, "normal-scores"},
+}};
 
 double compress(double z) {
   return std::copysign(std::log1p(std::abs(z)), z);
@@ -66,20 +68,16 @@ double normal_quantile(double share) {
 }  // namespace
 
 std::string_view to_string(View view) {
-  return views[static_cast<std::size_t>(view)].second;
+  return name_in(view_names, view);
 }
 
 Result<View> view_from(std::string_view text) {
-  for (const auto& [view, name] : views)
-    if (name == text) return view;
-  return fail(Errc::invalid_argument, "unknown view of the features", {},
-              "plain, compressed, ranked or normal-scores", std::string(text));
+  return value_from(view_names, text, "unknown view of the features",
+                    "plain, compressed, ranked or normal-scores");
 }
 
 std::vector<View> all_views() {
-  std::vector<View> out;
-  for (const auto& entry : views) out.push_back(entry.first);
-  return out;
+  return values_of(view_names);
 }
 
 RankTable RankTable::fit(const Matrix& rows) {

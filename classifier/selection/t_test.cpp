@@ -149,10 +149,6 @@ std::vector<std::size_t> rank_many(std::span<const double> t, std::size_t kept) 
 
 }  // namespace
 
-std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign) {
-  return t_statistics(rows, numbers_below(rows.rows()), sign);
-}
-
 std::vector<double> t_statistics(const Matrix& rows, std::span<const std::size_t> which,
                                  std::span<const int> sign) {
   std::vector<double> t(rows.cols(), 0.0);

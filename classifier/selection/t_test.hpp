@@ -10,12 +10,11 @@
 
 namespace weft::classifier {
 
-/// Two-sample t statistic with pooled variance of every column; rows with sign[i] > 0 against the
-/// others. Each side needs a row, both together three (otherwise every t is 0). Columns are
-/// compared at their own scale, so nothing overflows. The pooled deviation is kept above 1e-9 of
-/// the larger mean (AMB-13): equal up to rounding means t = 0.
-std::vector<double> t_statistics(const Matrix& rows, std::span<const int> sign);
-/// The same of the rows `which`; `sign` has one entry per row of the matrix.
+/// Two-sample t statistic with pooled variance of every column, of the rows `which`; those with
+/// sign[i] > 0 against the others, `sign` has one entry per row of the matrix. Each side needs a
+/// row, both together three (otherwise every t is 0). Columns are compared at their own scale, so
+/// nothing overflows. The pooled deviation is kept above 1e-9 of the larger mean (AMB-13): equal up
+/// to rounding means t = 0.
 std::vector<double> t_statistics(const Matrix& rows, std::span<const std::size_t> which,
                                  std::span<const int> sign);
 

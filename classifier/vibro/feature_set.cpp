@@ -1,13 +1,13 @@
 #include "classifier/vibro/feature_set.hpp"
 
 #include <algorithm>
-#include <array>
-#include <utility>
+
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr std::array<std::pair<Family, std::string_view>, 7> families = {{
+constexpr NameTable<Family, 7> families = {{
     {Family::smmrp, "SMMRP"},
     {Family::smmrp10, "SMMRP10"},
     {Family::fft, "FFT"},
@@ -16,26 +16,8 @@ constexpr std::array<std::pair<Family, std::string_view>, 7> families = {{
     {Family::bands, "BANDS"},
     {Family::wide, "WIDE"},
 }};
-constexpr std::array<std::pair<Combine, std::string_view>, 2> combinations = {
+constexpr NameTable<Combine, 2> combinations = {
     {{Combine::mean, "mean"}, {Combine::concat, "concat"}}};
-
-template <class Table, class Value>
-std::string_view name_in(const Table& table, Value value) {
-  for (const auto& [own, name] : table)
-    if (own == value) return name;
-  return "?";
-}
-
-template <class Value, std::size_t n>
-Result<Value> value_in(const std::array<std::pair<Value, std::string_view>, n>& table,
-                       std::string_view text, std::string what) {
-  std::string names;
-  for (const auto& [own, name] : table) {
-    if (name == text) return own;
-    names += (names.empty() ? "" : ", ") + std::string(name);
-  }
-  return fail(Errc::invalid_argument, "unknown " + std::move(what), {}, names, std::string(text));
-}
 
 std::string unit_of(Figure figure, const std::string& sample_unit) {
   switch (figure) {
@@ -77,18 +59,13 @@ std::string_view to_string(Family family) {
   return name_in(families, family);
 }
 Result<Family> family_from(std::string_view text) {
-  return value_in(families, text, "set of features");
-}
-std::vector<Family> all_families() {
-  std::vector<Family> out;
-  for (const auto& entry : families) out.push_back(entry.first);
-  return out;
+  return value_from(families, text, "unknown set of features", name_list(families));
 }
 std::string_view to_string(Combine combine) {
   return name_in(combinations, combine);
 }
 Result<Combine> combine_from(std::string_view text) {
-  return value_in(combinations, text, "way to combine channels");
+  return value_from(combinations, text, "unknown way to combine channels", name_list(combinations));
 }
 
 std::vector<Figure> figures_of(Family family) {

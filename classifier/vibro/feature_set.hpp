@@ -32,8 +32,6 @@ enum class Family {
 };
 std::string_view to_string(Family family);
 Result<Family> family_from(std::string_view text);
-/// In the order of the enumeration.
-std::vector<Family> all_families();
 
 /// What happens to a figure that every channel has (S1).
 enum class Combine {

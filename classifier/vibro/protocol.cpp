@@ -1,18 +1,17 @@
 #include "classifier/vibro/protocol.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
-#include <utility>
 
 #include "classifier/learn/random.hpp"
 #include "classifier/vibro/median.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr std::array<std::pair<Protocol, std::string_view>, 3> protocol_names = {
+constexpr NameTable<Protocol, 3> protocol_names = {
     {{Protocol::random, "random"}, {Protocol::blocks, "blocks"}, {Protocol::groups, "groups"}}};
 
 using RowsOf = std::map<std::size_t, std::vector<std::size_t>>;
@@ -84,16 +83,11 @@ Status check_split(const WindowSet& windows, const Split& split, Protocol protoc
 }  // namespace
 
 std::string_view to_string(Protocol protocol) {
-  for (const auto& [own, name] : protocol_names)
-    if (own == protocol) return name;
-  return "?";
+  return name_in(protocol_names, protocol);
 }
 
 Result<Protocol> protocol_from(std::string_view text) {
-  for (const auto& [own, name] : protocol_names)
-    if (name == text) return own;
-  return fail(Errc::invalid_argument, "unknown protocol", {}, "random, blocks or groups",
-              std::string(text));
+  return value_from(protocol_names, text, "unknown protocol", "random, blocks or groups");
 }
 
 PlacesOf places_of(const ProtocolOptions& options) {

@@ -5,12 +5,16 @@
 #include <limits>
 
 #include "classifier/learn/parallel.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier {
 namespace {
 
-constexpr std::array<std::string_view, reject_kinds> kind_words{"neighbour", "class_mean",
-                                                                "probability"};
+constexpr NameTable<RejectKind, reject_kinds> kind_names = {{
+    {RejectKind::neighbour, "neighbour"},
+    {RejectKind::class_mean, "class_mean"},
+    {RejectKind::probability, "probability"},
+}};
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 // Rows by class and by unit.
@@ -78,14 +82,12 @@ double over(double distance, double length) {
 }  // namespace
 
 std::string_view to_string(RejectKind kind) {
-  return kind_words[static_cast<std::size_t>(kind)];
+  return name_in(kind_names, kind);
 }
 
 Result<RejectKind> reject_kind_from(std::string_view text) {
-  const auto at = std::find(kind_words.begin(), kind_words.end(), text);
-  if (at != kind_words.end()) return static_cast<RejectKind>(at - kind_words.begin());
-  return fail(Errc::invalid_argument, "unknown reject rule", {},
-              "neighbour, class_mean or probability", std::string(text));
+  return value_from(kind_names, text, "unknown reject rule",
+                    "neighbour, class_mean or probability");
 }
 
 RejectRule fit_reject(const FeatureMatrix& matrix, const ClassProfile& profile,

@@ -1,14 +1,20 @@
 #include "classifier/vote/vote.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <tuple>
+
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier {
 namespace {
 
-constexpr std::array<std::string_view, 4> kind_words{"majority", "soft", "dag", "shortlist"};
+constexpr NameTable<VoteKind, 4> kind_names = {{
+    {VoteKind::majority, "majority"},
+    {VoteKind::soft, "soft"},
+    {VoteKind::dag, "dag"},
+    {VoteKind::shortlist, "shortlist"},
+}};
 
 tl::unexpected<Error> not_finite() {
   return fail(Errc::range, "a core's decision is not finite", "vote", {}, {},
@@ -83,14 +89,11 @@ Result<Ballot> shortlist_vote(const FabricModel& model, std::span<const double> 
 }  // namespace
 
 std::string_view to_string(VoteKind kind) {
-  return kind_words[static_cast<std::size_t>(kind)];
+  return name_in(kind_names, kind);
 }
 
 Result<VoteKind> vote_kind_from(std::string_view text) {
-  const auto at = std::find(kind_words.begin(), kind_words.end(), text);
-  if (at != kind_words.end()) return static_cast<VoteKind>(at - kind_words.begin());
-  return fail(Errc::invalid_argument, "unknown kind of vote", {},
-              "majority, soft, dag or shortlist", std::string(text));
+  return value_from(kind_names, text, "unknown kind of vote", "majority, soft, dag or shortlist");
 }
 
 Result<Ballot> count_all(const FabricModel& model, std::vector<double> decision, VoteKind kind) {

@@ -50,7 +50,7 @@ void print_features(const ScaleOptions& options) {
   for (Image image; read_image(image);) {
     std::size_t at = 0;
     for (const double value : or_exit(features.extract(image)))
-      std::printf("%.17g%c", value, ++at % feature_kinds().size() == 0 ? '\n' : ' ');
+      std::printf("%.17g%c", value, ++at % features_per_scale == 0 ? '\n' : ' ');
   }
 }
 

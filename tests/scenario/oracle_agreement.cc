@@ -26,6 +26,7 @@
 #include "classifier/features/windows.hpp"
 #include "classifier/selection/student_t.hpp"
 #include "classifier/selection/t_test.hpp"
+#include "tests/unit/classifier/support.hpp"
 
 namespace {
 
@@ -101,7 +102,7 @@ void print_pair(const FeatureMatrix& matrix, const std::string& a, const std::st
   std::vector<int> sign(rows.size(), 1);
   for (const std::size_t r : rows_of(matrix, b)) rows.push_back(r);
   sign.resize(rows.size(), -1);
-  const auto t = t_statistics(matrix.values.take(rows), sign);
+  const auto t = classifier::testing::t_of_all(matrix.values.take(rows), sign);
   const double df = static_cast<double>(rows.size()) - 2.0;
   std::printf("%s,%s,t", a.c_str(), b.c_str());
   for (const double v : t) std::printf(",%.17g", v);
@@ -161,11 +162,12 @@ void print_folds(const PairProblem& problem) {
 // core,a,b,C,gamma,threshold,errors,loss,inputs; folds,a,b,...; decisions,a,b,...; and the winners.
 void print_cores(const FeatureMatrix& matrix, char** argument) {
   auto [reduction, options] = setting_of(argument[2]);
-  options.reduction = or_exit(reduction_from(reduction));
+  options.reduction = classifier::testing::reduction_named(reduction);
   const Split split = or_exit(grouped_split(matrix.groups, cells(argument[0]), cells(argument[1])));
   const FeatureMatrix rows = take_rows(matrix, split.train);
   const FabricModel model = or_exit(train(rows, options));
-  const std::vector<Vote> votes = or_exit(model.classify(take_rows(matrix, split.test)));
+  const std::vector<Vote> votes =
+      classifier::testing::votes_on(model, take_rows(matrix, split.test));
   const RowsOfLabel of_label = rows_by_label(rows);
   for (std::size_t i = 0; i < model.pairs().size(); ++i) {
     const std::string &a = model.labels()[model.pairs()[i].a],

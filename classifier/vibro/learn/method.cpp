@@ -13,11 +13,12 @@
 #include "classifier/vibro/learn/simple.hpp"
 #include "classifier/vibro/learn/svm_method.hpp"
 #include "classifier/vibro/learn/tree.hpp"
+#include "protocols/base/names.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr std::array<std::pair<Method, std::string_view>, 12> method_names = {{
+constexpr NameTable<Method, 12> method_names = {{
     {Method::nb, "NB"},
     {Method::knn, "kNN"},
     {Method::tree, "Tree"},
@@ -60,24 +61,15 @@ Status check_training(const Training& training) {
 }  // namespace
 
 std::string_view to_string(Method method) {
-  for (const auto& [own, name] : method_names)
-    if (own == method) return name;
-  return "?";
+  return name_in(method_names, method);
 }
 
 Result<Method> method_from(std::string_view text) {
-  std::string known;
-  for (const auto& [own, name] : method_names) {
-    if (name == text) return own;
-    known += (known.empty() ? "" : ", ") + std::string(name);
-  }
-  return fail(Errc::invalid_argument, "unknown learner", {}, known, std::string(text));
+  return value_from(method_names, text, "unknown learner", name_list(method_names));
 }
 
 std::vector<Method> all_methods() {
-  std::vector<Method> out;
-  for (const auto& entry : method_names) out.push_back(entry.first);
-  return out;
+  return values_of(method_names);
 }
 
 std::span<const Method> quick_methods() {

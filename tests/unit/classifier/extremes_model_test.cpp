@@ -85,10 +85,9 @@ TEST_CASE("Extremes: of two identical classes one is answered by the rule for ti
     const auto model = train(matrix, {.reduction = r});
     REQUIRE(model);
     REQUIRE(model->pairs()[twins_core].b == twin);
-    const auto votes = model->classify(matrix);
-    REQUIRE(votes);
+    const auto votes = testing::votes_on(*model, matrix);
     for (std::size_t row = 0; row < matrix.size(); ++row) {
-      const Vote& vote = (*votes)[row];
+      const Vote& vote = votes[row];
       for (const double f : vote.decision) CHECK(std::isfinite(f));
       CHECK(std::abs(vote.decision[twins_core]) < 1e-9);
       const bool is_third = matrix.labels[row] == "classc";
@@ -98,8 +97,7 @@ TEST_CASE("Extremes: of two identical classes one is answered by the rule for ti
       else
         CHECK(vote.winner == (vote.decision[twins_core] > 0.0 ? first : twin));
     }
-    for (std::size_t row = 0; row < 6; ++row)
-      CHECK((*votes)[row].decision == (*votes)[6 + row].decision);
+    for (std::size_t row = 0; row < 6; ++row) CHECK(votes[row].decision == votes[6 + row].decision);
   }
   const auto lda = train_recipe(matrix, {Learner::lda, 20, View::plain}, {});
   REQUIRE(lda);

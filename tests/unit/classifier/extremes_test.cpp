@@ -86,9 +86,7 @@ class Hash {
       add(core.support().data());
       for (const SelectedFeature& s : info.selected) add(s.t), add(s.p_value);
     }
-    const auto votes = model.classify(matrix);
-    REQUIRE(votes);
-    for (const Vote& vote : *votes) add(vote.decision), add(vote.support);
+    for (const Vote& vote : testing::votes_on(model, matrix)) add(vote.decision), add(vote.support);
   }
   [[nodiscard]] std::uint64_t value() const { return value_; }
   [[nodiscard]] bool finite() const { return finite_; }

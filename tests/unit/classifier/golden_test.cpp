@@ -125,7 +125,7 @@ std::vector<Fold> folds_of(const nlohmann::json& pair) {
 
 TrainOptions options_of(const nlohmann::json& figures) {
   TrainOptions options;
-  options.reduction = reduction_from(figures["reduction"].get<std::string>()).value();
+  options.reduction = testing::reduction_named(figures["reduction"].get<std::string>());
   options.nested = figures["nested"];
   return options;
 }
@@ -161,7 +161,7 @@ TEST_CASE("t, p and the subset of every delta equal the Python reference's") {
   const TrainOptions options;
   for (const auto& pair : golden()["pairs"]) {
     const auto sign = pair_sign();
-    const auto t = t_statistics(matrix.values.take(pair_rows(pair)), sign);
+    const auto t = testing::t_of_all(matrix.values.take(pair_rows(pair)), sign);
     const double df = static_cast<double>(sign.size()) - 2.0;
     for (std::size_t k = 0; k < t.size(); ++k) {
       CHECK(relative_difference(t[k], pair["t"][k]) < 1e-9);
@@ -187,8 +187,8 @@ TEST_CASE("Every core chooses the grid point of the Python reference, given its 
   for (const auto& pair : golden()["pairs"]) {
     for (const auto& want : pair["cores"]) {
       INFO(want["reduction"] << " nested " << want["nested"] << " " << pair["a"] << pair["b"]);
-      const auto core = train_core(matrix.values.take(pair_rows(pair)), pair_sign(), folds_of(pair),
-                                   options_of(want));
+      const auto core = testing::lone_core(matrix.values.take(pair_rows(pair)), pair_sign(),
+                                           folds_of(pair), options_of(want));
       REQUIRE(core);
       CHECK(core->info().cv_errors == want["cv_errors"].get<std::size_t>());
       CHECK(core->info().c == want["c"].get<double>());
@@ -218,10 +218,9 @@ TEST_CASE("The vote over all cores equals the Python reference's") {
     options.make_folds = [](std::span<const int>) { return folds_of(golden()["pairs"][0]); };
     const auto model = train(take_rows(matrix, train_rows), options);
     REQUIRE(model);
-    const auto votes = model->classify(take_rows(matrix, test_rows));
-    REQUIRE(votes);
     std::vector<std::size_t> predictions;
-    for (const Vote& vote : *votes) predictions.push_back(vote.winner);
+    for (const Vote& vote : testing::votes_on(*model, take_rows(matrix, test_rows)))
+      predictions.push_back(vote.winner);
     CHECK(predictions == want["predictions"].get<std::vector<std::size_t>>());
   }
 }

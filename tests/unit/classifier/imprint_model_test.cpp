@@ -6,6 +6,7 @@
 
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/vote/aids.hpp"
+#include "tests/unit/classifier/damaged_model.hpp"
 
 namespace weft::classifier::imprint::imprint_model_test {
 namespace {
@@ -107,24 +108,8 @@ TEST_CASE("A model of imprints is read as it was written and answers the same") 
 
 TEST_CASE("A model file of imprints that is damaged, cut short or of another version is refused") {
   const std::string text = saved(trained(Learner::lda));
-  for (std::size_t at = imprint_model_header.size() + 1; at < text.size(); at += 7) {
-    std::string bad = text;
-    bad[at] = bad[at] == 'x' ? 'y' : 'x';
-    INFO("byte " << at);
-    const auto model = loaded(bad);
-    REQUIRE(!model);
-    CHECK(model.error().code == Errc::corrupt);
-  }
-  for (const std::size_t size : {text.size() - 1, text.size() / 2, std::size_t{24}}) {
-    INFO(size << " bytes");
-    CHECK(!loaded(text.substr(0, size)));
-  }
-  std::string newer = text;
-  newer[newer.find('1')] = '2';
-  CHECK(loaded(newer).error().code == Errc::unsupported);
-  CHECK(loaded("weft-fabric-model 5\n").error().code == Errc::parse);
+  classifier::testing::check_damage_is_refused(text, imprint_model_header.size(), loaded);
   CHECK(loaded("weft-recording-model 1\n").error().code == Errc::parse);
-  CHECK(loaded("").error().code == Errc::parse);
 }
 
 TEST_CASE("Features that are not those of the plan are not stored") {

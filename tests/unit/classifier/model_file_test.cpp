@@ -2,13 +2,12 @@
 
 #include <bit>
 #include <catch2/catch.hpp>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <sstream>
 
 #include "classifier/fabric/line_text.hpp"
 #include "tests/unit/classifier/stored_model.hpp"
+#include "tests/unit/source_text.hpp"
 
 namespace weft::classifier::model_file_test {
 namespace {
@@ -85,8 +84,7 @@ TEST_CASE("a learner without cores refuses kinds of vote that are for cores") {
 
 // The file was written by the last program that knew version 3 only.
 TEST_CASE("a file of version 3 is read, and stored as the version of today") {
-  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/tests/golden/model/version_3.weft");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string text = weft::testing::source_text("tests/golden/model/version_3.weft");
   REQUIRE(text.starts_with("weft-fabric-model 3\n"));
   const auto stored = loaded(text);
   REQUIRE(stored);
@@ -107,8 +105,7 @@ TEST_CASE("a file of version 3 is read, and stored as the version of today") {
 
 // The file was written by the last program that knew version 4 only.
 TEST_CASE("a file of version 4 with compressed features is read as such") {
-  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/tests/golden/model/version_4.weft");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string text = weft::testing::source_text("tests/golden/model/version_4.weft");
   REQUIRE(text.starts_with("weft-fabric-model 4\n"));
   const auto stored = loaded(text);
   REQUIRE(stored);
@@ -123,8 +120,7 @@ TEST_CASE("a file of version 4 with compressed features is read as such") {
 
 // The file was written by the last program that knew version 5 only.
 TEST_CASE("a file of version 5 with ranked features is read as such, and knows no trees") {
-  std::ifstream file(std::string(WEFT_SOURCE_DIR) + "/tests/golden/model/version_5.weft");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string text = weft::testing::source_text("tests/golden/model/version_5.weft");
   REQUIRE(text.starts_with("weft-fabric-model 5\n"));
   const auto stored = loaded(text);
   REQUIRE(stored);

@@ -81,17 +81,17 @@ TEST_CASE("p falls with |t| and with the degrees of freedom, across the change o
 TEST_CASE("t of two small samples worked by hand") {
   // x = 1 2 3, y = 5 7 9 11: means 2 and 8, sums of squares 2 and 20, pooled variance 22/5
   const std::vector<int> sign = {1, 1, 1, -1, -1, -1, -1};
-  const auto t = t_statistics(one_column({1, 2, 3, 5, 7, 9, 11}), sign);
+  const auto t = testing::t_of_all(one_column({1, 2, 3, 5, 7, 9, 11}), sign);
   CHECK(t[0] == Approx(-6.0 / std::sqrt(22.0 / 5.0 * (1.0 / 3.0 + 1.0 / 4.0))).epsilon(1e-14));
 }
 
 TEST_CASE("t does not change with scale or offset, from 1e-290 to 1e290") {
   const std::vector<int> sign = {1, 1, 1, -1, -1, -1};
-  const double want = t_statistics(one_column({1, 2, 3, 4, 5, 7}), sign)[0];
+  const double want = testing::t_of_all(one_column({1, 2, 3, 4, 5, 7}), sign)[0];
   for (const double scale : {1e-290, 1e-30, 1e30, 1e290}) {
     std::vector<double> values = {1, 2, 3, 4, 5, 7};
     for (double& v : values) v *= scale;
-    CHECK(t_statistics(one_column(values), sign)[0] == Approx(want).epsilon(1e-12));
+    CHECK(testing::t_of_all(one_column(values), sign)[0] == Approx(want).epsilon(1e-12));
   }
 }
 
@@ -99,11 +99,11 @@ TEST_CASE(
     "Degenerate columns: equal constants give 0, rounding alone gives nothing, a true step is "
     "large") {
   const std::vector<int> sign = {1, 1, -1, -1};
-  CHECK(t_statistics(one_column({3, 3, 3, 3}), sign)[0] == 0.0);
-  CHECK(t_statistics(one_column({0, 0, 0, 0}), sign)[0] == 0.0);
+  CHECK(testing::t_of_all(one_column({3, 3, 3, 3}), sign)[0] == 0.0);
+  CHECK(testing::t_of_all(one_column({0, 0, 0, 0}), sign)[0] == 0.0);
   const double rounding = std::nextafter(0.1, 1.0);
-  CHECK(std::abs(t_statistics(one_column({0.1, 0.1, rounding, rounding}), sign)[0]) < 1e-6);
-  const double step = t_statistics(one_column({1, 1, 2, 2}), sign)[0];
+  CHECK(std::abs(testing::t_of_all(one_column({0.1, 0.1, rounding, rounding}), sign)[0]) < 1e-6);
+  const double step = testing::t_of_all(one_column({1, 1, 2, 2}), sign)[0];
   CHECK(std::isfinite(step));
   CHECK(step == Approx(-1.0 / 2e-9).epsilon(1e-9));
 }

@@ -3,14 +3,47 @@
 
 #include <cmath>
 #include <cstdint>
+#include <span>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "classifier/fabric/grid_search.hpp"
+#include "classifier/fabric/model.hpp"
 #include "classifier/features/feature_matrix.hpp"
 #include "classifier/features/trial.hpp"
 #include "classifier/learn/random.hpp"
+#include "classifier/selection/t_test.hpp"
 
 namespace weft::classifier::testing {
+
+/// Named as to_string() names it.
+inline Reduction reduction_named(std::string_view name) {
+  for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all})
+    if (name == to_string(r)) return r;
+  throw std::invalid_argument("no reduction is called " + std::string(name));
+}
+
+/// Of all rows.
+inline std::vector<double> t_of_all(const Matrix& rows, std::span<const int> sign) {
+  return t_statistics(rows, numbers_below(rows.rows()), sign);
+}
+
+/// One core by itself.
+inline Result<FabricCore> lone_core(const Matrix& rows, std::span<const int> sign,
+                                    std::span<const Fold> folds, const TrainOptions& options) {
+  GridSearch search;
+  return train_core(rows, sign, folds, options, RareT(), search);
+}
+
+/// What the model says of every row, which has its features.
+inline std::vector<Vote> votes_on(const FabricModel& model, const FeatureMatrix& matrix) {
+  std::vector<Vote> out;
+  for (std::size_t r = 0; r < matrix.size(); ++r)
+    out.push_back(model.classify(matrix.values.row(r)).value());
+  return out;
+}
 
 /// A trial of phase M only, from rows of samples.
 inline Trial motion_trial(const std::vector<std::vector<double>>& rows) {

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -13,6 +14,9 @@ namespace weft::classifier::vibro::vibro_features_test {
 namespace {
 
 using classifier::testing::noise;
+
+constexpr std::array all_families = {Family::smmrp, Family::smmrp10, Family::fft, Family::smmrpfft,
+                                     Family::all,   Family::bands,   Family::wide};
 
 std::vector<double> sine(double hz, double rate_hz, std::size_t samples, double amplitude = 1.0) {
   std::vector<double> out;
@@ -128,7 +132,7 @@ TEST_CASE("Sets have the paper's columns, with names and units") {
   CHECK(mixed.back().unit == "dB");
   CHECK(columns_of(four, {Family::smmrp, Combine::concat})[5].name == "MEAN.X");
   CHECK(columns_of(four, {Family::smmrp, Combine::concat})[5].unit == "count");
-  for (const Family f : all_families()) CHECK(family_from(to_string(f)).value() == f);
+  for (const Family f : all_families) CHECK(family_from(to_string(f)).value() == f);
   CHECK_FALSE(family_from("smmrp"));
   CHECK_FALSE(combine_from("sum"));
 }
@@ -162,7 +166,7 @@ TEST_CASE("Smaller sets are columns of the largest one, bit for bit") {
   const auto window = window_at(window_of, 0.5, 2.0).value();
   auto all = WindowExtractor::make(four, {Family::wide, Combine::concat}).value();
   const auto want = all.features(window).value();
-  for (const Family family : all_families()) {
+  for (const Family family : all_families) {
     auto own = WindowExtractor::make(four, {family, Combine::concat}).value();
     const auto got = own.features(window).value();
     for (std::size_t k = 0; k < got.size(); ++k) {
@@ -215,6 +219,26 @@ TEST_CASE("A set of windows is the same on any number of threads, and names what
   CHECK(refused.error().where == "2.wav#0: Y: sample 150");
   recordings[1].channels.pop_back();
   CHECK_FALSE(cut_and_extract(recordings, 1.0, places, {}));
+}
+
+TEST_CASE("Bands part the spectrum, and a line stands in its own") {
+  for (const std::size_t bins : {2U, 3U, 9U, 17U, 33U, 65U, 1025U}) {
+    const auto edges = band_edges(bins);
+    for (std::size_t b = 0; b < band_count; ++b) CHECK(edges[b] <= edges[b + 1]);
+    CHECK(edges.back() == bins);
+  }
+  std::vector<double> line(8000);
+  for (std::size_t i = 0; i < line.size(); ++i)
+    line[i] = std::sin(2.0 * std::numbers::pi * 1000.0 * static_cast<double>(i) / 8000.0);
+  BandFigures bands{};
+  REQUIRE(ChannelExtractor(8000.0).figures(line, false, &bands));
+  const auto loudest = static_cast<std::size_t>(
+      std::max_element(bands.begin(), bands.begin() + band_count) - bands.begin());
+  const auto edges = band_edges(1025);
+  CHECK((edges[loudest] <= 256 && 256 < edges[loudest + 1]));  // 1000 Hz is bin 256
+  REQUIRE(ChannelExtractor(8000.0).figures(std::vector<double>(8000, 0.0), false, &bands));
+  CHECK(bands[0] == -100.0);
+  CHECK(bands[band_count] == 0.0);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "classifier/fabric/sealed_text.hpp"
 #include "classifier/vibro/recording_model.hpp"
+#include "tests/unit/classifier/damaged_model.hpp"
 #include "tests/unit/classifier/features_support.hpp"
 
 namespace weft::classifier::vibro::vibro_model_test {
@@ -182,23 +183,7 @@ TEST_CASE("Stored boosters whose trees lead nowhere are refused before XGBoost r
 TEST_CASE(
     "A model file of recordings that is damaged, cut short or of another version is refused") {
   const std::string text = saved(trained(Method::lda).value());
-  for (std::size_t at = recording_model_header.size() + 1; at < text.size(); at += 7) {
-    std::string bad = text;
-    bad[at] = bad[at] == 'x' ? 'y' : 'x';
-    INFO("byte " << at);
-    const auto model = loaded(bad);
-    REQUIRE(!model);
-    CHECK(model.error().code == Errc::corrupt);
-  }
-  for (const std::size_t size : {text.size() - 1, text.size() / 2, std::size_t{24}}) {
-    INFO(size << " bytes");
-    CHECK(!loaded(text.substr(0, size)));
-  }
-  std::string newer = text;
-  newer[newer.find('1')] = '2';
-  CHECK(loaded(newer).error().code == Errc::unsupported);
-  CHECK(loaded("weft-fabric-model 5\n").error().code == Errc::parse);
-  CHECK(loaded("").error().code == Errc::parse);
+  classifier::testing::check_damage_is_refused(text, recording_model_header.size(), loaded);
 }
 
 TEST_CASE("A model of recordings refuses another sensor and a recording without a window") {

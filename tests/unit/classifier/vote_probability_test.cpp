@@ -268,7 +268,8 @@ TEST_CASE("held-out decisions are those of a core that never saw the fold") {
   const Fold& fold = problem.folds[1];
   std::vector<int> sign;
   for (const std::size_t i : fold.train) sign.push_back(problem.sign[i]);
-  const auto core = train_core(matrix.values.take(problem.rows).take(fold.train), sign, {}, fixed);
+  const auto core =
+      testing::lone_core(matrix.values.take(problem.rows).take(fold.train), sign, {}, fixed);
   REQUIRE(core);
   for (const std::size_t i : fold.validate) {
     const std::size_t r = problem.rows[i];

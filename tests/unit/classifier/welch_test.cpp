@@ -67,7 +67,7 @@ TEST_CASE("Welch's t, degrees of freedom and p are scipy's, and those of 60 digi
 TEST_CASE("Welch's test of sides that are alike is the pooled one") {
   const Rows rows = two_samples({1, 2, 3, 4}, {5, 7, 6, 8});
   const WelchTest one = welch(rows);
-  CHECK(one.t[0] == Approx(t_statistics(rows.values, rows.sign)[0]).epsilon(1e-14));
+  CHECK(one.t[0] == Approx(testing::t_of_all(rows.values, rows.sign)[0]).epsilon(1e-14));
   CHECK(one.df[0] == Approx(6.0).epsilon(1e-14));
 }
 
@@ -86,7 +86,7 @@ TEST_CASE("Welch's test where variances are missing or rounding only is the pool
                            two_samples({1, 1}, {2, 2}), two_samples({3, 3}, {3, 3})}) {
     const WelchTest one = welch(rows);
     const auto n = static_cast<double>(rows.sign.size());
-    CHECK(one.t[0] == t_statistics(rows.values, rows.sign)[0]);
+    CHECK(one.t[0] == testing::t_of_all(rows.values, rows.sign)[0]);
     CHECK(one.df[0] == n - 2.0);
     CHECK(one.log_p[0] == log_two_sided_p(one.t[0], n - 2.0));
   }
@@ -143,7 +143,7 @@ TEST_CASE("A training by Welch's test says so in every p it keeps, and the defau
     CHECK(f.log_p == want.log_p[f.column]);
     CHECK(f.p_value == std::exp(f.log_p));
   }
-  CHECK(welch_one.classify(matrix).value().size() == 16);
+  CHECK(testing::votes_on(welch_one, matrix).size() == 16);
 }
 
 }  // namespace
