@@ -115,8 +115,9 @@ ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
 }
 
 bool SettleDetector::step(double error_n, double dt_s) {
-  inside_s = std::abs(error_n) <= band_n ? inside_s + dt_s : 0;
-  return inside_s >= dwell_s;
+  const bool inside = std::abs(error_n) <= band_n;
+  inside_s = inside ? inside_s + dt_s : 0;
+  return inside && inside_s >= dwell_s;
 }
 
 }  // namespace weft::recipes

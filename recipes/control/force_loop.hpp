@@ -66,7 +66,8 @@ struct ForceCommand {
 ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
                   const ForceLoopInput& input);
 
-/// True once the force error has stayed inside the band for the dwell time.
+/// True once the force error has stayed inside the band for the dwell time; of 0: once it is
+/// inside.
 struct SettleDetector {
   double band_n = 0;
   double dwell_s = 0;

@@ -229,4 +229,12 @@ TEST_CASE("The settle detector wants the whole dwell without a break") {
   CHECK_FALSE(detector.step(std::nan(""), 0.01));
 }
 
+TEST_CASE("Without a dwell a force is settled once it is in the band, and never outside of it") {
+  SettleDetector detector{0.25, 0};
+  CHECK_FALSE(detector.step(-3.04, 0.01));  // 1.96 N of 5 N
+  CHECK_FALSE(detector.step(std::nan(""), 0.01));
+  CHECK(detector.step(-0.25, 0.01));
+  CHECK_FALSE(detector.step(0.26, 0.01));
+}
+
 }  // namespace force_loop_test
