@@ -46,6 +46,7 @@ class RigReader {
                      mm(z.min) + " to " + mm(z.max),
                      mm(limits_.clear_z_m()) + " to " + mm(limits_.geometry.surface_z_m),
                      "check plate.surface_z_mm and probe.clearance_mm"});
+    for (const Axis axis : {Axis::x, Axis::y, Axis::z}) check_home(axis);
     for (const Axis axis : {Axis::rx, Axis::ry})
       if (!limits_.geometry.travel[index(axis)].contains(0))
         problems_.add(
@@ -103,6 +104,17 @@ class RigReader {
     Range range;
     read_range(r, {"tilt", {{"tilt_deg", deg_per_rad}}}, {-1.5, 1.5, {}}, range);
     for (const Axis axis : {Axis::rx, Axis::ry}) limits_.geometry.travel[index(axis)] = range;
+  }
+
+  /// Every campaign begins at home, and a guard looks at the travel from then on.
+  void check_home(Axis axis) {
+    const Range& range = limits_.geometry.travel[index(axis)];
+    if (range.contains(0)) return;
+    problems_.add({"/limits/travel_mm/" + std::string(to_string(axis)),
+                   "the home position is outside the travel, and every campaign begins there",
+                   "a range with 0 in it", mm(range.min) + " to " + mm(range.max),
+                   "positions count from home; let the range reach to 0, and keep the probe from "
+                   "a part of it by plate.origin_mm and plate.size_mm"});
   }
 
   void read_range(ObjectReader& r, const Quantity& quantity, const Bounds& bounds, Range& range) {

@@ -60,6 +60,18 @@ TEST_CASE("Limits that contradict each other are refused") {
              Catch::Contains("own weight"));
 }
 
+TEST_CASE("A travel without the home position in it, where every campaign begins, is refused") {
+  for (const std::string axis : {"x", "y", "z"}) {
+    const std::string range = "\"" + axis + "\": [0, 150]";
+    for (const std::string ends : {"[5, 150]", "[-150, -5]"}) {
+      const std::string text = problems_of(with(rig_json, range, "\"" + axis + "\": " + ends));
+      CHECK_THAT(text, Catch::Contains("/limits/travel_mm/" + axis + ": the home position"));
+      CHECK_THAT(text, Catch::Contains("let the range reach to 0"));
+    }
+    CHECK(parse_rig_limits(with(rig_json, range, "\"" + axis + "\": [-5, 150]")));
+  }
+}
+
 TEST_CASE("Rates come from the drivers' configuration, that of the stages from the scan cycle") {
   CHECK(test::limits().wrench_rate_hz == 100);
   CHECK(test::limits().taxel_rate_hz == 37);
