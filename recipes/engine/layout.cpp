@@ -1,7 +1,10 @@
 #include "recipes/engine/layout.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
+
+#include "recipes/engine/motion.hpp"
 
 namespace weft::recipes {
 namespace {
@@ -23,14 +26,33 @@ struct Direction {
 constexpr Direction directions[]{{"x", "dx_mm", &Vec2::x_m, Axis::x},
                                  {"y", "dy_mm", &Vec2::y_m, Axis::y}};
 
+/// The rig as if its stages went anywhere.
+RigLimits without_ends(RigLimits limits) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  limits.geometry.travel.fill({-inf, inf});
+  return limits;
+}
+
+/// Which contact points the stage's travel reaches. With the rotary stages at their level, which
+/// shift and foreshorten it, a stage's position is still linear in the point: two tell it all.
+Range reached(const RigLimits& limits, const Direction& direction) {
+  const RigLimits free = without_ends(limits);
+  Vec2 far;
+  far.*direction.part = limits.geometry.plate_size_m.*direction.part;
+  const double from = over(free, {}, limits.clearance_m).value()[direction.axis];
+  const double to = over(free, far, limits.clearance_m).value()[direction.axis];
+  const double slope = (to - from) / (far.*direction.part);
+  const auto point = [&](double stage) { return (stage - from) / slope; };
+  const Range& travel = limits.geometry.travel[index(direction.axis)];
+  return {point(travel.min), point(travel.max)};
+}
+
 /// Where the contact point may go along one direction of the fabric frame.
 Range allowed(const RigLimits& limits, const Direction& direction) {
-  const Geometry& geometry = limits.geometry;
   const double half_face = limits.footprint_m.*direction.part / 2;
-  const double origin = geometry.origin_m.*direction.part;
-  const Range& travel = geometry.travel[index(direction.axis)];
-  return {std::max(half_face, travel.min - origin),
-          std::min(geometry.plate_size_m.*direction.part - half_face, travel.max - origin)};
+  const double size = limits.geometry.plate_size_m.*direction.part;
+  const Range by_travel = reached(limits, direction);
+  return {std::max(half_face, by_travel.min), std::min(size - half_face, by_travel.max)};
 }
 
 /// Extent of the path relative to its start.
@@ -65,6 +87,27 @@ void check_start(const Direction& direction, const Range& room, const Range& pat
                 "move its start or shorten " + std::string(direction.key)});
 }
 
+/// With the rotary stages at their level z follows the plate along the path.
+void check_height(const StatedExploration& stated, const RigLimits& limits, Problems& problems) {
+  const RigLimits free = without_ends(limits);
+  const Exploration& exploration = stated.exploration;
+  const auto z_over = [&](Vec2 point) {
+    return over(free, point, limits.clearance_m).value()[Axis::z];
+  };
+  const double start_z = z_over(exploration.start_m);
+  Range used{start_z, start_z};
+  for (std::size_t i = 0; i < exploration.path_m().size(); ++i) {
+    const double z = z_over(path_leg(exploration, i).to_m);
+    used = {std::min(used.min, z), std::max(used.max, z)};
+  }
+  const Range& travel = limits.geometry.travel[index(Axis::z)];
+  if (travel.contains(used.min) && travel.contains(used.max)) return;
+  problems.add({stated.path_pointer,
+                "the path leaves the travel of z where the rotary stages are at the rig's level",
+                mm(travel.min) + " to " + mm(travel.max), mm(used.min) + " to " + mm(used.max),
+                "move its start, or level the plate by hand first"});
+}
+
 }  // namespace
 
 void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems& problems) {
@@ -82,6 +125,7 @@ void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems
           {stated.path_pointer, std::string("the path is too long along ") + direction.name,
            "at most " + mm(std::max(0.0, room.width())), mm(path.width()), room_hint(room)});
   }
+  check_height(stated, limits, problems);
 }
 
 }  // namespace weft::recipes

@@ -78,7 +78,8 @@ struct Geometry {
 /// Exact forward kinematics; any finite joints have a pose.
 ProbePose forward(const Geometry& geometry, const Joints& joints);
 
-/// Exact inverse. Errc::range when a stage would leave its travel (all such stages are named),
+/// Exact inverse. Errc::range when a stage would leave its travel by more than 1e-9 (all such
+/// stages are named),
 /// Errc::invalid_argument when the pose is not finite or leans a quarter turn or more.
 Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose);
 

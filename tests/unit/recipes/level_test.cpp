@@ -90,6 +90,72 @@ TEST_CASE(
   CHECK(lowest_z_m(leaning) == Approx(lowest_z_m(flat) + rise_m));
 }
 
+namespace {
+
+/// Over a path of 50 mm along each direction from a start [mm].
+CheckReport checked_from(const RigLimits& limits, double x_mm, double y_mm) {
+  const std::string start = "\"M2\": {\"start\": {\"x_mm\": " + std::to_string(x_mm) +
+                            ", \"y_mm\": " + std::to_string(y_mm) + "}, ";
+  return check_recipe(test::small_with("\"M2\": {", start), limits);
+}
+
+}  // namespace
+
+TEST_CASE("a path that the level takes beyond a stage's travel is refused by the check") {
+  RigLimits limits = levelled(0, 0);
+  limits.geometry.plate_size_m = {0.14, 0.12};
+  REQUIRE(checked_from(limits, 82, 50).plan);
+  limits.level = {0, -0.2};  // the arm of 50 mm puts x another 10 mm on
+  const CheckReport far = checked_from(limits, 82, 50);
+  REQUIRE(far.problems.size() == 1);
+  CHECK(far.problems[0].pointer == "/explorations/M2/phases/2/path");
+  CHECK_THAT(far.problems[0].message, Catch::Contains("along x"));
+  CHECK(checked_from(limits, 72, 50).plan);
+}
+
+TEST_CASE("a path along which the level takes z beyond its travel is refused by the check") {
+  RigLimits limits = levelled(0.15, 0);
+  REQUIRE(checked_from(limits, 30, 20).plan);
+  limits.geometry.travel[index(Axis::z)].max = 0.094;  // 92 mm over the middle of the plate
+  const CheckReport low = checked_from(limits, 30, 20);
+  REQUIRE(low.problems.size() == 1);
+  CHECK(low.problems[0].pointer == "/explorations/M2/phases/2/path");
+  CHECK_THAT(low.problems[0].message, Catch::Contains("the travel of z"));
+  CHECK(checked_from(limits, 30, 55).plan);
+}
+
+TEST_CASE("a start exactly at the end of travel can be gone to, whatever binary makes of its sum") {
+  RigLimits limits = levelled(0, 0);  // 10 mm and 140 mm are 1e-17 m more than 150 mm
+  limits.geometry.plate_size_m.x_m = 0.15;
+  limits.footprint_m = {1e-3, 1e-3};
+  const CheckReport report =
+      check_recipe(test::with(test::small_with("\"dx_mm\": 50", "\"dx_mm\": -50"), "\"M2\": {",
+                              "\"M2\": {\"start\": {\"x_mm\": 140, \"y_mm\": 50}, "),
+                   limits);
+  REQUIRE(report.plan);
+  CHECK(above_start(*report.plan, report.plan->explorations.front()));
+}
+
+TEST_CASE("what the check lets pass with a level the engine can command, to the ends of travel") {
+  for (const Tilts level : {Tilts{0, 0}, {0.02, -0.015}, {-0.1, 0.2}, {0.25, -0.25}}) {
+    RigLimits limits = levelled(level.rx_rad, level.ry_rad);
+    limits.footprint_m = {1e-3, 1e-3};
+    int passed = 0, refused = 0;
+    for (double x_mm = 0; x_mm <= 70; x_mm += 5)
+      for (double y_mm = 0; y_mm <= 70; y_mm += 5) {
+        const CheckReport report = checked_from(limits, x_mm, y_mm);
+        ++(report.plan ? passed : refused);
+        if (!report.plan) continue;
+        const Exploration& exploration = report.plan->explorations.front();
+        REQUIRE(above_start(*report.plan, exploration));
+        for (std::size_t leg = 0; leg < exploration.path_m().size(); ++leg)
+          REQUIRE(leg_moves(*report.plan, path_leg(exploration, leg), 1e-3));
+      }
+    CHECK(passed > 0);
+    CHECK(refused > 0);
+  }
+}
+
 TEST_CASE("a level in the rig file is read in degrees or radians, strictly and within the travel") {
   const auto limits = parse_rig_limits(with_level(R"({"rx_deg": 1, "ry_rad": -0.01})"));
   REQUIRE(limits);
