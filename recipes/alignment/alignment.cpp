@@ -156,7 +156,7 @@ class Aligner {
 
   void back_off(double z_m) {
     state_.last_z_m = z_m;
-    enter(AlignStep::backing, plan_.back_off_m / plan_.touch_speed_mps);
+    enter(AlignStep::backing, move_s(plan_.back_off_m, plan_.touch_speed_mps));
     move({{Axis::z, z_m - plan_.back_off_m, plan_.approach_speed_mps}});
   }
 
@@ -257,7 +257,7 @@ class Aligner {
 
   void descend(AlignStep step, double lowest_m, double speed_mps, double way_m) {
     const Range& z = plan_.limits.geometry.travel[index(Axis::z)];
-    enter(step, way_m / speed_mps);
+    enter(step, move_s(way_m, speed_mps));
     emit(Descend{state_.ticket, std::min(lowest_m, z.max), speed_mps, plan_.contact_force_n});
   }
 
@@ -290,6 +290,10 @@ class Aligner {
 
   [[nodiscard]] double travel_s(Axis axis) const {
     return full_travel_s(plan_.limits, axis, plan_.transfer_speed_mps);
+  }
+
+  [[nodiscard]] double move_s(double distance_m, double speed_mps) const {
+    return move_duration_s(distance_m, speed_mps, plan_.limits.max_acceleration_mps2);
   }
 
   [[nodiscard]] std::string place() const {

@@ -122,6 +122,9 @@ class Machine {
   [[nodiscard]] double travel_s(Axis axis) const {
     return full_travel_s(plan_.limits, axis, plan_.approach.transfer_speed_mps);
   }
+  [[nodiscard]] double move_s(double distance_m, double speed_mps) const {
+    return move_duration_s(distance_m, speed_mps, plan_.limits.max_acceleration_mps2);
+  }
   /// Which trial and step, for sentences.
   [[nodiscard]] std::string place() const;
 

@@ -72,7 +72,7 @@ void Machine::lower_to_rest(double touch_z_m) {
   if (!travel.contains(state_.rest_z_m))
     return fail_trial(rest_out_of_travel(place(), state_.rest_z_m));
   const double speed = plan_.approach.seat_speed_mps;
-  enter(Step::lowering, move_timeout_s(plan_.limits.rest_travel_m / speed));
+  enter(Step::lowering, move_timeout_s(move_s(plan_.limits.rest_travel_m, speed)));
   move({{Axis::z, state_.rest_z_m, speed}});
 }
 
@@ -100,17 +100,17 @@ void Machine::start_leg() {
   const double speed = exploration().step(Phase::motion).speed_mps;
   const Result<std::vector<AxisMove>> moves = leg_moves(plan_, leg, speed);
   if (!moves) return fail_trial(moves.error());
-  const double expected_s =
-      move_duration_s(leg.length_m, speed, plan_.limits.max_acceleration_mps2);
-  enter(Step::sliding, move_timeout_s(expected_s));
+  enter(Step::sliding, move_timeout_s(move_s(leg.length_m, speed)));
   move(*moves);
 }
 
 void Machine::release() {
   emit(SetPhase{Phase::none});
   emit(ReleaseForce{});
-  enter(Step::releasing, move_timeout_s(travel_s(Axis::z)));
-  move({{Axis::z, state_.rest_z_m, plan_.approach.speed_mps}});
+  // Where the force has taken z is not known to a plan.
+  const double speed = plan_.approach.speed_mps;
+  enter(Step::releasing, move_timeout_s(full_travel_s(plan_.limits, Axis::z, speed)));
+  move({{Axis::z, state_.rest_z_m, speed}});
 }
 
 void Machine::retract() {
@@ -126,7 +126,7 @@ void Machine::record(Step step, Phase phase) {
 
 void Machine::descend(Step step, double speed_mps, double stop_force_n) {
   const double target = lowest_z_m(plan_.limits);
-  enter(step, move_timeout_s((target - plan_.limits.clear_z_m()) / speed_mps));
+  enter(step, move_timeout_s(move_s(target - plan_.limits.clear_z_m(), speed_mps)));
   emit(Descend{state_.ticket, target, speed_mps, stop_force_n});
 }
 void Machine::close_phase() {

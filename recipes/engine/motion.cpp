@@ -75,9 +75,10 @@ double move_timeout_s(double expected_s) {
   return 2 * expected_s + grace_s;
 }
 
-double full_travel_s(const RigLimits& limits, Axis axis, double transfer_speed_mps) {
-  const double speed = is_linear(axis) ? transfer_speed_mps : limits.max_tilt_speed_radps;
-  return limits.geometry.travel[index(axis)].width() / speed;
+double full_travel_s(const RigLimits& limits, Axis axis, double speed_mps) {
+  const double way = limits.geometry.travel[index(axis)].width();
+  return is_linear(axis) ? move_duration_s(way, speed_mps, limits.max_acceleration_mps2)
+                         : way / limits.max_tilt_speed_radps;
 }
 
 Error step_timed_out(std::string place, const std::optional<Error>& awaited) {

@@ -40,7 +40,7 @@ double move_timeout_s(double expected_s);
 
 /// From one end of the axis to the other, rotary axes at their limit: where the stage stands is not
 /// known to a plan.
-double full_travel_s(const RigLimits& limits, Axis axis, double transfer_speed_mps);
+double full_travel_s(const RigLimits& limits, Axis axis, double speed_mps);
 
 /// A step whose timer came first; `place` says which. `awaited`: what the bench knows of it.
 Error step_timed_out(std::string place, const std::optional<Error>& awaited = {});

@@ -165,6 +165,39 @@ TEST_CASE("Answers with an old ticket change nothing") {
   }
 }
 
+TEST_CASE("Every move has a timer that outlasts it, however slow and from wherever z may stand") {
+  const std::string slow =
+      R"("repetitions": 2, "approach": {"speed_mm_s": 0.02, "seat_speed_mm_s": 0.01})";
+  Plan plan = test::plan_of(test::small_with("\"repetitions\": 2", slow));
+  plan.limits.max_acceleration_mps2 = 1e-6;  // it reaches none of its speeds
+  Bench b(plan);
+  const Range& z = plan.limits.geometry.travel[index(Axis::z)];
+  int moves = 0;
+  for (b.advance(); b.trials.empty(); b.advance()) {
+    double lasts_s = 0;
+    const auto last = [&](Axis axis, double way_m, double speed) {
+      if (is_linear(axis))
+        lasts_s =
+            std::max(lasts_s, move_duration_s(way_m, speed, plan.limits.max_acceleration_mps2));
+    };
+    for (const Descend& e : all_of<Descend>(b.effects))
+      last(Axis::z, e.target_z_m - plan.limits.clear_z_m(), e.speed_mps);
+    for (const MoveTo& e : all_of<MoveTo>(b.effects))
+      for (const AxisMove& move : e.moves) {
+        const bool from_anywhere =
+            b.state.step == Step::releasing || b.state.step == Step::clearing;
+        if (from_anywhere)
+          last(move.axis, std::max(move.target - z.min, z.max - move.target), move.speed);
+        if (b.state.step == Step::lowering) last(move.axis, plan.limits.rest_travel_m, move.speed);
+      }
+    if (lasts_s == 0) continue;
+    ++moves;
+    CAPTURE(to_string(b.state.step));
+    CHECK(to_seconds(b.timer->deadline - b.now) > lasts_s);
+  }
+  CHECK(moves == 5);  // clearing, approaching, seating, lowering, releasing
+}
+
 TEST_CASE("A timer that expires fails the trial, and the campaign stops by default") {
   for (const Step where :
        {Step::clearing, Step::mounting, Step::positioning, Step::biasing, Step::approaching,
