@@ -18,6 +18,8 @@ using quantities::mm_per_m;
 
 constexpr Bounds positive_length_m{1e-6, 10, {}};
 constexpr Bounds position_m{-10, 10, {}};
+/// Under this the force loop swings about the set point, and a zero of 50 readings takes its time.
+constexpr double least_wrench_rate_hz = 20;
 
 /// Reads the sections of one rig file; the members are what they share.
 class RigReader {
@@ -191,7 +193,11 @@ class RigReader {
       ObjectReader config(device["config"], child("/devices", i) + "/config", problems_);
       const Quantity rate{"rate_hz", {{"rate_hz", 1}}};
       if (role == "wrench") {
-        set(limits_.wrench_rate_hz, config.quantity(rate, {1, 7000, {}}, Need::optional));
+        set(limits_.wrench_rate_hz,
+            config.quantity(rate,
+                            {least_wrench_rate_hz, 7000,
+                             "the force loop cannot hold a force that it is told of less often"},
+                            Need::optional));
       } else {
         set(limits_.taxel_rate_hz, config.quantity(rate, {0.1, 1e4, {}}, Need::optional));
         read_taxels(config);

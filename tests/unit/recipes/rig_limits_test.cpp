@@ -90,6 +90,9 @@ TEST_CASE("Rates come from the drivers' configuration, that of the stages from t
   CHECK(limits->stage_rate_hz() == 50);
   CHECK_THAT(problems_of(with(rig, "\"rate_hz\": 500", "\"rate_hz\": -1")),
              Catch::Contains("/devices/0/config/rate_hz"));
+  CHECK_THAT(problems_of(with(rig, "\"rate_hz\": 500", "\"rate_hz\": 19")),
+             Catch::Contains("/devices/0/config/rate_hz") && Catch::Contains("force loop"));
+  CHECK(parse_rig_limits(with(rig, "\"rate_hz\": 500", "\"rate_hz\": 20")));
 }
 
 TEST_CASE("A rig file that is not JSON is refused with line and column") {
