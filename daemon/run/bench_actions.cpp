@@ -89,7 +89,7 @@ void BenchActions::drive(StageAxis axis, double velocity) {
 }
 
 void BenchActions::stand_still(StageAxis axis) {
-  watch_.released(axis);
+  watch_.released(axis, loop_->now());
   Driver& driver = bench_->stage(axis).driver();
   if (!driver.command(ServoCommand{0, servo_horizon})) driver.stop();
 }
@@ -150,7 +150,7 @@ void BenchActions::look_at_motion() {
       });
   if (!all_there) return;
   const recipes::Ticket ticket = motion_->ticket;
-  for (const Awaited& awaited : motion_->moves) watch_.released(awaited.axis);
+  for (const Awaited& awaited : motion_->moves) watch_.released(awaited.axis, loop_->now());
   motion_.reset();
   tell_(recipes::MotionDone{ticket});
 }

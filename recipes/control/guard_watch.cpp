@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace weft::recipes {
 namespace {
@@ -18,13 +19,29 @@ constexpr double following_slack_m = 0.2e-3;
 constexpr double following_slack_rad = 2e-3;
 /// Velocities commanded longer ago than this do not count any more [s].
 constexpr double driven_memory_s = 0.5;
-/// What the stage may be behind its velocities: latency and ramp [s], and rounding.
+/// What the stage may be behind its velocities: latency and ramp [s], never less than for latency
+/// alone, and rounding.
 constexpr double driven_reserve_s = 0.3;
+constexpr double driven_latency_s = 0.1;
 constexpr double driven_slack_m = 20e-6;
+/// A stage hears so late that it is to stop or to go on more slowly [s].
+constexpr double braking_latency_s = 0.075;
 
 std::array<double, 6> joined(const WatchInput& input) {
   return {input.force_n[0],   input.force_n[1],   input.force_n[2],
           input.torque_nm[0], input.torque_nm[1], input.torque_nm[2]};
+}
+
+struct Ramped {
+  double way = 0;
+  double pace = 0;
+};
+
+/// From `pace` towards `speed` along the ramp, and on with it, for `time_s`.
+Ramped ramped(double pace, double speed, double acceleration, double time_s) {
+  const double ramp_s = std::min(time_s, std::abs(speed - pace) / acceleration);
+  const double then = pace + std::copysign(acceleration * ramp_s, speed - pace);
+  return {0.5 * (pace + then) * ramp_s + speed * (time_s - ramp_s), then};
 }
 
 double distance(const std::array<double, 6>& a, const std::array<double, 6>& b) {
@@ -45,24 +62,43 @@ void GuardWatch::moved(Axis axis, double from, double target, double speed, Time
 
 void GuardWatch::driven(Axis axis, double velocity, Duration horizon, TimePoint now) {
   Plan& plan = plans_[index(axis)];
-  if (plan.driven) {
-    integrate(plan, now);
-  } else {
+  if (!plan.driven) {
     plan = {};
     plan.driven = true;
     plan.since = now;
+  }
+  integrate(axis, now);
+  if (std::exchange(plan.released, false)) {
+    plan.past_speed = std::max(plan.past_speed, std::exchange(plan.peak_speed, 0));
+    plan.lead = 0;
   }
   plan.speed = velocity;
   plan.peak_speed = std::max(plan.peak_speed, std::abs(velocity));
   plan.until = now + horizon;
 }
 
+void GuardWatch::released(Axis axis, TimePoint now) {
+  Plan& plan = plans_[index(axis)];
+  if (!plan.driven) {
+    plan = {};
+    return;
+  }
+  integrate(axis, now);
+  plan.released = true;
+  plan.until = now;
+}
+
 // What was commanded since the last call, and how much of the past is left of it.
-void GuardWatch::integrate(Plan& plan, TimePoint now) {
+void GuardWatch::integrate(Axis axis, TimePoint now) {
+  Plan& plan = plans_[index(axis)];
   const double elapsed_s = to_seconds(now - plan.since);
   const double driven_s = std::clamp(to_seconds(plan.until - plan.since), 0.0, elapsed_s);
   const double kept = std::exp(-elapsed_s / driven_memory_s);
-  plan.lead = (plan.lead + plan.speed * driven_s) * kept;
+  const double acceleration = limits_.max_acceleration[index(axis)];
+  const Ramped driven = ramped(plan.pace, plan.speed, acceleration, driven_s);
+  const Ramped stopping = ramped(driven.pace, 0, acceleration, elapsed_s - driven_s);
+  plan.pace = stopping.pace;
+  plan.lead = (plan.lead + driven.way + stopping.way) * kept;
   plan.peak_speed = std::max(plan.peak_speed * kept, driven_s > 0 ? std::abs(plan.speed) : 0);
   plan.since = now;
 }
@@ -124,10 +160,10 @@ void GuardWatch::look_at_speed(Axis axis, double position, TimePoint at) {
 double GuardWatch::lag(Axis axis, double position, TimePoint now) {
   Plan& plan = plans_[index(axis)];
   if (plan.driven) {
-    integrate(plan, now);
+    integrate(axis, now);
     if (plan.seen_at) plan.lead -= position - *plan.seen_at;
     plan.seen_at = position;
-    return std::abs(plan.lead);
+    return plan.released ? 0 : std::abs(plan.lead);
   }
   if (!plan.moving) return 0;
   const double way =
@@ -138,9 +174,16 @@ double GuardWatch::lag(Axis axis, double position, TimePoint now) {
 
 double GuardWatch::lag_allowed(Axis axis) const {
   const Plan& plan = plans_[index(axis)];
-  if (plan.driven) return driven_slack_m + driven_reserve_s * plan.peak_speed;
+  const double acceleration = limits_.max_acceleration[index(axis)];
+  if (plan.driven) {
+    // The ramp is known; what else the reserve was for stays.
+    const double reserve_s =
+        std::max(driven_latency_s, driven_reserve_s - 0.5 * plan.peak_speed / acceleration);
+    return driven_slack_m +
+           std::max(reserve_s * plan.peak_speed, braking_latency_s * plan.past_speed);
+  }
   // Brakes from what it did before, turns and speeds up: two ramps.
-  const double ramps_s = 2 * plan.speed / limits_.max_acceleration[index(axis)];
+  const double ramps_s = 2 * plan.speed / acceleration;
   return (is_linear(axis) ? following_slack_m : following_slack_rad) +
          plan.speed * (following_reserve_s + ramps_s);
 }

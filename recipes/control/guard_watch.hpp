@@ -37,8 +37,8 @@ class GuardWatch {
   void moved(Axis axis, double from, double target, double speed, TimePoint now);
   /// `axis` has been given `velocity` at `now`, which ends by itself after `horizon`.
   void driven(Axis axis, double velocity, Duration horizon, TimePoint now);
-  /// Nothing is asked of `axis` any more.
-  void released(Axis axis) { plans_[index(axis)] = {}; }
+  /// Nothing is asked of `axis` any more; one that was driven comes to rest along its ramp.
+  void released(Axis axis, TimePoint now);
 
   GuardHistory step(const WatchInput& input, TimePoint now);
 
@@ -48,9 +48,12 @@ class GuardWatch {
     double from = 0, target = 0, speed = 0;
     TimePoint since{};
     bool driven = false;    ///< velocities, cycle by cycle; `speed` is the last one
+    bool released = false;  ///< and comes to rest
     TimePoint until{};      ///< when it ends by itself
-    double lead = 0;        ///< way commanded less way covered, slowly forgotten
-    double peak_speed = 0;  ///< forgotten alike
+    double pace = 0;        ///< velocity of a stage that does as it is told, along its ramps
+    double lead = 0;        ///< way of that stage less way covered, slowly forgotten
+    double peak_speed = 0;  ///< commanded; forgotten alike
+    double past_speed = 0;  ///< the same before it was released last
     std::optional<double> seen_at;
   };
   struct Reading {
@@ -61,7 +64,7 @@ class GuardWatch {
   void look_at_wrench(const WatchInput& input);
   void look_at_taxels(const WatchInput& input);
   void look_at_speed(Axis axis, double position, TimePoint at);
-  static void integrate(Plan& plan, TimePoint now);
+  void integrate(Axis axis, TimePoint now);
   [[nodiscard]] double lag(Axis axis, double position, TimePoint now);
   [[nodiscard]] double lag_allowed(Axis axis) const;
 

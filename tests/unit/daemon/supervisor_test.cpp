@@ -103,6 +103,7 @@ const Bytes set_velocity{0x13, 0x04, 0x0E, 0x00, 0xD0, 0x01};
 /// The limits of a plan that is already checked, for guards that a good bench would never trip.
 struct Guarded {
   explicit Guarded(const std::string& recipe) : bench(recipe) {}
+  Guarded(const std::string& recipe, const nlohmann::json& rig) : bench(recipe, rig) {}
 
   void start() {
     supervisor.emplace(bench.checked.plan, bench.sim.host_time, *bench.sim.bench, *bench.recording,
@@ -293,6 +294,34 @@ TEST_CASE("a stage that goes a tenth of its speed is found while it slides") {
   REQUIRE(g.supervisor->result()->error);
   CHECK(g.supervisor->result()->error->message == "a stage does not follow its commands");
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
+}
+
+namespace {
+
+/// A recipe for one slide whose text was changed, on bench17 changed likewise.
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos;
+       at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+std::string with_keys(const std::string& keys, const std::string& fabric = "denim") {
+  return changed(test::short_recipe(fabric), "\"repetitions\":1", "\"repetitions\":1," + keys);
+}
+
+}  // namespace
+
+TEST_CASE("a fast way down and a slow one onto the cloth are no following error") {
+  for (const char* const approach :
+       {R"("approach":{"speed_mm_s":4})", R"("approach":{"seat_speed_mm_s":0.05})",
+        R"("approach":{"speed_mm_s":4,"seat_speed_mm_s":0.02})"}) {
+    CAPTURE(approach);
+    Guarded g(with_keys(approach));
+    g.start();
+    g.run_to(recipes::Step::resting);
+    CHECK_FALSE(g.bench.trial_error);
+  }
 }
 
 }  // namespace supervisor_test

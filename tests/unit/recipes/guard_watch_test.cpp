@@ -1,7 +1,9 @@
 #include "recipes/control/guard_watch.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <vector>
 
 namespace guard_watch_test {
 
@@ -141,7 +143,7 @@ TEST_CASE("A stage that stands while it should move is found by the way it owes"
   CHECK(b.seen.not_following == Axis::y);
   CHECK(cycles > 60);   // 0.3 s, two ramps of 0.2 s, 0.2 mm
   CHECK(cycles < 100);  // the driver's own watch takes three seconds
-  b.watch.released(Axis::y);
+  b.watch.released(Axis::y, b.now);
   b.cycle();
   CHECK_FALSE(b.seen.not_following);
 }
@@ -191,6 +193,66 @@ TEST_CASE("A velocity that has run out asks for nothing more") {
     b.cycle();
     CHECK_FALSE(b.seen.not_following);
   }
+}
+
+namespace {
+
+/// A stage on its way down at one speed, then on at another, with a ramp of 20 mm/s2 and orders
+/// that it hears 50 ms late; `deaf`: after the first it hears none. Whether it was found wanting.
+bool found_on_the_way_down(double first_mps, double then_mps, bool deaf = false) {
+  Bench b;
+  b.cycle();
+  std::vector<double> orders(5, 0.0);
+  double pace = 0;
+  bool found = false;
+  const auto go = [&](double wanted) {
+    orders.push_back(deaf && wanted != first_mps ? first_mps : wanted);
+    pace += std::clamp(orders[orders.size() - 6] - pace, -2e-4, 2e-4);
+    b.z() += 0.01 * pace;
+    b.cycle();
+    found = found || b.seen.not_following.has_value();
+  };
+  for (int i = 0; i < 200; ++i) {
+    b.watch.driven(Axis::z, first_mps, 100ms, b.now);
+    go(first_mps);
+  }
+  b.watch.released(Axis::z, b.now);
+  go(0);
+  for (int i = 0; i < 200; ++i) {
+    b.watch.driven(Axis::z, then_mps, 100ms, b.now);
+    go(then_mps);
+  }
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("A stage that brakes from its way down is let be, one that does not brake is found") {
+  for (const double first_mm_s : {0.5, 2.0, 4.0})
+    for (const double then_mm_s : {0.01, 0.05, 0.12, 0.5}) {
+      CAPTURE(first_mm_s, then_mm_s);
+      CHECK_FALSE(found_on_the_way_down(first_mm_s * 1e-3, then_mm_s * 1e-3));
+      if (then_mm_s < first_mm_s)
+        CHECK(found_on_the_way_down(first_mm_s * 1e-3, then_mm_s * 1e-3, true));
+    }
+}
+
+TEST_CASE("A stage that stands on a slow way down after a fast one is found") {
+  Bench b;
+  b.cycle();
+  for (int i = 0; i < 100; ++i) {
+    b.watch.driven(Axis::z, 4e-3, 100ms, b.now);
+    b.z() += 4e-5;
+    b.cycle();
+  }
+  b.watch.released(Axis::z, b.now);
+  int cycles = 0;
+  for (; cycles < 200 && !b.seen.not_following; ++cycles) {
+    b.watch.driven(Axis::z, 0.5e-3, 100ms, b.now);
+    b.cycle();
+  }
+  CHECK(b.seen.not_following == Axis::z);
+  CHECK(cycles < 100);
 }
 
 TEST_CASE("Values that are not numbers end nothing here: the guards on single readings see them") {
