@@ -312,6 +312,13 @@ std::string with_keys(const std::string& keys, const std::string& fabric = "deni
 
 }  // namespace
 
+TEST_CASE("a dwell of nothing waits for the force all the same") {
+  Guarded g(with_keys(R"("settle":{"dwell_s":0})"));
+  g.start();
+  g.run_to(recipes::Step::holding);
+  CHECK(g.bench.sim.bench->snapshot().wrench.force_n[2] == Approx(5).margin(0.3));
+}
+
 TEST_CASE("a fast way down and a slow one onto the cloth are no following error") {
   for (const char* const approach :
        {R"("approach":{"speed_mm_s":4})", R"("approach":{"seat_speed_mm_s":0.05})",
