@@ -26,6 +26,8 @@ constexpr Duration bias_again = 1s;
 constexpr double jump_share = 0.4;
 // Readings so many periods apart may differ by anything.
 constexpr double jump_gap_readings = 5;
+// Readings of a stage that comes to rest, after it was told to.
+constexpr Duration z_comes_to_rest = 250ms;
 // A rotary stage reaches its speed within this time.
 constexpr double tilt_ramp_s = 1;
 // Some ten thousand trials of samples, or the write-ahead log of a reader that holds it back.
@@ -56,6 +58,7 @@ recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
 recipes::WatchLimits watch_limits(const recipes::RigLimits& rig) {
   recipes::WatchLimits limits;
   limits.wrench_jump_n = jump_share * rig.force_cap_n;
+  limits.landing_n = 2 * rig.probe_weight_n;
   limits.wrench_gap = from_seconds(jump_gap_readings / rig.wrench_rate_hz);
   for (const StageAxis axis : recipes::all_axes) {
     const bool linear = recipes::is_linear(axis);
@@ -215,6 +218,16 @@ std::optional<Error> BenchActions::still_awaited() const {
                "Look at what touches or shakes the plate, then at the sensor's cable or network"};
 }
 
+// Under the force loop z makes its way by what it feels, and the cloth keeps the probe.
+bool BenchActions::z_travels(TimePoint now) {
+  const bool under_way =
+      descent_ || (motion_ && std::ranges::any_of(motion_->moves, [](const Awaited& awaited) {
+                     return awaited.axis == StageAxis::z;
+                   }));
+  if (under_way) z_travels_until_ = now + z_comes_to_rest;
+  return now <= z_travels_until_;
+}
+
 std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContext& context) {
   const Snapshot& seen = bench_->snapshot();
   const TimePoint now = loop_->now();
@@ -229,11 +242,14 @@ std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContex
   if (context.deadline) readings.deadline = *context.deadline + deadline_grace;
   readings.cycle_lateness = context.since_last - period_;
   readings.free_bytes = context.free_bytes;
-  readings.history = watch_.step(watched(context.zero_moves), now);
+  recipes::WatchInput watched = newest();
+  watched.zero_moves = context.zero_moves;
+  watched.z_travels = z_travels(now);
+  readings.history = watch_.step(watched, now);
   return recipes::evaluate(guard_limits_, readings, now);
 }
 
-recipes::WatchInput BenchActions::watched(bool zero_moves) const {
+recipes::WatchInput BenchActions::newest() const {
   const Snapshot& seen = bench_->snapshot();
   recipes::WatchInput input;
   input.force_n = seen.wrench.force_n;
@@ -243,7 +259,6 @@ recipes::WatchInput BenchActions::watched(bool zero_moves) const {
   input.taxels_at = seen.taxels_at;
   input.position = seen.joints();
   input.stage_at = seen.stage_at;
-  input.zero_moves = zero_moves;
   return input;
 }
 

@@ -77,7 +77,10 @@ class BenchActions {
 
   void send_bias();
   std::uint32_t command(StageAxis axis, const Command& command);
-  [[nodiscard]] recipes::WatchInput watched(bool zero_moves) const;
+  /// Readings and when they came.
+  [[nodiscard]] recipes::WatchInput newest() const;
+  /// It is on its way to a place or down to the cloth, or was a moment ago.
+  bool z_travels(TimePoint now);
 
   Loop* loop_;
   Bench* bench_;
@@ -85,6 +88,7 @@ class BenchActions {
   Duration period_{};
   recipes::GuardLimits guard_limits_;
   recipes::GuardWatch watch_;
+  TimePoint z_travels_until_{};
   std::optional<Motion> motion_;
   std::optional<recipes::Descend> descent_;
   std::optional<Biasing> biasing_;

@@ -100,6 +100,7 @@ void GuardWatch::integrate(Axis axis, TimePoint now) {
   plan.pace = stopping.pace;
   plan.lead = (plan.lead + driven.way + stopping.way) * kept;
   plan.peak_speed = std::max(plan.peak_speed * kept, driven_s > 0 ? std::abs(plan.speed) : 0);
+  plan.past_speed *= kept;
   plan.since = now;
 }
 
@@ -127,10 +128,19 @@ void GuardWatch::look_at_wrench(const WatchInput& input) {
   const bool comparable = believed_ && !input.zero_moves && limits_.wrench_jump_n > 0 &&
                           now.at - wrench_->at <= limits_.wrench_gap;
   seen_.wrench_jump_n = comparable ? distance(now.value, believed_->value) : 0;
-  const bool far = comparable && seen_.wrench_jump_n > limits_.wrench_jump_n;
+  const bool far = comparable && seen_.wrench_jump_n > limits_.wrench_jump_n &&
+                   !(input.z_travels && is_landing(now));
   seen_.wrench_jumps = far ? seen_.wrench_jumps + 1 : 0;
   wrench_ = now;
   if (!far) believed_ = now;
+}
+
+// Stiff cloth does so within a few micrometres, between two readings. A load that is put down at
+// once weighs twice what it weighs.
+bool GuardWatch::is_landing(const Reading& now) const {
+  const auto step = [&](std::size_t i) { return now.value[i] - believed_->value[i]; };
+  return std::hypot(step(0), step(1)) <= limits_.wrench_jump_n &&
+         std::abs(step(2)) <= limits_.landing_n;
 }
 
 void GuardWatch::look_at_taxels(const WatchInput& input) {

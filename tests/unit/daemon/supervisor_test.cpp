@@ -331,4 +331,23 @@ TEST_CASE("a fast way down and a slow one onto the cloth are no following error"
   }
 }
 
+TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a jump is one") {
+  nlohmann::json rig = test::bench17();
+  rig["limits"]["force_cap_N"] = 3.2;
+  const std::string gentle = changed(with_keys(R"("approach":{"speed_mm_s":4})", "nylon"),
+                                     "\"force_N\":5", "\"force_N\":2.5");
+  Guarded good(gentle, rig);
+  good.start();
+  good.finish();
+  CHECK(good.supervisor->result()->outcome == recipes::Outcome::complete);
+  Guarded struck(gentle, rig);
+  struck.start();
+  struck.run_to(recipes::Step::sliding);
+  const nlohmann::json hit{{"device", "ft"}, {"fault", "bias_jump"}, {"amount", -1.5}};
+  REQUIRE(struck.bench.sim.rig->inject(hit.dump(), struck.bench.sim.loop.now()));
+  struck.finish();
+  REQUIRE(struck.bench.trial_error);
+  CHECK(struck.bench.trial_error->message == "the force jumped");
+}
+
 }  // namespace supervisor_test
