@@ -41,7 +41,6 @@ void build_driver(const DeviceEntry& entry, const std::string& place,
 /// The limits of one axis as the plan counts on them, in the unit of the rig file.
 struct AxisLimits {
   double speed;
-  std::optional<double> acceleration;  ///< linear axes only
   Range travel;
   double per_si;
   std::string unit;
@@ -51,16 +50,11 @@ struct AxisLimits {
 AxisLimits limits_of(recipes::Axis axis, const recipes::RigLimits& limits) {
   const Range& travel = limits.geometry.travel[recipes::index(axis)];
   if (recipes::is_linear(axis))
-    return {limits.max_speed_mps,
-            limits.max_acceleration_mps2,
-            travel,
-            1 / m_per_mm,
-            "mm",
-            "/limits/speed_mm_s",
-            "/limits/travel_mm/" + std::string(recipes::to_string(axis))};
-  return {
-      limits.max_tilt_speed_radps, {}, travel, 1 / rad_per_deg, "deg", "/limits/tilt_speed_deg_s",
-      "/limits/tilt_deg"};
+    return {limits.max_speed_mps, travel,
+            1 / m_per_mm,         "mm",
+            "/limits/speed_mm_s", "/limits/travel_mm/" + std::string(recipes::to_string(axis))};
+  return {limits.max_tilt_speed_radps, travel, 1 / rad_per_deg, "deg", "/limits/tilt_speed_deg_s",
+          "/limits/tilt_deg"};
 }
 
 std::string range_text(const Range& range, const AxisLimits& axis) {
@@ -76,18 +70,12 @@ void compare_limits(const DeviceEntry& entry, recipes::Axis role, const recipes:
   const auto settings = drivers::read_stage_settings(entry.config_json);
   if (!settings) return;  // told by build_driver
   const AxisLimits axis = limits_of(role, limits);
-  const auto over = [&](double limit, double allowed, const std::string& pointer,
-                        const std::string& what, const std::string& unit) {
-    if (limit <= allowed * (1 + rounding)) return;
-    problems.push_back({pointer, "the driver of " + entry.name + " allows less " + what,
-                        "at most " + general(allowed * axis.per_si) + " " + unit,
-                        general(limit * axis.per_si) + " " + unit,
-                        "Lower the limit, or raise the driver's setting if the stage permits it"});
-  };
-  over(axis.speed, settings->max_speed, axis.speed_key, "speed", axis.unit + "/s");
-  if (axis.acceleration)
-    over(*axis.acceleration, settings->acceleration, "/limits/acceleration_mm_s2", "acceleration",
-         axis.unit + "/s2");
+  if (axis.speed > settings->max_speed * (1 + rounding))
+    problems.push_back(
+        {axis.speed_key, "the driver of " + entry.name + " allows less speed",
+         "at most " + general(settings->max_speed * axis.per_si) + " " + axis.unit + "/s",
+         general(axis.speed * axis.per_si) + " " + axis.unit + "/s",
+         "Lower the limit, or raise the driver's setting if the stage permits it"});
   const double count = 1 / settings->scale.counts_per_unit;
   const Range allowed{settings->travel_low_counts * count, settings->travel_high_counts * count};
   if (axis.travel.min < allowed.min - count || axis.travel.max > allowed.max + count)

@@ -18,8 +18,10 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceEntry& entry, Loop& l
                                                std::unique_ptr<Link> http) {
   std::unique_ptr<Device> device(
       new Device(entry, loop, std::move(link), std::move(drivers), std::move(http)));
+  const Result<std::string> config = driver_config(entry, *device->drivers_);
+  if (!config) return pass(config.error(), entry.name);
   Result<std::unique_ptr<Driver>> driver =
-      device->drivers_->create(entry.driver, entry.name, entry.config_json, *device);
+      device->drivers_->create(entry.driver, entry.name, *config, *device);
   if (!driver) return pass(driver.error(), entry.name);
   device->driver_ = std::move(*driver);
   return device;

@@ -16,8 +16,8 @@ class Device final : public DriverHost {
   using SampleSink = std::function<void(const Sample&)>;
   using LogSink = std::function<void(LogLevel, std::string_view device, std::string_view text)>;
 
-  /// Makes the driver that `entry` names. Errors: those of DriverCatalog::create, each with the
-  /// device's name in front.
+  /// Makes the driver that `entry` names. Errors: those of driver_config() and of
+  /// DriverCatalog::create, each with the device's name in front.
   static Result<std::unique_ptr<Device>> create(const DeviceEntry& entry, Loop& loop,
                                                 std::unique_ptr<Link> link,
                                                 std::shared_ptr<DriverCatalog> drivers,

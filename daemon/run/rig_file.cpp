@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <utility>
 
 #include "drivers/api/config.hpp"
 
@@ -178,6 +180,21 @@ Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
   return folders;
 }
 
+/// What is wrong with the limits recipes::parse_rig_limits says.
+void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
+  constexpr double mm_per_m = 1e3;
+  const json limits = root.value("limits", json::object());
+  const auto limit = [&](const char* key, double scale) -> std::optional<double> {
+    if (!limits.is_object() || !limits.contains(key) || !limits[key].is_number()) return {};
+    return limits[key].get<double>() * scale;
+  };
+  auto given = limit("acceleration_mm_s2", 1);
+  if (!given) given = limit("acceleration_mps2", mm_per_m);
+  for (DeviceEntry& device : devices)
+    if (device.role == "x" || device.role == "y" || device.role == "z")
+      device.acceleration_mm_s2 = given;
+}
+
 Result<RigFile> from_json(const json& root) {
   if (!root.is_object() || !root.contains("devices") || !root["devices"].is_array())
     return fail(Errc::invalid_argument, "not a rig file", "/devices", "an array of devices");
@@ -214,6 +231,7 @@ Result<RigFile> from_json(const json& root) {
     if (!device) return pass(device.error());
     rig.devices.push_back(std::move(*device));
   }
+  limit_acceleration(root, rig.devices);
   if (Status ok = every_role_once(rig.devices); !ok) return pass(ok.error());
   if (Status ok = links_suit(rig); !ok) return pass(ok.error());
   return rig;
@@ -229,6 +247,28 @@ Result<RigFile> parse_rig_file(std::string_view text) {
   } catch (const json::exception& e) {
     return fail(Errc::parse, "not JSON", {}, {}, e.what());
   }
+}
+
+Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers) {
+  constexpr const char* key = "acceleration_mm_s2";
+  constexpr double rounding = 1e-9;
+  const Result<DriverSource> source = drivers.source(entry.driver);
+  if (!source) return pass(source.error());
+  const json schema = json::parse(source->config_schema_json, nullptr, false);
+  json config = json::parse(entry.config_json, nullptr, false);
+  if (!entry.acceleration_mm_s2 || !config.is_object() || !schema.is_object() ||
+      !schema.contains("/properties/acceleration_mm_s2"_json_pointer))
+    return entry.config_json;
+  const double limit = *entry.acceleration_mm_s2;
+  const json given = std::exchange(config[key], limit);
+  if (given.is_null()) return config.dump();
+  if (!given.is_number() || std::abs(given.get<double>() - limit) <= rounding * limit)
+    return entry.config_json;
+  return fail(
+      Errc::invalid_argument,
+      "the stage's acceleration is not the rig's, which plan, force loop and guards count on",
+      std::string("/") + key, json(limit).dump() + " mm/s2, limits." + key, given.dump() + " mm/s2",
+      "Leave it out: the limit is sent to the stage. Or change the limit");
 }
 
 BenchKind bench_kind_of(const std::filesystem::path& rig) {

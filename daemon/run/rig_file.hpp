@@ -20,7 +20,9 @@ struct DeviceEntry {
   std::string name;         ///< "stage.z"
   std::string role;         ///< "x", "y", "z", "rx", "ry", "wrench", "taxels", "vibro"
   std::string driver;       ///< name of a driver plugin
-  std::string config_json;  ///< handed to the driver as it stands
+  std::string config_json;  ///< handed to the driver, see driver_config()
+  /// Of the rig's limits, for a linear stage [mm/s2].
+  std::optional<double> acceleration_mm_s2 = {};
   LinkSettings link;
   std::vector<LinkSettings> also;        ///< emulated: weft-rig serves the same device there too
   std::optional<LinkSettings> http;      ///< the page of the device's settings, where it has one
@@ -51,6 +53,12 @@ struct RigFile {
 /// Errors: parse with line and column, and invalid_argument (unknown keys, a link that the bench
 /// cannot have) with a JSON pointer.
 Result<RigFile> parse_rig_file(std::string_view text);
+
+/// The configuration of a device as its driver takes it: a linear stage whose driver knows the key
+/// `acceleration_mm_s2` is told the rig's limit by it. Errors: those of DriverCatalog::source();
+/// invalid_argument, where the rig file has another value there, for plan, force loop and guards
+/// count on the limit's.
+Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers);
 
 /// What kind of data the bench of this rig file makes; unknown where the file cannot be read.
 BenchKind bench_kind_of(const std::filesystem::path& rig);

@@ -112,7 +112,7 @@ const char stage_config_schema[] = R"({
     "destination": {"type": "integer", "minimum": 17, "maximum": 80, "default": 80, "description": "80 (0x50): USB unit; 33 (0x21): bay 0"},
     "max_speed_mm_s": {"x-unit": "mm/s", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages; default: the stage's own limit"},
     "max_speed_deg_s": {"x-unit": "deg/s", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
-    "acceleration_mm_s2": {"x-unit": "mm/s2", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages"},
+    "acceleration_mm_s2": {"x-unit": "mm/s2", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages; left out: limits.acceleration_mm_s2 of the rig, any other value is refused"},
     "acceleration_deg_s2": {"x-unit": "deg/s2", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
     "travel_mm": {"x-unit": "mm", "x-safety": true, "type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "linear stages: [low, high] from home"},
     "travel_deg": {"x-unit": "deg", "x-safety": true, "type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "rotary stages: [low, high] from home"},

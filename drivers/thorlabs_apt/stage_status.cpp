@@ -107,13 +107,19 @@ void StageDriver::on_limit_switches(const Message& message) {
 
 void StageDriver::on_velocity(const Message& message) {
   const auto told = decode_body<VelocityParams>(message.data);
-  if (!told || !arming_ || told->maximum_velocity_counts == velocity_counts_) return;
-  raise({Errc::device,
-         "the controller did not take the rig file's speed",
-         {},
-         std::to_string(velocity_counts_) + " counts",
-         std::to_string(told->maximum_velocity_counts) + " counts",
-         "Lower the speed in the rig file to what the controller allows"});
+  if (!told || !arming_) return;
+  const auto refuse = [this](const std::string& what, std::int32_t sent, std::int32_t kept) {
+    raise({Errc::device,
+           "the controller did not take the rig file's " + what,
+           {},
+           std::to_string(sent) + " counts",
+           std::to_string(kept) + " counts",
+           "Lower the " + what + " in the rig file to what the controller allows"});
+  };
+  if (told->maximum_velocity_counts != velocity_counts_)
+    return refuse("speed", velocity_counts_, told->maximum_velocity_counts);
+  if (told->acceleration_counts != settings_.acceleration_counts)
+    refuse("acceleration", settings_.acceleration_counts, told->acceleration_counts);
 }
 
 void StageDriver::on_rich_response(const Message& message) {

@@ -115,7 +115,8 @@ def bench(t, root, rig, d):
     cases = {  # changes of the rig, pointers of the problems, words that must be said
         "limit over the driver's speed": ({"/limits/speed_mm_s": 20}, {"/limits/speed_mm_s"}, ["stage.z", "4 mm/s", "20 mm/s"]),
         "tilt speed": ({"/limits/tilt_speed_deg_s": 9}, {"/limits/tilt_speed_deg_s"}, ["stage.rx", "5 deg/s"]),
-        "acceleration": ({"/devices/1/config/acceleration_mm_s2": 10}, {"/limits/acceleration_mm_s2"}, ["stage.y"]),
+        "acceleration": ({"/devices/1/config/acceleration_mm_s2": 10}, {"/devices/1/config/acceleration_mm_s2"}, ["10 mm/s2", "20"]),
+        "no acceleration of a stage": ({"/limits/acceleration_mm_s2": 10}, {f"/devices/{i}/config/acceleration_mm_s2" for i in range(3)}, ["20 mm/s2"]),
         "travel": ({"/devices/0/config/travel_mm": [10, 150]}, {"/limits/travel_mm/x"}, ["stage.x", "10.00 to 150.00 mm"]),
         "tilt": ({"/devices/3/config/travel_deg": [-1, 5]}, {"/limits/tilt_deg"}, ["stage.rx"]),
         "unknown driver": ({"/devices/2/driver": "thorlab"}, {"/devices/2/driver"}, ["thorlabs_apt"]),

@@ -1,5 +1,6 @@
 // What a rig file must not promise, and the provenance that a bench gives itself.
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "tests/unit/daemon/trial_bench.hpp"
@@ -156,6 +157,48 @@ TEST_CASE("a rate that driver and emulator do not share is refused before anythi
   CHECK(ran.error().where.find("/devices/5/config/rate_hz") != std::string::npos);
   CHECK(ran.error().got.find("500") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST_CASE("a linear stage is told the rig's acceleration; another one in its place is refused") {
+  nlohmann::json rig = test::bench17();
+  rig["limits"]["acceleration_mm_s2"] = 10;
+  const auto config_of = [&](const char* role) {
+    const RigFile file = parse_rig_file(rig.dump()).value();
+    const auto entry = std::ranges::find(file.devices, role, &DeviceEntry::role);
+    return driver_config(*entry, *file.drivers);
+  };
+  for (const double other : {5.0, 20.0}) {
+    test::device_of(rig, "y")["config"]["acceleration_mm_s2"] = other;
+    const auto refused = config_of("y");
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().where == "/acceleration_mm_s2");
+    CHECK_THAT(to_string(refused.error()), Catch::Contains("10.0 mm/s2"));
+  }
+  test::device_of(rig, "y")["config"]["acceleration_mm_s2"] = 10;
+  CHECK(config_of("y"));
+  test::device_of(rig, "y")["config"].erase("acceleration_mm_s2");
+  CHECK(nlohmann::json::parse(config_of("y").value())["acceleration_mm_s2"] == 10);
+  for (const char* role : {"rx", "wrench"}) {
+    INFO(role);
+    CHECK_FALSE(nlohmann::json::parse(config_of(role).value()).contains("acceleration_mm_s2"));
+  }
+}
+
+TEST_CASE("the stages of a bench get its acceleration with their speeds") {
+  nlohmann::json rig = test::bench17();
+  rig["limits"].erase("acceleration_mm_s2");
+  rig["limits"]["acceleration_mps2"] = 0.01;
+  for (const char* role : {"x", "y", "z"})
+    test::device_of(rig, role)["config"].erase("acceleration_mm_s2");
+  const test::TrialBench bench(test::short_recipe("denim"), rig);
+  for (const char* role : {"x", "y", "z"}) {
+    const Bytes& sent = bench.written.at(role);
+    const Bytes velocity{0x13, 0x04, 0x0E, 0x00, 0xD0, 0x01};  // MGMSG_MOT_SET_VELPARAMS, APT16
+    const auto at = std::ranges::search(sent, velocity).begin();
+    REQUIRE(sent.end() - at >= 20);
+    const auto byte = [&](int i) { return std::uint32_t{at[12 + i]}; };
+    CHECK((byte(0) | byte(1) << 8 | byte(2) << 16 | byte(3) << 24) == 10 * 4506);
+  }
 }
 
 }  // namespace rig_file_test

@@ -314,18 +314,22 @@ TEST_CASE("soft limits inside the rig file's travel are refused, and wider ones 
 }
 
 TEST_CASE("a controller that keeps another speed or other switches is refused when arming") {
-  for (const bool speed : {true, false}) {
-    StageBench bench = StageBench::lts();
+  for (const std::string kept : {"speed", "acceleration", "limit switches"}) {
+    CAPTURE(kept);
+    StageBench bench = StageBench::lts(R"(, "acceleration_mm_s2": 10)");
     REQUIRE(bench.driver->open());
     bench.receive_info("LTS150");
     REQUIRE(bench.driver->arm());
-    if (speed)
-      bench.receive(MessageId::get_velparams, apt::VelocityParams{1, 0, 90120, 1000});
+    constexpr std::int32_t at_20_mm_s = 20 * 21987328, at_10_mm_s2 = 10 * 4506;
+    if (kept == "speed")
+      bench.receive(MessageId::get_velparams, apt::VelocityParams{1, 0, at_10_mm_s2, 1000});
+    else if (kept == "acceleration")
+      bench.receive(MessageId::get_velparams,
+                    apt::VelocityParams{1, 0, 2 * at_10_mm_s2, at_20_mm_s});
     else
       bench.receive(MessageId::get_limswitchparams, apt::LimitSwitchParams{1, 3, 2, 0, 0, 1});
     CHECK(bench.fault_code() == Errc::device);
-    CHECK(bench.host.faults[0].message.find(speed ? "speed" : "limit switches") !=
-          std::string::npos);
+    CHECK_THAT(bench.host.faults[0].message, Catch::Contains(kept));
   }
 }
 
