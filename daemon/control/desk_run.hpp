@@ -9,15 +9,18 @@
 
 #include "daemon/control/run_desk.hpp"
 #include "recipes/engine/forecast.hpp"
+#include "recipes/engine/last_steps.hpp"
 
 namespace weft::daemon::control {
 
 /// Of the longest run that the plan allows: every take but each last is bad. A repetition that is
-/// waited for may be the longest one, and its force may settle at the last moment.
+/// waited for may be the longest one, and its force may settle at the last moment. However it ends,
+/// what is done finally may take all of its budget.
 inline Deadlines deadlines_of(const recipes::Plan& plan) {
   const std::vector<double> trials_s = recipes::trial_durations_s(plan);
-  return Deadlines::of(plan.forecast.duration_s * recipes::most_takes(plan),
-                       *std::max_element(trials_s.begin(), trials_s.end()) + plan.settle.timeout_s);
+  return Deadlines::of(plan.forecast.trials_s() * recipes::most_takes(plan),
+                       *std::max_element(trials_s.begin(), trials_s.end()) + plan.settle.timeout_s,
+                       recipes::is_empty(plan.finally) ? 0 : plan.finally.budget_s);
 }
 
 /// Who holds a line after a run whose bench did not come up.

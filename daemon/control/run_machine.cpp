@@ -22,8 +22,9 @@ Clock lasting(const Deadlines& limits, RunState state) {
       return limits.running;
     case RunState::pausing:
     case RunState::resuming:
-    case RunState::finishing:
       return limits.trial;
+    case RunState::finishing:
+      return limits.finishing;
     case RunState::held:
     case RunState::awaiting_operator:
       return limits.held;
@@ -93,7 +94,7 @@ std::string_view to_string(RunState state) {
   return names[static_cast<std::size_t>(state)];
 }
 
-Deadlines Deadlines::of(double forecast_s, double trial_s) {
+Deadlines Deadlines::of(double forecast_s, double trial_s, double finally_s) {
   // Nanoseconds end after 292 years, and a deadline is counted from now.
   const auto seconds = [](double s) {
     constexpr double longest_s = 100 * 365.25 * 86400;
@@ -101,10 +102,11 @@ Deadlines Deadlines::of(double forecast_s, double trial_s) {
         std::chrono::duration<double>(std::min(s, longest_s)));
   };
   return {.arming = 10min,
-          .running = seconds(2 * forecast_s) + 10min,
+          .running = seconds(2 * forecast_s) + seconds(finally_s) + 10min,
           .trial = seconds(2 * trial_s) + 1min,
+          .finishing = seconds(2 * trial_s) + seconds(finally_s) + 1min,
           .held = std::chrono::duration_cast<Duration>(recipes::longest_hold),
-          .aborting = 2min,
+          .aborting = seconds(finally_s) + 2min,
           .halting = 10s};
 }
 

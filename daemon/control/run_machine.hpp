@@ -38,8 +38,9 @@ std::string_view to_string(RunState state);
 /// How long a state may last. From the plan, in wall time of the bench's kind.
 struct Deadlines {
   using Duration = std::chrono::nanoseconds;
-  Duration arming, running, trial, held, aborting, halting;
-  static Deadlines of(double forecast_s, double trial_s);
+  Duration arming, running, trial, finishing, held, aborting, halting;
+  /// `finally_s`: what is done once no trial is left may take so long.
+  static Deadlines of(double forecast_s, double trial_s, double finally_s = 0);
 };
 
 struct RunMachine {

@@ -79,7 +79,7 @@ std::uint64_t disk_forecast(const recipes::Plan& plan) {
   const recipes::RigLimits& limits = plan.limits;
   RecordingForecast forecast;
   forecast.trials = static_cast<std::uint32_t>(plan.trials.size()) * recipes::most_takes(plan);
-  forecast.trial_duration_s = plan.forecast.duration_s / static_cast<double>(plan.trials.size());
+  forecast.trial_duration_s = plan.forecast.trials_s() / static_cast<double>(plan.trials.size());
   forecast.taxels = limits.taxels;
   forecast.axes = recipes::axis_count;
   forecast.taxel_rate_hz = limits.taxel_rate_hz;

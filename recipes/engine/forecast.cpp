@@ -68,6 +68,16 @@ void widen_by(std::array<Range, axis_count>& envelope, const Plan& plan, Vec2 po
   for (const Axis axis : all_axes) widen(envelope[index(axis)], (*joints)[axis]);
 }
 
+/// Parks are places of the stages themselves.
+void widen_by_parks(std::array<Range, axis_count>& envelope, const std::vector<LastStep>& steps) {
+  for (const LastStep& step : steps) {
+    const auto* const park = std::get_if<ParkStep>(&step);
+    if (park == nullptr) continue;
+    widen(envelope[index(Axis::x)], park->x_m);
+    widen(envelope[index(Axis::y)], park->y_m);
+  }
+}
+
 std::array<Range, axis_count> envelope_of(const Plan& plan) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   std::array<Range, axis_count> envelope;
@@ -78,6 +88,8 @@ std::array<Range, axis_count> envelope_of(const Plan& plan) {
       widen_by(envelope, plan, path_leg(exploration, i).to_m);
   }
   widen(envelope[index(Axis::z)], lowest_z_m(plan.limits));
+  for (const auto& steps : {plan.finally.on_success, plan.finally.on_stop, plan.finally.on_fault})
+    widen_by_parks(envelope, steps);
   return envelope;
 }
 
@@ -117,13 +129,34 @@ namespace {
 // From the home position down to the clear height, before the first trial.
 double clearing_s(const Plan& plan) {
   const Moves move{plan.limits.max_acceleration_mps2};
-  const double home_z_m = plan.limits.geometry.travel[index(Axis::z)].min;
-  return move(plan.limits.clear_z_m() - home_z_m, plan.approach.transfer_speed_mps);
+  return move(plan.limits.clear_z_m(), plan.approach.transfer_speed_mps);
+}
+
+/// By the stages' own positions, to which parks are given.
+Vec2 stages_at(const RigLimits& limits, Vec2 point_m) {
+  const Result<Joints> joints = over(limits, point_m, limits.clearance_m);
+  return joints ? Vec2{(*joints)[Axis::x], (*joints)[Axis::y]} : Vec2{};
+}
+
+// After a campaign that is complete, from where its last trial ends.
+double finally_s(const Plan& plan) {
+  Vec2 at = stages_at(plan.limits, end_of(plan.explorations[plan.trials.back().exploration]));
+  double total_s = 0;
+  for (const LastStep& step : plan.finally.on_success) {
+    if (const auto* const wait = std::get_if<WaitStep>(&step)) {
+      total_s += wait->duration_s;
+      continue;
+    }
+    const auto& park = std::get<ParkStep>(step);
+    const Vec2 place{park.x_m, park.y_m};
+    total_s += transfer_s(plan, at, place);
+    at = place;
+  }
+  return std::min(total_s, plan.finally.budget_s);
 }
 
 Vec2 home_point(const Geometry& geometry) {
-  return {geometry.travel[index(Axis::x)].min - geometry.origin_m.x_m,
-          geometry.travel[index(Axis::y)].min - geometry.origin_m.y_m};
+  return {-geometry.origin_m.x_m, -geometry.origin_m.y_m};
 }
 
 }  // namespace
@@ -144,6 +177,8 @@ Forecast forecast(const Plan& plan) {
   double total_recorded_s = 0;
   for (const TrialSpec& trial : plan.trials)
     total_recorded_s += recording_s(plan, plan.explorations[trial.exploration]);
+  out.finally_s = finally_s(plan);
+  out.duration_s = out.finally_s;
   for (const double trial_s : trial_durations_s(plan)) out.duration_s += trial_s;
   for (std::size_t i = 0; i < plan.trials.size(); ++i)
     out.mounts += i == 0 || plan.trials[i].fabric != plan.trials[i - 1].fabric ? 1 : 0;

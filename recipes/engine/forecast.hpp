@@ -11,8 +11,8 @@ Forecast forecast(const Plan& plan);
 /// Changing the cloth by hand is not in it.
 double trial_duration_s(const Plan& plan, const Exploration& exploration, Vec2 from_m);
 
-/// Of every trial of the plan, in order, the way to the first among it; their sum is what
-/// forecast() says [s].
+/// Of every trial of the plan, in order, the way to the first among it; their sum is the
+/// forecast's trials_s() [s].
 std::vector<double> trial_durations_s(const Plan& plan);
 
 /// Time of phase M [s]: the probe stops at every corner.

@@ -55,7 +55,7 @@ std::optional<OperatorAsk> next_ask(const Plan& plan, std::size_t from) {
 }
 
 double machine_s(const Plan& plan, std::size_t from, std::size_t to) {
-  return plan.forecast.duration_s * (static_cast<double>(to) - static_cast<double>(from)) /
+  return plan.forecast.trials_s() * (static_cast<double>(to) - static_cast<double>(from)) /
          static_cast<double>(plan.trials.size());
 }
 

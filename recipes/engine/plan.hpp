@@ -132,10 +132,12 @@ struct Finally {
 /// What the campaign will take, worked out before anything moves.
 struct Forecast {
   double duration_s = 0;   ///< of the machine; people's time is beside it
+  double finally_s = 0;    ///< of that, what is done once no trial is left of a complete campaign
   double people_s = 0;     ///< for all operator steps
   std::size_t asks = 0;    ///< how often people are asked
   std::size_t mounts = 0;  ///< how often a cloth is put on the plate
   [[nodiscard]] double total_s() const { return duration_s + people_s; }
+  [[nodiscard]] double trials_s() const { return duration_s - finally_s; }
   std::uint64_t bytes = 0;                   ///< recorded samples, before compression
   std::array<Range, axis_count> envelope{};  ///< stage positions used [m, rad]
   std::array<double, axis_count> margin{};   ///< least distance to the end of travel [m, rad]

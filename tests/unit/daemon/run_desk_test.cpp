@@ -276,4 +276,20 @@ TEST_CASE("a stop waits for the longest repetition that may be under way") {
   CHECK(deadlines_of(checked->plan).trial > std::chrono::seconds(800));
 }
 
+TEST_CASE("whatever ends a run, what its recipe does finally has its budget before the ladder") {
+  const TemporaryFolder folder;
+  std::string recipe = test::short_recipe("denim");
+  recipe.insert(1, R"("finally":{"on_stop":[{"do":"wait","duration_s":1500}],"budget_s":1600},)");
+  const auto plain = check_quickly(test::request_in(folder, test::short_recipe("denim")));
+  const auto checked = check_quickly(test::request_in(folder, recipe));
+  if (!checked) FAIL(to_string(checked.error()));
+  const Deadlines with = deadlines_of(checked->plan), without = deadlines_of(plain->plan);
+  const std::chrono::seconds budget(1600);
+  CHECK(with.running == without.running + budget);
+  CHECK(with.finishing == without.finishing + budget);
+  CHECK(with.aborting == without.aborting + budget);
+  CHECK(with.trial == without.trial);
+  CHECK(with.halting == without.halting);
+}
+
 }  // namespace run_desk_test

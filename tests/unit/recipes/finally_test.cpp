@@ -56,6 +56,23 @@ TEST_CASE("After the last trial the stages park, then wait, and the campaign is 
   CHECK_FALSE(b.end->error);
 }
 
+TEST_CASE("The forecast has the parks and waits that follow a complete campaign") {
+  const Forecast without = test::plan_of(test::small_recipe).forecast;
+  CHECK(without.finally_s == 0);
+  const Forecast with = parking().plan.forecast;
+  // Both paths end 50 mm on from (50, 50): 95 mm at 4 mm/s, a ramp of 0.2 s, the confirmation.
+  CHECK(with.finally_s == Approx(95 / 4.0 + 0.2 + 0.1 + 4));
+  CHECK(with.duration_s == Approx(without.duration_s + with.finally_s));
+  CHECK(with.trials_s() == Approx(without.duration_s));
+  CHECK(with.bytes == without.bytes);
+  CHECK(with.envelope[index(Axis::x)].min == Approx(0.005));
+  CHECK(with.margin[index(Axis::y)] == Approx(0.007));
+  const Forecast cut =
+      bench(R"("finally": {"on_success": [{"do": "wait", "duration_s": 90}], "budget_s": 60})")
+          .plan.forecast;
+  CHECK(cut.finally_s == 60);
+}
+
 TEST_CASE("A stop, an abort and a fault each have what is done after them") {
   Bench stopped = parking();
   stopped.advance_to(Step::sliding);
