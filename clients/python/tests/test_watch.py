@@ -1,4 +1,5 @@
 import asyncio
+import threading
 import unittest
 
 from fake_daemon import PATIENCE_S, FakeDaemon
@@ -66,6 +67,23 @@ class Watching(unittest.TestCase):
         self.assertIsNone(watch.next(0.01))
         connection.close()
 
+    def test_who_waits_in_another_thread_is_told_that_it_was_closed(self):
+        daemon, connection, watch = watching([{}])
+        waits, told, wait = threading.Event(), [], watch._mailbox.wait
+
+        def waiting(timeout_s):
+            waits.set()
+            return wait(timeout_s)
+
+        watch._mailbox.wait = waiting
+        reader = threading.Thread(target=lambda: told.append(list(watch)), daemon=True)
+        reader.start()
+        self.assertTrue(waits.wait(PATIENCE_S))
+        watch.close()
+        reader.join(PATIENCE_S)
+        self.assertEqual(told, [[]])
+        connection.close()
+
     def test_latest_has_a_rate_and_every_has_none(self):
         daemon, connection, _ = watching([{}, {}])
         Watch(connection, [TOPIC], "latest", 5, PATIENCE_S)
@@ -108,6 +126,15 @@ class WatchingAsynchronously(unittest.IsolatedAsyncioTestCase):
         await asyncio.sleep(0)
         daemon.end()
         with self.assertRaises(ConnectionLost):
+            await asyncio.wait_for(reading, PATIENCE_S)
+        connection.close()
+
+    async def test_who_waits_is_told_that_it_was_closed(self):
+        daemon, connection, watch = watching([{}])
+        reading = asyncio.ensure_future(watch.__anext__())
+        await asyncio.sleep(0)
+        watch.close()
+        with self.assertRaises(StopAsyncIteration):
             await asyncio.wait_for(reading, PATIENCE_S)
         connection.close()
 

@@ -78,11 +78,15 @@ class Watch:
         opened: JsonObject = self._connection.request("sub.open", {**self._wish, **more}).result(self._timeout_s)
         self._sub = str(opened["sub"])
         self._mailbox = self._connection.mailbox(self._sub)
+        if self._closed:  # meanwhile, by another thread
+            self._leave()
         return opened
 
     def _reconnect(self, lost: ConnectionLost) -> None:
-        """Another connection, and on it the same subscription. Errors: ConnectionLost, where there is none."""
-        if self._again is None or self._closed:
+        """Another connection, and on it the same subscription, unless the watch is closed. Errors: ConnectionLost, where there is none."""
+        if self._closed:
+            return
+        if self._again is None:
             raise lost
         epoch = self._connection.greeting.get("epoch")
         for _ in range(_MOST_LOST_AT_ONCE):
@@ -114,8 +118,10 @@ class Watch:
             self._connection.request("sub.close", {"sub": sub})
 
     def close(self) -> None:
+        """Nothing more comes, from whichever thread or task it is called: who waits for an event waits no longer."""
         self._closed = True
         self._leave()
+        self._mailbox.close(ConnectionLost("the watch was closed here"))
 
     def __enter__(self) -> "Watch":
         return self
