@@ -10,10 +10,13 @@ check = weft_rpc('recipe.check', struct('recipe', recipe));
 assert(check.ok, 'the rig cannot run it');
 fprintf('%d trials, %.0f minutes of the bench\n', check.plan.trials, check.plan.eta_s / 60);
 
-lease = weft_rpc('lease.acquire', struct('ttl_ms', 60000, 'note', 'first_campaign.m'));
+ttl_ms = 60000;
+if ~isempty(getenv('WEFT_LEASE_MS'))
+  ttl_ms = str2double(getenv('WEFT_LEASE_MS'));
+end
+lease = weft_rpc('lease.acquire', struct('ttl_ms', ttl_ms, 'note', 'first_campaign.m'));
 run = weft_rpc('run.start', struct('recipe', recipe, 'lease', lease.lease));
-ended = weft_rpc('run.wait', struct('run', run.run));
-weft_rpc('lease.release', struct('lease', lease.lease));
+ended = weft_wait(run.run, lease.lease, ttl_ms);
 fprintf('%s: outcome %s, cleanup %s, rig %s\n', run.run, ended.outcome, ended.cleanup, ended.rig);
 
 told = weft_rpc('data.get', struct('run', run.run));

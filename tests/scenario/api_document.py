@@ -13,9 +13,10 @@ import subprocess
 import sys
 import tempfile
 
-from weftd_support import PATIENCE_S, Client, Daemon
+from weftd_support import PATIENCE_S, Client, Daemon, outlasted_its_lease
 
 SKIPPED = 77
+LEASE_MS = 2000  # of the example
 TITLES = {"system": "The daemon", "session": "Who you are", "lease": "Leases", "rig": "The rig", "device": "Devices", "handover": "Hand-overs", "recipe": "Recipes",
           "run": "Runs", "queue": "The queue", "classify": "Votes", "data": "Data sets", "sim": "The simulation", "sub": "Events", "log": "Journal", "token": "Tokens",
           "rpc": "This document", "$/cancel": "Calls that wait"}
@@ -101,11 +102,16 @@ def main():
                 target.write_text(made)
                 return 0
             assert target.read_text() == made, "docs/api.md is not what the daemon says: api_document.py WEFTD ROOT --write"
-            environment = {"WEFT_SOCKET": str(daemon.socket), "WEFT_RECIPE": "small"}
+            environment = {"WEFT_SOCKET": str(daemon.socket), "WEFT_RECIPE": "small", "WEFT_LEASE_MS": str(LEASE_MS)}
+            client = Client(daemon.socket)
+            bench_s = client.call("recipe.check", recipe="small")["plan"]["eta_s"]
+            client.call("sim.clock", pace=bench_s / (3 * LEASE_MS / 1000))  # so that it outlasts its lease
             (example,) = re.findall(r"```python\n(.*?)```", made, re.S)
             said = run([sys.executable, "-c", example], environment).splitlines()
             assert "complete done safe" in said, said[-3:]
             assert any(line.startswith("event run:R-000001") for line in said), said
+            outlasted_its_lease(client, LEASE_MS)
+            client.call("sim.clock", pace=0)
             if shutil.which("nc") is None:
                 print("nc is not installed (netcat-openbsd): the examples for a shell were not run")
                 return SKIPPED

@@ -112,3 +112,13 @@ class Client:
             event = self.event()
             if event["topic"] == f"run:{run}" and event["delta"].get("state") == state:
                 return event
+
+
+def outlasted_its_lease(client, ttl_ms):
+    """By the journal: the newest lease was taken for that long, held for twice as long at least, and given back by its holder."""
+    lines = [line for line in client.call("log.tail", most=1000)["lines"] if line["kind"].startswith("lease.")]
+    taken, last = [line for line in lines if line["kind"] == "lease.acquired"][-1], lines[-1]
+    asked_ms = (taken["data"]["expires_us"] - taken["t_us"]) / 1000
+    assert abs(asked_ms - ttl_ms) < 0.1 * ttl_ms, f"a lease of {asked_ms} ms: {taken}"
+    assert last["kind"] == "lease.released" and last["data"]["lease"] == taken["data"]["lease"], last
+    assert last["t_us"] - taken["t_us"] >= 2000 * ttl_ms, f"held {(last['t_us'] - taken['t_us']) / 1e6} s: {lines}"
