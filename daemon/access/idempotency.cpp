@@ -1,11 +1,21 @@
 #include "daemon/access/idempotency.hpp"
 
+#include <charconv>
+
 namespace weft::daemon::access {
 namespace {
 
 // Lengths keep "a" + "bc" and "ab" + "c" apart.
 std::string name_of(std::string_view user, std::string_view key) {
   return std::to_string(user.size()).append(":").append(user).append(key);
+}
+
+/// Of a name.
+std::string_view user_of(std::string_view name) {
+  const std::size_t colon = name.find(':');
+  std::size_t length = 0;
+  std::from_chars(name.data(), name.data() + colon, length);
+  return name.substr(colon + 1, length);
 }
 
 }  // namespace
@@ -19,25 +29,31 @@ void IdempotencyCache::remember_in(AnswerMemory memory, std::vector<KeptAnswer> 
 }
 
 void IdempotencyCache::put(std::string name, Entry entry) {
-  by_age_.push_back(name);
-  entry.age = std::prev(by_age_.end());
+  Ages& ages = ages_[std::string(user_of(name))];
+  ages.push_back(name);
+  entry.age = std::prev(ages.end());
   entries_.insert_or_assign(std::move(name), std::move(entry));
 }
 
 void IdempotencyCache::forget(Entries::iterator entry) {
   if (entry->second.is_kept && memory_.forgotten) memory_.forgotten(entry->first);
-  by_age_.erase(entry->second.age);
+  ages_.find(user_of(entry->first))->second.erase(entry->second.age);
   entries_.erase(entry);
 }
 
 void IdempotencyCache::forget_old() {
-  while (entries_.size() > most_kept) forget(entries_.find(by_age_.front()));
+  for (auto& [user, ages] : ages_) forget_old(ages);
+  std::erase_if(ages_, [](const auto& of_user) { return of_user.second.empty(); });
+}
+
+void IdempotencyCache::forget_old(Ages& ages) {
+  while (ages.size() > most_kept) forget(entries_.find(ages.front()));
   if (!memory_.utc_us) return;
   const std::int64_t since =
       memory_.utc_us() -
       std::chrono::duration_cast<std::chrono::microseconds>(longest_kept).count();
-  while (!by_age_.empty()) {
-    const auto oldest = entries_.find(by_age_.front());
+  while (!ages.empty()) {
+    const auto oldest = entries_.find(ages.front());
     if (oldest->second.asked_us >= since) return;
     forget(oldest);
   }

@@ -34,6 +34,7 @@ struct AnswerMemory {
 
 class IdempotencyCache {
  public:
+  /// Of each user: nobody's keys make room for another's.
   static constexpr std::size_t most_kept = 4096;
   /// A key is not asked for again after so long.
   static constexpr std::chrono::hours longest_kept{7 * 24};
@@ -58,10 +59,11 @@ class IdempotencyCache {
   void answered(std::string_view user, std::string_view key, const rpc::Outcome& outcome);
 
  private:
+  using Ages = std::list<std::string>;  ///< names of one user's entries, the oldest first
   struct Entry {
     std::string fingerprint;
     std::optional<rpc::Outcome> outcome;
-    std::list<std::string>::iterator age;
+    Ages::iterator age;
     std::int64_t asked_us = 0;
     bool is_kept = false, is_of_before = false;
   };
@@ -69,10 +71,11 @@ class IdempotencyCache {
   void put(std::string name, Entry entry);
   void forget(Entries::iterator entry);
   void forget_old();
+  void forget_old(Ages& ages);
 
   AnswerMemory memory_;
-  Entries entries_;                // by user and key
-  std::list<std::string> by_age_;  // oldest first
+  Entries entries_;                                // by user and key
+  std::map<std::string, Ages, std::less<>> ages_;  // by user
 };
 
 }  // namespace weft::daemon::access

@@ -177,6 +177,33 @@ TEST_CASE("The oldest answers make room, on the disk too") {
   CHECK(cache.look("ada", "0", "A").found == IdempotencyCache::Found::fresh);
 }
 
+TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or the next") {
+  using Found = IdempotencyCache::Found;
+  std::vector<KeptAnswer> disk;
+  const AnswerMemory memory{.utc_us = {},
+                            .asked = [&](const KeptAnswer& one) { disk.push_back(one); },
+                            .answered =
+                                [&](const std::string& name, const rpc::Outcome& outcome) {
+                                  std::ranges::find(disk, name, &KeptAnswer::name)->outcome =
+                                      outcome;
+                                },
+                            .forgotten = {}};
+  const auto flood = [](IdempotencyCache& cache, const std::string& prefix) {
+    for (std::size_t i = 0; i <= IdempotencyCache::most_kept; ++i)
+      static_cast<void>(cache.look("token:looks-on", prefix + std::to_string(i), "close", false));
+  };
+  IdempotencyCache first;
+  first.remember_in(memory, {});
+  CHECK(first.look("ada", "k", "start").found == Found::fresh);
+  first.answered("ada", "k", rpc::Outcome("{\"run\":1}"));
+  flood(first, "a");
+  CHECK(first.look("ada", "k", "start").found == Found::answered);
+  IdempotencyCache second;
+  second.remember_in(memory, disk);
+  flood(second, "b");
+  CHECK(second.look("ada", "k", "start").found == Found::answered);
+}
+
 TEST_CASE("A refusal that was kept as text is the same again") {
   rpc::RpcError error = rpc::rpc_error(rpc::code::state, "state.conflict",
                                        {Errc::wrong_state, "not now", "/here", "a", "b", "c"});
