@@ -25,14 +25,26 @@ constexpr std::size_t most_differences = 1000;
 
 /// Where a recipe's text is, found on the server's thread and read on another.
 struct RecipePlace {
-  std::filesystem::path file;  ///< of the folder, or a run's campaign file
-  std::string run;             ///< whose recipe it is as that has it on record; or empty
+  std::filesystem::path file;            ///< of the folder, or a run's campaign file
+  std::string run;                       ///< whose recipe it is as that has it on record; or empty
+  std::optional<std::string> text = {};  ///< of a run whose recipe the daemon has kept
+  std::optional<std::uint64_t> seed = {};  ///< of a run that has one in place of the recipe's
 };
+
+/// A run that waits has no campaign file yet; of one from before texts were kept there is no other.
+Result<RecipePlace> place_of_run(const Services& services, const control::StoredRun& run) {
+  RecipePlace place{run.folder / campaign_file_name, run.id()};
+  place.seed = run.seed;
+  if (run.recipe_sha256.empty()) return place;
+  auto text = services.log->recipe_text(run.recipe_sha256);
+  if (!text) return pass(text.error(), place.run);
+  place.text = std::move(*text);
+  return place;
+}
 
 Result<RecipePlace> recipe_place(const Services& services, const Call& call, const char* param) {
   const std::string name = call.params.at(param).get<std::string>();
-  if (const auto run = services.desk->get(name))
-    return RecipePlace{run->stored.folder / campaign_file_name, name};
+  if (const auto run = services.desk->get(name)) return place_of_run(services, run->stored);
   const auto file = recipe_file(services, name);
   if (file) return RecipePlace{*file, {}};
   Error none = file.error();
@@ -41,6 +53,7 @@ Result<RecipePlace> recipe_place(const Services& services, const Call& call, con
 }
 
 Result<std::string> recipe_text(const RecipePlace& place) {
+  if (place.text) return *place.text;
   if (place.run.empty()) return read_text_file(place.file, recipes::max_recipe_bytes);
   const auto header = load_header(place.file);
   if (header) return header->info.recipe_json;
@@ -128,8 +141,9 @@ Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
   if (most < 1 || most > most_steps)
     return fail(Errc::range, "how many trials", "/params/most",
                 "1 to " + std::to_string(most_steps), std::to_string(most));
-  return PlanQuestion{std::move(*recipe), services.rig, *seed, static_cast<std::size_t>(from),
-                      static_cast<std::size_t>(most)};
+  const auto planned_with = *seed ? *seed : recipe->seed;
+  return PlanQuestion{std::move(*recipe), services.rig, planned_with,
+                      static_cast<std::size_t>(from), static_cast<std::size_t>(most)};
 }
 
 Outcome planned(const PlanQuestion& asked) {
@@ -243,7 +257,7 @@ void add_plan_methods(rpc::Methods& methods, const Services& services) {
        {},
        {},
        {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
-        {"seed", ParamType::integer, false, "in place of the recipe's"},
+        {"seed", ParamType::integer, false, "in place of the recipe's, or of the run's"},
         {"from", ParamType::integer, false, "the first trial that is told, 0"},
         {"most", ParamType::integer, false, "trials, 100; at most 1000"}},
        "name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, "

@@ -22,6 +22,7 @@ struct CheckBench {
   explicit CheckBench(const TemporaryFolder& folder) : desk(folder, test::tiny_recipe(1)) {
     services.rig = desk.request.rig;
     services.desk = desk.desk.get();
+    services.log = &desk.store;
     services.recipes = services.data = folder.path();
     services.errand = [this](std::function<Report()> work,
                              const std::function<void(const Error&)>&) {
@@ -75,6 +76,27 @@ TEST_CASE("A recipe is checked, planned and compared by an errand, answered when
   CHECK(plan["trials"] == 2);
   const json same = {{"recipe", "recipe"}, {"other", "recipe"}};
   CHECK(json::parse(bench.answered("recipe.diff", same).value())["same"] == true);
+}
+
+TEST_CASE("A run that waits is planned as it was put in line, with its own seed") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  REQUIRE(bench.desk.desk->hold_line("test"));
+  const auto waits = bench.desk.desk->submit({bench.desk.request.recipe, 99, {}, "test"});
+  REQUIRE(waits);
+  const auto plan_of = [&](const json& params) {
+    const auto answer = bench.answered("recipe.plan", params);
+    if (!answer) FAIL(to_string(answer.error().error));
+    return json::parse(*answer);
+  };
+  const json of_recipe = plan_of({{"recipe", "recipe"}, {"seed", 99}});
+  test::write_file(bench.desk.request.recipe, test::tiny_recipe(3));  // too late for the run
+  const json of_run = plan_of({{"recipe", waits->stored.id()}});
+  CHECK(of_run == of_recipe);
+  CHECK(plan_of({{"recipe", waits->stored.id()}, {"seed", 7}})["plan_digest"] !=
+        of_run["plan_digest"]);
+  const json pair{{"recipe", waits->stored.id()}, {"other", "recipe"}};
+  CHECK(json::parse(bench.answered("recipe.diff", pair).value())["same"] == false);
 }
 
 TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about it") {
