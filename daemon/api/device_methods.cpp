@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/parts.hpp"
-#include "daemon/run/rig_file.hpp"
+#include "daemon/run/open_rig.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {
@@ -44,19 +44,14 @@ json device_json(const DeviceEntry& device) {
           {"link", link_json(device.link)}};
 }
 
-Result<RigFile> rig_of(const std::filesystem::path& file) {
-  const auto text = read_text_file(file);
-  if (!text) return pass(text.error());
-  return parse_rig_file(*text);
-}
-
 Outcome listed(const Services& services) {
-  const auto rig = rig_of(services.rig);
-  if (!rig) return refused(rig.error());
+  const auto opened = open_rig(services.rig, {});
+  if (!opened) return refused(opened.error());
+  const RigFile& rig = opened->file;
   json out = json::array();
-  for (const DeviceEntry& device : rig->devices) out.push_back(device_json(device));
+  for (const DeviceEntry& device : rig.devices) out.push_back(device_json(device));
   return text_of(
-      {{"rig", services.rig_name}, {"bench", to_string(rig->bench)}, {"devices", std::move(out)}});
+      {{"rig", services.rig_name}, {"bench", to_string(rig.bench)}, {"devices", std::move(out)}});
 }
 
 Error no_such_device(const RigFile& rig, const std::string& name) {
@@ -73,16 +68,16 @@ Error no_such_device(const RigFile& rig, const std::string& name) {
 
 /// Loads the driver's plugin, where it is one: for another thread than the server's.
 Outcome described(const std::filesystem::path& file, const std::string& name) {
-  auto rig = rig_of(file);
-  if (!rig) return refused(rig.error());
-  const auto found = std::ranges::find(rig->devices, name, &DeviceEntry::name);
-  if (found == rig->devices.end()) return refused(no_such_device(*rig, name));
-  use_plugins(*rig, file, {});
-  const auto driver = rig->drivers->source(found->driver);
+  const auto opened = open_rig(file, {});
+  if (!opened) return refused(opened.error());
+  const RigFile& rig = opened->file;
+  const auto found = std::ranges::find(rig.devices, name, &DeviceEntry::name);
+  if (found == rig.devices.end()) return refused(no_such_device(rig, name));
+  const auto driver = rig.drivers->source(found->driver);
   if (!driver) return refused(driver.error());
   json out = device_json(*found);
   out["summary"] = driver->summary;
-  out["bench"] = to_string(rig->bench);
+  out["bench"] = to_string(rig.bench);
   out["plugin"] = driver->file.empty() ? json() : json(driver->file);
   out["config"] = stored(found->config_json);
   out["config_schema"] = stored(driver->config_schema_json);

@@ -9,6 +9,7 @@
 #include "daemon/api/recipe_difference.hpp"
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/recorder/recorder.hpp"
+#include "daemon/run/open_rig.hpp"
 #include "recipes/engine/forecast.hpp"
 #include "recipes/schema/json_text.hpp"
 
@@ -58,12 +59,6 @@ Result<std::string> recipe_text(const RecipePlace& place) {
   const auto header = load_header(place.file);
   if (header) return header->info.recipe_json;
   return pass(header.error(), place.run);
-}
-
-Result<recipes::RigLimits> limits_of(const std::filesystem::path& rig) {
-  const auto text = read_text_file(rig);
-  if (!text) return pass(text.error());
-  return recipes::parse_rig_limits(*text);
 }
 
 json point_json(const recipes::Vec2& point) {
@@ -149,9 +144,9 @@ Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
 Outcome planned(const PlanQuestion& asked) {
   const auto text = recipe_text(asked.recipe);
   if (!text) return refused(text.error());
-  const auto limits = limits_of(asked.rig);
-  if (!limits) return refused(limits.error());
-  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, asked.seed);
+  const auto rig = open_rig(asked.rig, {});
+  if (!rig) return refused(rig.error());
+  const recipes::CheckReport report = recipes::check_recipe(*text, rig->limits, asked.seed);
   if (!report.plan) {
     const recipes::Diagnostic& first = report.problems.front();
     return refused(
@@ -178,11 +173,11 @@ Outcome planned(const PlanQuestion& asked) {
 }
 
 /// Whether both plan the same campaign on this rig; null where one of them cannot be run on it.
-json same_campaign(const std::filesystem::path& rig, const std::string& a, const std::string& b) {
-  const auto limits = limits_of(rig);
-  if (!limits) return nullptr;
-  const recipes::CheckReport one = recipes::check_recipe(a, *limits);
-  const recipes::CheckReport other = recipes::check_recipe(b, *limits);
+json same_campaign(const std::filesystem::path& file, const std::string& a, const std::string& b) {
+  const auto rig = open_rig(file, {});
+  if (!rig) return nullptr;
+  const recipes::CheckReport one = recipes::check_recipe(a, rig->limits);
+  const recipes::CheckReport other = recipes::check_recipe(b, rig->limits);
   if (!one.plan || !other.plan) return nullptr;
   return one.plan->canonical_json == other.plan->canonical_json;
 }

@@ -5,6 +5,7 @@
 #include "daemon/api/recipe_schema.hpp"
 #include "daemon/dataset/sha256.hpp"
 #include "daemon/report/json_parts.hpp"
+#include "daemon/run/preflight.hpp"
 #include "recipes/engine/operator_steps.hpp"
 
 namespace weft::daemon::api {
@@ -64,33 +65,26 @@ Outcome list_recipes(const Services& services) {
   return text_of({{"recipes", std::move(out)}});
 }
 
-/// What recipe.check looks at, with nothing of the call's: it is done on another thread.
-struct Question {
-  std::filesystem::path file, rig, data;
-  std::optional<std::uint64_t> seed;
-};
+json problems_json(const std::vector<FileProblem>& list) {
+  json out = json::array();
+  for (const FileProblem& one : list) {
+    out.push_back(diagnostic_json(one.what));
+    out.back()["file"] = one.file.string();
+  }
+  return out;
+}
 
-Outcome checked(const Question& asked) {
-  const auto rig = read_text_file(asked.rig);
-  if (!rig) return refused(rig.error());
-  const auto limits = recipes::parse_rig_limits(*rig);
-  if (!limits) return refused(limits.error());
-  const auto text = read_text_file(asked.file, recipes::max_recipe_bytes);
-  if (!text) return refused(text.error());
-  const recipes::CheckReport report = recipes::check_recipe(*text, *limits, asked.seed);
-  json out{{"ok", report.plan.has_value()},
-           {"digest", "sha256:" + sha256_hex(*text)},
-           {"problems", diagnostics_json(report.problems)},
-           {"warnings", diagnostics_json(report.warnings)}};
-  if (report.plan) {
-    if (const auto models = load_live_models(*report.plan, asked.file.parent_path()); !models) {
-      out["ok"] = false;
-      out["problems"].push_back(
-          {{"where", models.error().where}, {"message", to_string(models.error())}});
-    }
-    out["plan"] = plan_json(*report.plan);
-    const Status space = check_space(asked.data, disk_forecast(*report.plan));
-    out["disk_ok"] = space.has_value();
+/// Nothing of the call's: it is done on another thread.
+Outcome checked(const CampaignRequest& request, const std::filesystem::path& data) {
+  const auto found = preflight(request, PluginDrivers::unread);
+  if (!found) return refused(found.error());
+  json out{{"ok", found->problems.empty()},
+           {"digest", "sha256:" + sha256_hex(found->recipe_text)},
+           {"problems", problems_json(found->problems)},
+           {"warnings", diagnostics_json(found->warnings)}};
+  if (found->plan) {
+    out["plan"] = plan_json(*found->plan);
+    out["disk_ok"] = check_space(data, disk_forecast(*found->plan)).has_value();
   }
   return text_of(out);
 }
@@ -102,8 +96,8 @@ void check(const Services& services, const Call& call, const rpc::Responder& res
   const auto seed = seed_of(call);
   if (!seed) return respond(refused(seed.error()));
   answer_apart(services.errand, respond,
-               [question = Question{*file, services.rig, services.data, *seed}] {
-                 return checked(question);
+               [request = CampaignRequest{*file, services.rig, {}, *seed}, data = services.data] {
+                 return checked(request, data);
                });
 }
 
@@ -127,8 +121,9 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
                {{"recipe", ParamType::text, true, "its name"},
                 {"seed", ParamType::integer, false, "in place of the recipe's"}},
                "ok, digest, plan (eta_s with the people_s that people need, asks, next_attention, "
-               "envelope of each stage with its margin), "
-               "problems, warnings, disk_ok"},
+               "envelope of each stage with its margin), problems of the recipe, the rig file and "
+               "the bench put together dry: file, where, message, expected, got, hint; warnings, "
+               "disk_ok"},
               rpc::Handler([s](const Call& call, const rpc::Responder& respond) {
                 check(*s, call, respond);
               }));

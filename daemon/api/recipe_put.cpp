@@ -6,6 +6,7 @@
 #include "daemon/api/parts.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/dataset/sha256.hpp"
+#include "daemon/run/preflight.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {
@@ -38,23 +39,16 @@ Result<std::string> plain_name(std::string name) {
 }
 
 /// Everything that recipe.check refuses; the first of it is told. Errors: as told.
-Result<std::size_t> trials_of(const std::string& text, const fs::path& rig_file,
-                              const fs::path& folder) {
-  const auto rig = read_text_file(rig_file);
-  if (!rig) return pass(rig.error());
-  const auto limits = recipes::parse_rig_limits(*rig);
-  if (!limits) return pass(limits.error());
-  const recipes::CheckReport report = recipes::check_recipe(text, *limits, std::nullopt);
-  if (!report.plan) {
-    const recipes::Diagnostic& first = report.problems.front();
-    const std::size_t more = report.problems.size() - 1;
-    return fail(Errc::invalid_argument,
-                first.message + (more == 0 ? "" : ", and " + std::to_string(more) + " more"),
-                "/params/content" + first.pointer, first.expected, first.got, first.hint);
-  }
-  if (Status fit = check_live_models(*report.plan, folder); !fit)
-    return pass(Error(fit.error()).in("/params/content"));
-  return report.plan->trials.size();
+Result<std::size_t> trials_of(const CampaignRequest& request) {
+  const auto found = preflight(request, PluginDrivers::unread);
+  if (!found) return pass(found.error());
+  if (found->problems.empty()) return found->plan->trials.size();
+  const auto& [file, first] = found->problems.front();
+  const std::size_t more = found->problems.size() - 1;
+  const std::string about = file == request.recipe ? "/params/content" : file.string() + ": ";
+  return fail(Errc::invalid_argument,
+              first.message + (more == 0 ? "" : ", and " + std::to_string(more) + " more"),
+              about + first.pointer, first.expected, first.got, first.hint);
 }
 
 /// A run reads its recipe when it begins and compares it when it is gone on with: it is not changed
@@ -127,7 +121,9 @@ void put(const Services& services, const Call& call, const rpc::Responder& respo
   if (call.params.contains("if_digest")) offered.replaces = call.params.at("if_digest");
   const bool taken = services.change_errand(
       [s = &services, offered = std::move(offered), respond]() -> Services::Report {
-        return [s, offered, respond, trials = trials_of(offered.text, s->rig, s->recipes)] {
+        CampaignRequest request{s->recipes / (offered.name + ".json"), s->rig, {}, {}};
+        request.recipe_text = offered.text;
+        return [s, offered, respond, trials = trials_of(request)] {
           respond(trials ? written(*s, offered, *trials) : refused(trials.error()));
         };
       },

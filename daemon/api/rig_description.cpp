@@ -3,8 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/parts.hpp"
-#include "daemon/run/rig_file.hpp"
-#include "recipes/engine/rig_limits.hpp"
+#include "daemon/run/open_rig.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -28,11 +27,9 @@ json travel_of(const recipes::Geometry& geometry) {
 }
 
 Outcome described(const Services& services) {
-  const auto text = read_text_file(services.rig);
-  if (!text) return refused(text.error());
-  const auto limits = recipes::parse_rig_limits(*text);
-  if (!limits) return refused(limits.error());
-  const RigLimits& rig = *limits;
+  const auto opened = open_rig(services.rig, {});
+  if (!opened) return refused(opened.error());
+  const RigLimits& rig = opened->limits;
   return text_of({{"rig", services.rig_name},
                   {"bench", rig.bench},
                   {"simulated", rig.bench != "real"},

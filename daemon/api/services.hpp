@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include "daemon/access/leases.hpp"
 #include "daemon/access/role.hpp"
 #include "daemon/api/data_files.hpp"
+#include "daemon/api/rig_watch.hpp"
 #include "daemon/control/hand_over_desk.hpp"
 #include "daemon/control/run_desk.hpp"
 #include "daemon/rpc/method.hpp"
@@ -28,7 +30,8 @@ struct Services {
   control::RunDesk* desk = nullptr;
   control::HandOverDesk* hand_overs = nullptr;
   control::RunStore* log = nullptr;
-  std::filesystem::path rig;      ///< rig file
+  std::filesystem::path rig;  ///< rig file
+  std::shared_ptr<RigWatch> rig_watch = std::make_shared<RigWatch>();
   std::string rig_name;           ///< "rig:" + this is the scope of its lease
   std::filesystem::path recipes;  ///< folder of *.json
   std::filesystem::path data;

@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/parts.hpp"
-#include "daemon/run/rig_file.hpp"
+#include "daemon/run/open_rig.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -20,10 +20,9 @@ Outcome set_pace(const Services& services, const Call& call) {
   if (!is_pace(pace))
     return refused({Errc::range, "no such pace", "/params/pace", "0, or 1 to 1 000 000",
                     call.params.at("pace").dump(), "0 lets the bench go as fast as it can"});
-  const auto text = read_text_file(services.rig);
-  const auto rig = text ? parse_rig_file(*text) : Result<RigFile>(pass(text.error()));
+  const auto rig = open_rig(services.rig, {});
   if (!rig) return refused(rig.error());
-  if (rig->mode != BenchMode::simulated)
+  if (rig->file.mode != BenchMode::simulated)
     return refused({Errc::wrong_state,
                     "the time of this rig is the world's",
                     services.rig.string(),

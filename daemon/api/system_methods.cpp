@@ -6,7 +6,6 @@
 #include "daemon/run/rig_file.hpp"
 #include "daemon/server/conversation.hpp"
 #include "daemon/version/software_version.hpp"
-#include "recipes/engine/rig_limits.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -76,8 +75,12 @@ void add_rig_file_blocker(const Services& services, json& blockers) {
   if (!text)
     return blockers.push_back(
         blocker("rig.unreadable", services.rig.string(), to_string(text.error())));
-  if (const auto limits = recipes::parse_rig_limits(*text); !limits)
-    blockers.push_back(blocker("rig.invalid", services.rig.string(), to_string(limits.error())));
+  const auto& problems = services.rig_watch->problems(services.rig, *text);
+  if (problems.empty()) return;
+  const std::string more = problems.size() == 1 ? ""
+                                                : "; and " + std::to_string(problems.size() - 1) +
+                                                      " more, weft check tells all";
+  blockers.push_back(blocker("rig.invalid", services.rig.string(), problems.front() + more));
 }
 
 /// A folder that cannot be read, or is gone, has no recipe that a run could be started of.

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/cli/preflight.hpp"
+#include "daemon/cli/file_problems.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/report/format.hpp"
 #include "daemon/report/json_parts.hpp"
@@ -164,8 +164,9 @@ void add_options(CLI::App& command, CheckArgs& args) {
 }
 
 Result<int> run_check(const CheckArgs& args, Console& console) {
-  const Result<Preflight> found = preflight(args.recipe, args.rig, {}, asked_of(args.fidelity),
-                                            settings_of(args.plugins, console));
+  CampaignRequest request{args.recipe, args.rig, {}, {}, asked_of(args.fidelity)};
+  request.plugins = settings_of(args.plugins, console);
+  const Result<Preflight> found = preflight(request);
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
   print(console, plan_text(*found->plan, found->simulation, found->warnings),

@@ -10,7 +10,6 @@
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/operator_prompt.hpp"
 #include "daemon/cli/own_daemon.hpp"
-#include "daemon/cli/preflight.hpp"
 #include "daemon/cli/progress.hpp"
 #include "daemon/cli/rig_words.hpp"
 #include "daemon/cli/run_hand_over.hpp"
@@ -243,9 +242,7 @@ void add_options(CLI::App& command, RunArgs& args) {
 
 Result<int> run_run(const RunArgs& args, Console& console) {
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
-  const Result<Preflight> found =
-      preflight(args.recipe, args.rig, args.seed, asked_of(args.fidelity),
-                settings_of(args.plugins, console));
+  const Result<Preflight> found = preflight(request_of(args, console));
   if (!found) return pass(found.error());
   if (!found->problems.empty()) return refuse(found->problems, console);
   if (args.preview && !args.resume)

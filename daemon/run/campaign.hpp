@@ -140,6 +140,9 @@ struct CampaignHooks {
   const BenchPace* pace = nullptr;
 };
 
+/// The recipe's text: the request's, or that of its file. Errors: read_text_file()'s.
+Result<std::string> recipe_text_of(const CampaignRequest& request);
+
 /// Plan and rig of a request, everything refused that can be refused. The error lists all problems.
 struct CheckedRequest {
   recipes::Plan plan;
@@ -149,8 +152,9 @@ struct CheckedRequest {
   LiveModels models = {};
 };
 Result<CheckedRequest> check_request(const CampaignRequest& request);
-/// For a thread that may not be kept waiting: check_request() with the models' heads alone, and no
-/// `models`. What is wrong with the rest of a model is found by the run, before it takes the rig.
+/// For who waits for an answer: check_request() with the models' heads alone, and no `models`; what
+/// is wrong with the rest of a model is found by the run, before it takes the rig. The bench is put
+/// together dry as well (daemon/run/preflight.hpp), short of drivers that are plugins'.
 Result<CheckedRequest> check_quickly(const CampaignRequest& request);
 
 /// check_request(), with the rig file as it will be run and recorded: its fidelity chosen.

@@ -3,6 +3,7 @@
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/run/campaign.hpp"
 #include "daemon/run/level_file.hpp"
+#include "daemon/run/preflight.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -45,9 +46,7 @@ Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   if (!rig_text) return pass(rig_text.error());
   Result<recipes::RigLimits> limits = recipes::parse_rig_limits(*rig_text);
   if (!limits) return pass(limits.error(), request.rig.string());
-  Result<std::string> recipe = request.recipe_text
-                                   ? Result<std::string>(*request.recipe_text)
-                                   : read_text_file(request.recipe, recipes::max_recipe_bytes);
+  Result<std::string> recipe = recipe_text_of(request);
   if (!recipe) return pass(recipe.error());
   recipes::CheckReport report = recipes::check_recipe(*recipe, *limits, request.seed);
   if (!report.plan)
@@ -56,7 +55,26 @@ Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
                         std::move(report.warnings)};
 }
 
+/// Everything that the rig file, or the bench that it describes, has against the plan.
+Status check_its_bench(const CampaignRequest& request, const CheckedRequest& checked) {
+  Result<RigFile> rig = parse_rig_file(checked.rig_text);
+  if (!rig) return pass(rig.error(), request.rig.string());
+  use_plugins(*rig, request.rig, request.plugins);
+  const auto bench = preflight_bench(request, checked.plan, *rig, PluginDrivers::unread);
+  if (!bench) return pass(bench.error());
+  if (const auto& problems = bench->findings.rig; !problems.empty())
+    return fail(Errc::invalid_argument, all_problems(problems), request.rig.string());
+  if (const auto& problems = bench->findings.recipe; !problems.empty())
+    return fail(Errc::invalid_argument, all_problems(problems), request.recipe.string());
+  return {};
+}
+
 }  // namespace
+
+Result<std::string> recipe_text_of(const CampaignRequest& request) {
+  if (request.recipe_text) return *request.recipe_text;
+  return read_text_file(request.recipe, recipes::max_recipe_bytes);
+}
 
 Result<CheckedRequest> check_request(const CampaignRequest& request) {
   Result<CheckedRequest> checked = check_recipe_and_rig(request);
@@ -72,6 +90,7 @@ Result<CheckedRequest> check_quickly(const CampaignRequest& request) {
   if (!checked) return checked;
   const Status fit = check_live_models(checked->plan, request.recipe.parent_path());
   if (!fit) return pass(fit.error(), request.recipe.string());
+  if (Status runs = check_its_bench(request, *checked); !runs) return pass(runs.error());
   return checked;
 }
 

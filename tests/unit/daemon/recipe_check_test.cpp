@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/services.hpp"
+#include "daemon/run/preflight.hpp"
 #include "tests/unit/daemon/desk_bench.hpp"
 
 namespace recipe_check_test {
@@ -97,6 +98,32 @@ TEST_CASE("A run that waits is planned as it was put in line, with its own seed"
         of_run["plan_digest"]);
   const json pair{{"recipe", waits->stored.id()}, {"other", "recipe"}};
   CHECK(json::parse(bench.answered("recipe.diff", pair).value())["same"] == false);
+}
+
+TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and a start have too") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  json rig = test::bench17();
+  const auto wrong = GENERATE(0, 1, 2);
+  if (wrong == 0) test::device_of(rig, "wrench")["driver"] = "ati_rtd";
+  if (wrong == 1) test::device_of(rig, "x")["config"]["max_speed_mm_s"] = "fast";
+  if (wrong == 2) test::device_of(rig, "taxels")["link"] = {{"kind", "tcp"}, {"port", 7}};
+  test::write_file(bench.desk.request.rig, rig.dump());
+  const auto said = preflight(bench.desk.request);
+  const auto checked = bench.answered("recipe.check", {{"recipe", "recipe"}});
+  const auto started = bench.desk.desk->submit({bench.desk.request.recipe, {}, {}, "test"});
+  REQUIRE_FALSE(started);
+  if (!said) {  // the file as such
+    CHECK(checked.error().error.message == said.error().message);
+    return;
+  }
+  REQUIRE_FALSE(said->problems.empty());
+  const json told = json::parse(*checked);
+  CHECK(told["ok"] == false);
+  REQUIRE(told["problems"].size() == said->problems.size());
+  CHECK(told["problems"][0]["message"] == said->problems.front().what.message);
+  CHECK(told["problems"][0]["file"] == bench.desk.request.rig.string());
+  CHECK(started.error().message.find(said->problems.front().what.message) != std::string::npos);
 }
 
 TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about it") {

@@ -137,6 +137,28 @@ TEST_CASE("Whatever is wrong with a stop beside its name, it is done, and the an
   CHECK(talk.lines().at(2).payload_json == R"({"reason":"smoke"})");
 }
 
+TEST_CASE(
+    "A rig file that weft check refuses keeps a run from being started, and whoever comes hears") {
+  Talk talk;
+  const auto blockers = [&] {
+    std::map<std::string, std::string> out;
+    for (const json& one : json::parse(api::readiness_json(talk.services))["blockers"])
+      out[one["kind"]] = one["hint"];
+    return out;
+  };
+  CHECK(blockers().empty());
+  json rig = test::bench17();
+  test::device_of(rig, "wrench")["driver"] = "ati_rtd";
+  test::write_file(talk.bench.request.rig, rig.dump());
+  CHECK(blockers()["rig.invalid"].find("ati_rtd") != std::string::npos);
+  rig = test::bench17();
+  rig["simulation"]["fabrics"] = (talk.folder / "cloths.json").string();
+  test::write_file(talk.bench.request.rig, rig.dump());
+  CHECK(blockers().contains("rig.invalid"));
+  test::write_file(talk.folder / "cloths.json", test::read_file(test::source / "sim/fabrics.json"));
+  CHECK(blockers().empty());  // the table alone is another
+}
+
 TEST_CASE("On the local socket a stop needs no introduction, on the port it does") {
   Talk local;
   CHECK(local.ask("rig.halt", {{"reason", "smoke"}}).at("result").at("latched") == true);

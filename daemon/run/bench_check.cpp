@@ -1,4 +1,4 @@
-#include "daemon/cli/bench_check.hpp"
+#include "daemon/run/bench_check.hpp"
 
 #include <algorithm>
 
@@ -12,7 +12,7 @@
 #include "protocols/base/units.hpp"
 #include "sim/rig/rig.hpp"
 
-namespace weft::daemon::cli {
+namespace weft::daemon {
 namespace {
 
 using recipes::Diagnostic;
@@ -84,13 +84,21 @@ void compare_limits(const DeviceEntry& entry, recipes::Axis role, const recipes:
                         "Narrow the limit, or widen the driver's travel if the stage permits it"});
 }
 
-void check_devices(const Plan& plan, const RigFile& rig, std::vector<Diagnostic>& problems) {
+/// A driver that only the file of a plugin has, by its name.
+bool is_of_plugin(const RigFile& rig, const std::string& driver) {
+  const std::vector<std::string> all = rig.drivers->names(), ours = DriverCatalog().names();
+  return std::ranges::find(all, driver) != all.end() &&
+         std::ranges::find(ours, driver) == ours.end();
+}
+
+void check_devices(const recipes::RigLimits& limits, const RigFile& rig, PluginDrivers plugins,
+                   std::vector<Diagnostic>& problems) {
   for (std::size_t i = 0; i < rig.devices.size(); ++i) {
     const DeviceEntry& entry = rig.devices[i];
-    build_driver(entry, "/devices/" + std::to_string(i), rig.drivers, problems);
+    if (plugins == PluginDrivers::built || !is_of_plugin(rig, entry.driver))
+      build_driver(entry, "/devices/" + std::to_string(i), rig.drivers, problems);
     for (const recipes::Axis axis : recipes::all_axes)
-      if (entry.role == recipes::to_string(axis))
-        compare_limits(entry, axis, plan.limits, problems);
+      if (entry.role == recipes::to_string(axis)) compare_limits(entry, axis, limits, problems);
   }
 }
 
@@ -117,6 +125,42 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
   }
 }
 
+/// All of check_bench(), where there is a plan, or all of check_rig().
+BenchFindings look_at(const recipes::RigLimits& limits, const RigFile& rig,
+                      const std::filesystem::path& rig_path, PluginDrivers plugins,
+                      const Plan* plan) {
+  constexpr std::uint64_t any_seed = 1;
+  const std::uint64_t seed = plan == nullptr ? any_seed : plan->seed;
+  BenchFindings findings;
+  check_devices(limits, rig, plugins, findings.rig);
+  if (rig.mode == BenchMode::real) return findings;
+  const Result<std::string> fabrics = read_fabrics(rig, rig_path);
+  if (!fabrics) {
+    findings.rig.push_back(diagnostic(fabrics.error(), "/simulation/fabrics"));
+    return findings;
+  }
+  const auto emulated = sim::Rig::create(rig.text, *fabrics, seed);
+  if (!emulated) {
+    const bool in_table = emulated.error().where.starts_with("fabrics");
+    findings.rig.push_back(diagnostic(
+        emulated.error(), in_table ? "/simulation/fabrics" : pointer_in(emulated.error().where)));
+    return findings;
+  }
+  if (const Status same = same_rates(rig, limits, **emulated); !same)
+    findings.rig.push_back(diagnostic(same.error(), same.error().where));
+  if (plan != nullptr) mount_fabrics(*plan, **emulated, findings.recipe);
+  if (!findings.rig.empty() || !findings.recipe.empty()) return findings;
+  if (rig.mode == BenchMode::emulated) return findings;
+  if (plugins == PluginDrivers::unread &&
+      std::ranges::any_of(rig.devices,
+                          [&](const DeviceEntry& d) { return is_of_plugin(rig, d.driver); }))
+    return findings;
+  // What is left shows when all is put together: a device without emulator, for example.
+  const auto bench = SimulatedBench::create(rig, *fabrics, seed);
+  if (!bench) findings.rig.push_back(diagnostic(bench.error(), pointer_in(bench.error().where)));
+  return findings;
+}
+
 }  // namespace
 
 Diagnostic diagnostic(const Error& error, std::string pointer) {
@@ -130,31 +174,13 @@ std::string pointer_in(const std::string& where) {
 }
 
 BenchFindings check_bench(const Plan& plan, const RigFile& rig,
-                          const std::filesystem::path& rig_path) {
-  BenchFindings findings;
-  check_devices(plan, rig, findings.rig);
-  if (rig.mode == BenchMode::real) return findings;
-  const Result<std::string> fabrics = read_fabrics(rig, rig_path);
-  if (!fabrics) {
-    findings.rig.push_back(diagnostic(fabrics.error(), "/simulation/fabrics"));
-    return findings;
-  }
-  const auto emulated = sim::Rig::create(rig.text, *fabrics, plan.seed);
-  if (!emulated) {
-    const bool in_table = emulated.error().where.starts_with("fabrics");
-    findings.rig.push_back(diagnostic(
-        emulated.error(), in_table ? "/simulation/fabrics" : pointer_in(emulated.error().where)));
-    return findings;
-  }
-  if (const Status same = same_rates(rig, plan.limits, **emulated); !same)
-    findings.rig.push_back(diagnostic(same.error(), same.error().where));
-  mount_fabrics(plan, **emulated, findings.recipe);
-  if (!findings.rig.empty() || !findings.recipe.empty()) return findings;
-  if (rig.mode == BenchMode::emulated) return findings;
-  // What is left shows when all is put together: a device without emulator, for example.
-  const auto bench = SimulatedBench::create(rig, *fabrics, plan.seed);
-  if (!bench) findings.rig.push_back(diagnostic(bench.error(), pointer_in(bench.error().where)));
-  return findings;
+                          const std::filesystem::path& rig_path, PluginDrivers plugins) {
+  return look_at(plan.limits, rig, rig_path, plugins, &plan);
 }
 
-}  // namespace weft::daemon::cli
+std::vector<Diagnostic> check_rig(const OpenedRig& rig, const std::filesystem::path& rig_path,
+                                  PluginDrivers plugins) {
+  return look_at(rig.limits, rig.file, rig_path, plugins, nullptr).rig;
+}
+
+}  // namespace weft::daemon
