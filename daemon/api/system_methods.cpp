@@ -92,6 +92,19 @@ void add_recipes_blocker(const Services& services, json& blockers) {
                                "No run can be started of a recipe there: " + error.message()));
 }
 
+/// A folder that is gone has no room either; that it is gone is what somebody has to know.
+void add_storage_blocker(const Services& services, json& blockers) {
+  const std::string data = services.data.string();
+  if (const Status here = services.log->in_place(); !here)
+    return blockers.push_back(blocker("storage.gone", data, to_string(here.error())));
+  if (!services.desk->is_kept())
+    blockers.push_back(blocker("storage.io", data,
+                               "How the rig stands, or what became of a run, could not be written "
+                               "down: see that the disk has room; it is tried again"));
+  if (const Status space = check_space(services.data, std::uint64_t{1} << 28); !space)
+    blockers.push_back(blocker("disk.low", data, to_string(space.error())));
+}
+
 json line_json(const control::RunStore::Line& line) {
   return {{"sequence", line.sequence},
           {"t_us", line.utc_us},
@@ -193,10 +206,7 @@ std::string readiness_json(const Services& services) {
   add_rig_file_blocker(services, blockers);
   add_recipes_blocker(services, blockers);
   add_standing_blocker(services.desk->standing(), blockers);
-  if (!services.desk->is_kept())
-    blockers.push_back(blocker("storage.io", services.data.string(),
-                               "How the rig stands, or what became of a run, could not be written "
-                               "down: see that the disk has room; it is tried again"));
+  add_storage_blocker(services, blockers);
   if (const auto problem = services.tokens_problem ? services.tokens_problem() : std::nullopt)
     blockers.push_back(
         blocker("tokens.unreadable", problem->where,
@@ -206,8 +216,6 @@ std::string readiness_json(const Services& services) {
                                "Paused by " + line.held_by + ": queue.start lets the next begin"));
   if (const auto run = services.desk->active())
     blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
-  if (const Status space = check_space(services.data, std::uint64_t{1} << 28); !space)
-    blockers.push_back(blocker("disk.low", services.data.string(), to_string(space.error())));
   const bool ok = blockers.empty();
   return text_of({{"ok", ok}, {"blockers", std::move(blockers)}});
 }

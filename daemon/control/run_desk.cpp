@@ -91,6 +91,7 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
                 "no further run", {}, "A weftd of its own takes more: weftd --rig ...");
   if (Status ok = check_name(wish.name); !ok) return pass(ok.error());
   if (!checked) return pass(checked.error());
+  if (Status here = store_.in_place(); !here) return pass(here.error());
   if (Status space = check_space(around_.data, disk_forecast(checked->plan)); !space)
     return pass(space.error());
   const std::string sha256 = sha256_hex(checked->recipe_text);
@@ -154,6 +155,7 @@ Result<CampaignRequest> RunDesk::request_of(const StoredRun& run) const {
   CampaignRequest request{run.recipe, around_.rig, run.folder, run.seed};
   request.resume = run.resume;
   request.accept_whole = true;
+  if (Status here = store_.in_place(); !here) return pass(here.error());
   if (run.resume)
     if (Status there = is_where_it_was(run); !there) return pass(there.error());
   if (run.recipe_sha256.empty()) return request;

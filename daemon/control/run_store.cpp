@@ -234,7 +234,7 @@ Result<RigStanding> RunStore::standing() {
 }
 
 Status RunStore::keep(const RigStanding& standing) {
-  auto change = database_.prepare("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)");
+  auto change = writing("INSERT OR REPLACE INTO rig (id, fact, why) VALUES (1, ?, ?)");
   if (!change) return pass(change.error());
   change->bind(1, standing.emergency ? emergency_name : to_string(standing.fact))
       .bind(2, standing.why);
@@ -263,14 +263,13 @@ Status RunStore::keep(const RunLine& line) {
 }
 
 Status RunStore::write(const RunLine& line) {
-  auto head =
-      database_.prepare("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)");
+  auto head = writing("INSERT OR REPLACE INTO line (id, revision, held_by) VALUES (1, ?, ?)");
   if (!head) return pass(head.error());
   head->bind(1, line.revision).bind(2, line.held_by);
   Status done = head->run();
   if (done) done = database_.execute("DELETE FROM waiting");
   if (!done) return done;
-  auto insert = database_.prepare("INSERT INTO waiting (place, run) VALUES (?, ?)");
+  auto insert = writing("INSERT INTO waiting (place, run) VALUES (?, ?)");
   if (!insert) return pass(insert.error());
   for (std::size_t place = 0; done && place < line.runs.size(); ++place) {
     insert->bind(1, static_cast<std::int64_t>(place)).bind(2, line.runs[place]);
@@ -297,8 +296,21 @@ Result<std::vector<StoredRun>> RunStore::load() {
   }
 }
 
+Status RunStore::in_place() const {
+  if (!database_.has_moved()) return {};
+  return fail(Errc::io, "the daemon's memory is not in its folder any more",
+              (home_ / store_file_name).string(), "as it was opened", "moved or removed",
+              "Put it back, or start weftd anew: what it did from here on would be forgotten");
+}
+
+Result<sqlite::Statement> RunStore::writing(std::string_view sql) {
+  if (Status here = in_place(); !here) return pass(here.error());
+  return database_.prepare(sql);
+}
+
 Status RunStore::together(const std::function<Status()>& work) {
-  Status done = database_.execute("BEGIN IMMEDIATE");
+  Status done = in_place();
+  if (done) done = database_.execute("BEGIN IMMEDIATE");
   if (!done) return done;
   done = work();
   if (done) done = database_.execute("COMMIT");
@@ -328,7 +340,7 @@ std::filesystem::path RunStore::found_folder(const std::string& kept) const {
 }
 
 Status RunStore::add(StoredRun& run) {
-  auto insert = database_.prepare(
+  auto insert = writing(
       "INSERT INTO run (recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
       "rig_fact, error, dataset_sha256, recipe_sha256) VALUES (?,?,?,?,?,?,?,?,'','','','','',?)");
   if (!insert) return pass(insert.error());
@@ -344,7 +356,7 @@ Status RunStore::add(StoredRun& run) {
 }
 
 Status RunStore::keep_recipe(std::string_view sha256, std::string_view text) {
-  auto insert = database_.prepare("INSERT OR IGNORE INTO recipe (sha256, text) VALUES (?, ?)");
+  auto insert = writing("INSERT OR IGNORE INTO recipe (sha256, text) VALUES (?, ?)");
   if (!insert) return pass(insert.error());
   insert->bind(1, sha256).bind(2, text);
   return insert->run();
@@ -362,7 +374,7 @@ Result<std::string> RunStore::recipe_text(std::string_view sha256) {
 }
 
 Status RunStore::update(const StoredRun& run) {
-  auto change = database_.prepare(
+  auto change = writing(
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
       "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=? WHERE number=?");
   if (!change) return pass(change.error());

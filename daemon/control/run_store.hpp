@@ -24,6 +24,9 @@ namespace weft::daemon::control {
 inline constexpr const char* by_recipe = "auto:recipe";
 inline constexpr const char* after_restart = "auto:restart";
 
+/// Its name in the daemon's folder.
+inline constexpr const char* store_file_name = "weftd.sqlite";
+
 struct StoredRun {
   std::int64_t number = 0;
   std::filesystem::path recipe, rig, folder;
@@ -69,6 +72,9 @@ class RunStore {
   /// when another daemon has it.
   static Result<RunStore> open(const std::filesystem::path& file);
 
+  /// Errors: io, where the file was moved or removed meanwhile. Nothing is written down then: it
+  /// would be lost.
+  [[nodiscard]] Status in_place() const;
   [[nodiscard]] Result<std::vector<StoredRun>> load();
   /// All that `work` writes, or nothing of it: where it fails, or where it cannot be kept.
   Status together(const std::function<Status()>& work);
@@ -126,6 +132,7 @@ class RunStore {
   RunStore(sqlite::Database database, std::filesystem::path home)
       : database_(std::move(database)), home_(std::move(home)) {}
   Status take_stock();
+  Result<sqlite::Statement> writing(std::string_view sql);
   Status write(const RunLine& line);
   [[nodiscard]] std::string kept_folder(const std::filesystem::path& folder) const;
   [[nodiscard]] std::filesystem::path found_folder(const std::string& kept) const;

@@ -21,16 +21,16 @@ Result<std::vector<access::KeptAnswer>> RunStore::answers() {
 }
 
 Status RunStore::keep(const access::KeptAnswer& asked) {
-  auto insert = database_.prepare(
-      "INSERT OR REPLACE INTO answer (name, fingerprint, asked_us) VALUES (?, ?, ?)");
+  auto insert =
+      writing("INSERT OR REPLACE INTO answer (name, fingerprint, asked_us) VALUES (?, ?, ?)");
   if (!insert) return pass(insert.error());
   insert->bind(1, asked.name).bind(2, asked.fingerprint).bind(3, asked.asked_us);
   return insert->run();
 }
 
 Status RunStore::keep_outcome(std::string_view name, const rpc::Outcome& outcome) {
-  auto change = database_.prepare(outcome ? "UPDATE answer SET result = ? WHERE name = ?"
-                                          : "UPDATE answer SET error = ? WHERE name = ?");
+  auto change = writing(outcome ? "UPDATE answer SET result = ? WHERE name = ?"
+                                : "UPDATE answer SET error = ? WHERE name = ?");
   if (!change) return pass(change.error());
   const std::string text = outcome ? *outcome : rpc::to_json(outcome.error());
   change->bind(1, text).bind(2, name);
@@ -38,7 +38,7 @@ Status RunStore::keep_outcome(std::string_view name, const rpc::Outcome& outcome
 }
 
 Status RunStore::forget_answer(std::string_view name) {
-  auto change = database_.prepare("DELETE FROM answer WHERE name = ?");
+  auto change = writing("DELETE FROM answer WHERE name = ?");
   if (!change) return pass(change.error());
   change->bind(1, name);
   return change->run();

@@ -28,7 +28,7 @@ Result<std::map<std::int64_t, HandOverFact>> RunStore::hand_overs() {
 }
 
 Status RunStore::keep(std::int64_t run, const HandOverFact& fact) {
-  auto change = database_.prepare(
+  auto change = writing(
       "INSERT OR REPLACE INTO hand_over (run, state, by, error, result_json, attempts) VALUES "
       "(?,?,?,?,?,?)");
   if (!change) return pass(change.error());

@@ -17,8 +17,8 @@ RunStore::Line line_of(const sqlite::Statement& row) {
 
 Status RunStore::journal(std::int64_t utc_us, std::string_view run, std::string_view kind,
                          std::string_view by, std::string_view payload_json) {
-  auto insert = database_.prepare(
-      "INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)");
+  auto insert =
+      writing("INSERT INTO journal (utc_us, run, kind, by, payload_json) VALUES (?,?,?,?,?)");
   if (!insert) return pass(insert.error());
   insert->bind(1, utc_us).bind(2, run).bind(3, kind).bind(4, by).bind(5, payload_json);
   return insert->run();

@@ -197,6 +197,12 @@ sqlite3_file* Database::file() const {
   return code == SQLITE_OK ? file : nullptr;
 }
 
+bool Database::has_moved() const {
+  int moved = 0;  // stays so in memory
+  sqlite3_file_control(raw_.get(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
+  return moved != 0;
+}
+
 void Database::count_log_pages(int* pages) {
   sqlite3_wal_hook(
       raw_.get(),

@@ -74,6 +74,9 @@ class Database {
   void wait_for_others(std::chrono::milliseconds longest);
   /// The file beneath; of the database as long as it is open. Nothing: none.
   [[nodiscard]] sqlite3_file* file() const;
+  /// The name that it was opened by is another file's by now, or nobody's: what is written is lost
+  /// with the process.
+  [[nodiscard]] bool has_moved() const;
   [[nodiscard]] bool in_transaction() const { return sqlite3_get_autocommit(raw_.get()) == 0; }
   [[nodiscard]] std::int64_t last_row_id() const { return sqlite3_last_insert_rowid(raw_.get()); }
 

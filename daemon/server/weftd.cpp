@@ -125,7 +125,7 @@ Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const
   if (Status made = make_folder(options.data); !made) return pass(made.error());
   auto tokens = access::TokenKeeper::open(or_in(options.tokens, options.data, "tokens.json"));
   if (!tokens) return pass(tokens.error());
-  auto log = control::RunStore::open(own ? ":memory:" : options.data / "weftd.sqlite");
+  auto log = control::RunStore::open(own ? ":memory:" : options.data / control::store_file_name);
   if (!log) return pass(log.error());
   std::unique_ptr<Daemon> daemon(new Daemon(std::move(*tokens), std::move(*log)));
   daemon->own_ = own;

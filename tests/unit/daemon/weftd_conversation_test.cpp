@@ -159,6 +159,35 @@ TEST_CASE(
   CHECK(blockers().empty());  // the table alone is another
 }
 
+TEST_CASE("A folder that is taken away under the daemon is told, and nothing begins") {
+  Talk talk;
+  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  const auto lease = talk.ask("lease.acquire").at("result").at("lease").get<std::string>();
+  REQUIRE(talk.bench.desk->hold_line("test"));
+  const std::string waits = talk.bench.submit().stored.id();
+  const auto file = talk.folder / "weftd.sqlite", away = talk.folder / "away.sqlite";
+  const auto move = [](const auto& from, const auto& to) {
+    for (const char* part : {"", "-wal", "-shm"})
+      if (std::filesystem::exists(from.string() + part))
+        std::filesystem::rename(from.string() + part, to.string() + part);
+  };
+  move(file, away);
+  const json ready = json::parse(api::readiness_json(talk.services));
+  CHECK(ready["ok"] == false);
+  CHECK(ready["blockers"][0]["kind"] == "storage.gone");
+  for (const char* method : {"run.start", "queue.add"}) {
+    const json refused = talk.ask(method, {{"recipe", "recipe"}, {"lease", lease}});
+    INFO(refused);
+    CHECK(refused.at("error").at("message").get<std::string>().find("not in its folder any more") !=
+          std::string::npos);
+  }
+  CHECK(talk.ask("queue.start", {{"lease", lease}}).contains("error"));
+  CHECK(talk.bench.desk->get(waits)->machine.state == control::RunState::queued);
+  move(away, file);
+  CHECK(talk.ask("queue.start", {{"lease", lease}}).contains("result"));
+  CHECK(talk.bench.ended(waits).stored.outcome == "complete");
+}
+
 TEST_CASE("On the local socket a stop needs no introduction, on the port it does") {
   Talk local;
   CHECK(local.ask("rig.halt", {{"reason", "smoke"}}).at("result").at("latched") == true);
