@@ -365,6 +365,7 @@ json run_json(const RunView& run) {
   }
   if (!stored.recovered.empty()) out["recovered"] = stored.recovered;
   if (!stored.error.empty()) out["error"] = stored.error;
+  if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
   if (run.hand_over) out["handover"] = hand_over_json(*run.hand_over);
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
   return out;

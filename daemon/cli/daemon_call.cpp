@@ -58,6 +58,7 @@ std::string run_line(const json& run) {
     line += "\n  waits for a person: " + attention.value("text", "") + "  Then: weft confirm " +
             run.value("run", "");
   if (run.contains("error")) line += "\n  " + run.value("error", "");
+  if (run.contains("dataset_error")) line += "\n  not concluded: " + run.value("dataset_error", "");
   if (run.contains("handover")) line += hand_over_words(run.at("handover"));
   return line + "\n";
 }

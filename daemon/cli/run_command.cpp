@@ -8,6 +8,7 @@
 #include "daemon/certificate/certificate.hpp"
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/file_problems.hpp"
 #include "daemon/cli/operator_prompt.hpp"
 #include "daemon/cli/own_daemon.hpp"
 #include "daemon/cli/progress.hpp"
@@ -37,7 +38,9 @@ json summary_json(const CampaignSummary& s) {
   out["level"] = s.level;
   out["campaign_file"] = s.campaign_file.string();
   out["dataset_file"] = s.dataset_file.string();
+  out.erase("dataset_error");  // a sentence there, all of it here
   if (s.error) out["campaign_error"] = error_json(*s.error);
+  if (s.dataset_error) out["dataset_error"] = error_json(*s.dataset_error);
   return out;
 }
 
@@ -170,6 +173,12 @@ Status refuse_inputs_as_outputs(const RunArgs& args) {
   return {};
 }
 
+/// How the bench ended is told all the same, and where its record is.
+int unconcluded(const CampaignSummary& s, Console& console) {
+  print(console, summary_text(s), summary_json(s));
+  return exit_failure;
+}
+
 /// Classifies and reports what is complete. What is missing costs the exit status, not the data.
 Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, Console& console) {
   const int recorded = is_complete(summary) ? exit_ok : exit_failure;
@@ -272,7 +281,12 @@ Result<int> run_run(const RunArgs& args, Console& console) {
   }
   if (const std::string left = rig_words(summary->cleanup, summary->rig); !left.empty())
     console.err << "weft: " << left << std::endl;
+  if (summary->dataset_error)
+    console.err << "weft: the campaign was not concluded, what is on record is kept in "
+                << summary->campaign_file.string() << ": " << to_string(*summary->dataset_error)
+                << "\nweft: weft run --resume goes on from there" << std::endl;
   if (signal != 0) return interrupted(*summary, signal, console);
+  if (summary->dataset_error) return unconcluded(*summary, console);
   return conclude(args, *summary, console);
 }
 

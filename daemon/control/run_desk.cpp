@@ -224,9 +224,10 @@ void RunDesk::begin_next() {
       if (!request) return pass(request.error());
       return around_.perform(*request, hooks);
     });
+    const bool is_unconcluded = !summary || summary->dataset_error;
     const bool may_be_left = !around_.one_run && (request || resumes);
     const bool left = may_be_left && (resumes ? !request || is_anything_left(*request)
-                                              : !summary && is_only_end_left(*request));
+                                              : is_unconcluded && is_only_end_left(*request));
     give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });
@@ -253,6 +254,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     run.view.stored.cleanup = "skipped";
     run.view.stored.rig_fact = "unknown";
     run.view.stored.error = "the run does not answer";
+    run.view.stored.dataset_error.clear();
     run.view.stored.dataset_sha256 = certified_dataset(run.view.stored.folder);
     if (standing_.fact != RigStanding::Fact::latched)
       stand({RigStanding::Fact::unknown, run.view.stored.id()}, by);
@@ -260,68 +262,6 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     tell_end(run);
   }
   tell(run, by);
-}
-
-void RunDesk::tell_end(Run& run) {
-  for (const auto& each : std::exchange(run.waiting, {}))
-    if (!each.listener.expired()) each.told(run.view);
-}
-
-void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
-  run.thread.join();  // this was its last word
-  StoredRun& stored = run.view.stored;
-  if (summary) {
-    stored.outcome = recipes::to_string(summary->outcome);
-    stored.cleanup = recipes::to_string(summary->cleanup);
-    stored.rig_fact = recipes::to_string(summary->rig);
-    stored.error = summary->error ? to_string(*summary->error) : "";
-    stored.dataset_sha256 = summary->dataset_sha256;
-    run.view.wants_hand_over = summary->wants_hand_over;
-    run.view.trials_done = summary->trials_complete;
-    run.view.takes_rejected = summary->takes_rejected;
-  } else {
-    const bool stops = run.state() == RunState::finishing;  // asked for, while the bench came up
-    stored.outcome = stops ? "stopped" : run.orders->ends_run() ? "aborted" : "failed";
-    stored.cleanup = "skipped";
-    stored.rig_fact = "unknown";
-    stored.error = to_string(summary.error());
-    count_trials(run);  // of what was told the disk may have refused some, or more is on record
-    stored.dataset_sha256 = certified_dataset(stored.folder);
-  }
-  run.at_work = false;
-  refuse_faults(run);
-  trusted_.clear();
-  if (!run.took_rig)
-    stored.rig_fact = to_string(standing_.fact);  // what it was
-  else if (standing_.fact != RigStanding::Fact::latched)
-    stand(stored.rig_fact == "safe" ? RigStanding{}
-                                    : RigStanding{RigStanding::Fact::unknown, stored.id()},
-          "auto:run");
-  run.view.wall_left_s = 0;
-  keep(run);  // also of one that had been given up
-  apply(run, on_ended(may_go_on), "auto:run");
-  tell_end(run);
-  // What goes on may lack something of its own; a recipe was checked when it was put in line.
-  const bool costs_all = run.checked || !stored.resume;
-  if (!summary && costs_all && !run.took_rig && stored.outcome == "failed") hold_after(run);
-  begin_next();
-}
-
-void RunDesk::note_rejected(Run& run, const TrialProgress& line) {
-  run.view.last_rejection = line.error ? to_string(*line.error) : "";
-  const json payload{{"trial", line.done}, {"error", run.view.last_rejection}};
-  note(run.view.stored.id(), "take_rejected", "auto:repeat_bad", payload.dump());
-}
-
-/// Of a run that the daemon's death cut: its file knows. False where that cannot be read.
-bool RunDesk::count_trials(Run& run) {
-  const auto found = load_progress(run.view.stored.folder / campaign_file_name);
-  if (!found) return false;
-  run.view.trials_done = found->done;
-  run.view.trials_planned = found->planned;
-  run.counted = true;
-  keep(run);
-  return true;
 }
 
 void RunDesk::tell(Run& run, std::string_view by) {
@@ -336,8 +276,8 @@ RunView RunDesk::shown(const Run& run) const {
   name_time(view);
   if (run.is_over()) return view;
   StoredRun& stored = view.stored;
-  for (std::string* fact :
-       {&stored.outcome, &stored.cleanup, &stored.rig_fact, &stored.error, &stored.dataset_sha256})
+  for (std::string* fact : {&stored.outcome, &stored.cleanup, &stored.rig_fact, &stored.error,
+                            &stored.dataset_sha256, &stored.dataset_error})
     fact->clear();
   return view;
 }

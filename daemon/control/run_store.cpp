@@ -21,7 +21,8 @@ CREATE TABLE IF NOT EXISTS run (
   state TEXT NOT NULL, outcome TEXT NOT NULL, cleanup TEXT NOT NULL, rig_fact TEXT NOT NULL,
   error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0,
   recovered TEXT NOT NULL DEFAULT '', bench TEXT NOT NULL DEFAULT '',
-  trials_done INTEGER, trials_planned INTEGER, recipe_sha256 TEXT NOT NULL DEFAULT ''
+  trials_done INTEGER, trials_planned INTEGER, recipe_sha256 TEXT NOT NULL DEFAULT '',
+  dataset_error TEXT NOT NULL DEFAULT ''
 ) STRICT;
 CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
@@ -104,6 +105,7 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   if (!row.is_null(17)) run.trials_done = row.integer(17);
   if (!row.is_null(18)) run.trials_planned = row.integer(18);
   run.recipe_sha256 = row.text(19);
+  run.dataset_error = row.text(20);
   return run;
 }
 
@@ -121,6 +123,8 @@ constexpr std::array later_columns{
     LaterColumn{"run", "trials_planned", "ALTER TABLE run ADD COLUMN trials_planned INTEGER"},
     LaterColumn{"run", "recipe_sha256",
                 "ALTER TABLE run ADD COLUMN recipe_sha256 TEXT NOT NULL DEFAULT ''"},
+    LaterColumn{"run", "dataset_error",
+                "ALTER TABLE run ADD COLUMN dataset_error TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"hand_over", "attempts",
                 "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0"}};
 
@@ -208,6 +212,7 @@ Status RunStore::take_stock() {
     run.cleanup = "skipped";
     run.rig_fact = "unknown";
     run.error.clear();
+    run.dataset_error.clear();
     run.trials_done.reset();  // more may have been recorded since
     if (was_arming && !run.resume) run.trials_done = 0;
     run.dataset_sha256 = certified_dataset(run.folder);
@@ -282,7 +287,7 @@ Result<std::vector<StoredRun>> RunStore::load() {
   auto query = database_.prepare(
       "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
       "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
-      "recipe_sha256 FROM run ORDER BY number");
+      "recipe_sha256, dataset_error FROM run ORDER BY number");
   if (!query) return pass(query.error());
   std::vector<StoredRun> out;
   for (;;) {
@@ -376,13 +381,15 @@ Result<std::string> RunStore::recipe_text(std::string_view sha256) {
 Status RunStore::update(const StoredRun& run) {
   auto change = writing(
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
-      "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=? WHERE number=?");
+      "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=?, dataset_error=? "
+      "WHERE number=?");
   if (!change) return pass(change.error());
   const std::string folder = kept_folder(run.folder);
   change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
   change->bind(4, run.rig_fact).bind(5, run.error).bind(6, run.dataset_sha256).bind(7, folder);
   change->bind(8, std::int64_t{run.resume}).bind(9, run.recovered).bind(10, run.bench);
-  change->bind(11, run.trials_done).bind(12, run.trials_planned).bind(13, run.number);
+  change->bind(11, run.trials_done).bind(12, run.trials_planned);
+  change->bind(13, run.dataset_error).bind(14, run.number);
   return change->run();
 }
 

@@ -39,7 +39,8 @@ struct StoredRun {
   std::string outcome, cleanup, rig_fact;  ///< the three facts, once it has ended
   std::string error;                       ///< the first thing that went wrong
   std::string dataset_sha256;
-  std::string bench;  ///< "simulated", "real"; empty where that is not known
+  std::string dataset_error;  ///< why its record was not concluded, whatever became of the bench
+  std::string bench;          ///< "simulated", "real"; empty where that is not known
   /// As they were when its state changed last; none where that is not known.
   std::optional<std::int64_t> trials_done, trials_planned;
   bool resume = false;  ///< somebody asked to go on with what its folder holds

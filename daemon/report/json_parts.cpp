@@ -100,6 +100,8 @@ ordered_json run_json(const CampaignSummary& run) {
   out["cleanup"] = recipes::to_string(run.cleanup);
   out["rig"] = recipes::to_string(run.rig);
   out["error"] = run.error ? ordered_json(to_string(*run.error)) : ordered_json(nullptr);
+  out["dataset_error"] =
+      run.dataset_error ? ordered_json(to_string(*run.dataset_error)) : ordered_json(nullptr);
   out["trials_planned"] = run.trials_planned;
   out["trials_complete"] = run.trials_complete;
   out["trials_ended_early"] = run.trials_ended_early;

@@ -280,9 +280,7 @@ class Run {
     s.trials_complete = complete_;
     s.takes_rejected = rejected_;
     s.trials_ended_early = ended_early_;
-    // The engine knows nothing of trials that failed before it went on.
-    if (s.outcome == recipes::Outcome::complete && s.trials_complete < s.trials_planned)
-      s.outcome = recipes::Outcome::failed;
+    fail_where_trials_lack(s);
     s.forecast_s = plan_->forecast.duration_s;
     s.virtual_s = to_seconds(session_->loop().now());
     s.bring_up_s = to_seconds(brought_up_);
@@ -327,6 +325,14 @@ Result<std::optional<Resumption>> past_of(const CampaignRequest& request,
   return std::optional<Resumption>{};
 }
 
+/// The end of the campaign's file, which nobody writes to from here on.
+Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummary& summary) {
+  Status ok = recorder.go_on(now);
+  if (ok) ok = run.look_at_errors(recorder, summary);
+  if (ok) ok = recorder.finish();
+  return ok;
+}
+
 }  // namespace
 
 std::string ended_early_words(const CampaignSummary& summary) {
@@ -365,16 +371,15 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
                                     : created(campaign_file, checked, **session, rig);
   if (!recorder) return pass(recorder.error());
   CampaignSummary summary = run.execute(*recorder, Run::past_of(*past));
-  if (Status ok = recorder->go_on((*session)->loop().now()); !ok) return pass(ok.error());
   summary.simulation = std::move(settled->simulation);
-  if (Status ok = run.look_at_errors(*recorder, summary); !ok) return pass(ok.error());
-  if (Status ok = recorder->finish(); !ok) return pass(ok.error());
+  Status kept = finished(std::move(*recorder), run, (*session)->loop().now(), summary);
   summary.wall_s = seconds_since(began) - summary.time.error_check_s;
   summary.bench = rig.bench;
   summary.level = rig.plant_level;
   summary.campaign_file = campaign_file;
   summary.wants_hand_over = checked.plan.hand_over.has_value();
-  if (Status ok = conclude(request.out, summary); !ok) return pass(ok.error());
+  if (kept) kept = conclude(request.out, summary);
+  if (!kept) without_dataset(request.out, kept.error(), summary);
   return summary;
 }
 

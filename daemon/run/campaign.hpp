@@ -77,6 +77,9 @@ struct CampaignSummary {
   recipes::Cleanup cleanup = recipes::Cleanup::done;
   recipes::RigFact rig = recipes::RigFact::safe;
   std::optional<Error> error;  ///< the first thing that went wrong
+  /// What kept file, data set or certificate from being concluded after the bench had come to its
+  /// end: a fact of its own, that changes nothing of the three above.
+  std::optional<Error> dataset_error;
   std::size_t trials_planned = 0;
   std::size_t trials_complete = 0;  ///< those whose slide ended early among them
   std::size_t trials_ended_early = 0;
@@ -171,8 +174,8 @@ std::uint64_t disk_forecast(const recipes::Plan& plan);
 
 /// Runs on the rig file's bench: in virtual time where it is simulated, in real time else. Refuses
 /// an `out` that holds a campaign already, unless it is to be resumed (daemon/run/resume.hpp). An
-/// incomplete campaign is a summary, not an error: its file is kept. A bench that does not come up
-/// leaves no file.
+/// incomplete campaign is a summary, not an error, and so is one without a data set: its file is
+/// kept. A bench that does not come up leaves no file.
 Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks);
 
 }  // namespace weft::daemon

@@ -109,6 +109,23 @@ Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
   return ok;
 }
 
+void without_dataset(const std::filesystem::path& folder, const Error& why,
+                     CampaignSummary& summary) {
+  summary.dataset_error = why;
+  summary.dataset_sha256 = certified_dataset(folder);  // of an end before, which nobody changed
+  summary.dataset_file.clear();
+  if (!summary.dataset_sha256.empty()) summary.dataset_file = folder / dataset_file_name;
+  if (const auto found = load_progress(summary.campaign_file))
+    summary.trials_complete = found->done;
+  fail_where_trials_lack(summary);
+}
+
+void fail_where_trials_lack(CampaignSummary& summary) {
+  if (summary.outcome == recipes::Outcome::complete &&
+      summary.trials_complete < summary.trials_planned)
+    summary.outcome = recipes::Outcome::failed;
+}
+
 namespace {
 
 /// What the file says; nobody has looked at the rig.
@@ -124,7 +141,7 @@ CampaignSummary summary_of(const std::filesystem::path& folder, const recipes::P
   summary.trials_complete = past.complete();
   summary.takes_rejected = past.rejected();
   summary.trials_ended_early = past.ended_early();
-  if (summary.trials_complete < summary.trials_planned) summary.outcome = recipes::Outcome::failed;
+  fail_where_trials_lack(summary);
   summary.forecast_s = plan.forecast.duration_s;
   summary.campaign_file = folder / campaign_file_name;
   summary.wants_hand_over = plan.hand_over.has_value();

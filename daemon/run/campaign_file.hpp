@@ -25,6 +25,15 @@ Status forget_end(const std::filesystem::path& folder);
 /// Data set and certificate of a campaign file that is finished.
 Status conclude(const std::filesystem::path& folder, CampaignSummary& summary);
 
+/// Where that could not be, or the file not be finished: what is on record is told, and why there
+/// is no more. How the bench ended stays as it was.
+void without_dataset(const std::filesystem::path& folder, const Error& why,
+                     CampaignSummary& summary);
+
+/// The engine knows nothing of trials that failed before it went on, nor of those that the disk
+/// refused.
+void fail_where_trials_lack(CampaignSummary& summary);
+
 /// Of a campaign whose every trial is on record, but whose process died before it had told.
 Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
                                   const RigFile& rig, const CampaignPast& past);

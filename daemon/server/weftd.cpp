@@ -295,7 +295,8 @@ void Daemon::remember_answers() {
 void Daemon::changed(const control::RunView& run) {
   nlohmann::json told = api::run_json(run);
   // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
-  for (const char* const gone : {"outcome", "cleanup", "rig", "error", "dataset_sha256"})
+  for (const char* const gone :
+       {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256"})
     if (!told.contains(gone)) told[gone] = nullptr;
   hub_.publish("run:" + run.stored.id(), told, utc_us());
   if (hand_overs_) hand_overs_->consider(run.stored, run.wants_hand_over);

@@ -80,13 +80,40 @@ TEST_CASE(
   const std::string kept = stopped_at(bench, 4).stored.dataset_sha256;
   REQUIRE_FALSE(kept.empty());
   const RunView replayed = stopped_at(bench, 1);
-  CHECK(replayed.stored.error.find("Nothing was changed") != std::string::npos);
-  CHECK(replayed.stored.dataset_sha256 == kept);
+  CHECK(replayed.stored.dataset_error.find("Nothing was changed") != std::string::npos);
+  CHECK(facts_of(replayed) == Facts{"stopped", "done", "safe", "", kept});
   REQUIRE(bench.desk->recover(only_run(bench), "test"));
   const RunView whole = bench.ended(only_run(bench));
   CHECK(whole.stored.outcome == "complete");
   CHECK_FALSE(whole.stored.dataset_sha256.empty());
   CHECK(whole.stored.dataset_sha256 != kept);
+}
+
+TEST_CASE("a data set that cannot be written changes nothing of how the bench ended") {
+  const TemporaryFolder folder;
+  const fs::path in_the_way = folder / "R-000001" / "dataset.h5";
+  std::string id;
+  {
+    DeskBench bench(folder, test::tiny_recipe(1));
+    bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+      if (line.done == line.planned) fs::create_directories(in_the_way / "a folder");
+    };
+    id = bench.submit().stored.id();
+    const RunView run = bench.ended(id);
+    CHECK(facts_of(run) == Facts{"complete", "done", "safe", "", ""});
+    CHECK(run.stored.dataset_error.find(in_the_way.string()) != std::string::npos);
+    CHECK(run.machine.state == RunState::interrupted);  // its data set can be made yet
+    CHECK(bench.desk->standing() == RigStanding{});
+  }
+  DeskBench bench(folder, test::tiny_recipe(1));
+  CHECK_FALSE(bench.desk->get(id)->stored.dataset_error.empty());
+  fs::remove_all(in_the_way);
+  REQUIRE(bench.desk->recover(id, "test"));
+  const RunView whole = bench.ended(id);
+  CHECK(whole.machine.state == RunState::ended);
+  CHECK(whole.stored.dataset_error.empty());
+  CHECK_FALSE(whole.stored.dataset_sha256.empty());
+  CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
 }
 
 TEST_CASE("a run that never began is withdrawn from a rig as it stands") {

@@ -52,7 +52,9 @@ TEST_CASE("a run whose resume was aborted while the past was played counts what 
   REQUIRE(bench.desk->recover(id, "test"));
   const RunView aborted = bench.ended(id);
   CHECK(aborted.machine.state == RunState::interrupted);
-  CHECK(aborted.stored.error.find("Nothing was changed: resume it again") != std::string::npos);
+  CHECK(aborted.stored.dataset_error.find("Nothing was changed: resume it again") !=
+        std::string::npos);
+  CHECK(aborted.stored.rig_fact == "safe");
   CHECK(aborted.trials_done == on_record);
   bench.at_line = {};
   REQUIRE(bench.desk->recover(id, "test"));

@@ -215,10 +215,11 @@ TEST_CASE("a resume that is stopped before what is left changes nothing, and can
   hooks.progress = [&](const TrialProgress& line) { stop = line.done == 1; };
   request.resume = true;
   const auto stopped = run_campaign(request, hooks);
-  const bool told = stopped && stopped->error;
-  const std::string why = told      ? to_string(*stopped->error)
-                          : stopped ? ""
-                                    : to_string(stopped.error());
+  REQUIRE(stopped);
+  REQUIRE(stopped->dataset_error);
+  const std::string why = to_string(*stopped->dataset_error);
+  CHECK(stopped->trials_complete == 2);
+  CHECK(stopped->rig == recipes::RigFact::safe);
   CHECK(why.find("Nothing was changed: resume it again") != std::string::npos);
   CHECK((test::read_file(file) == before));
   CHECK_FALSE(std::filesystem::exists(file.string() + "-wal"));

@@ -33,19 +33,20 @@ class Check:
 class End:
     """How a run ended, as three facts: `outcome` (complete, stopped, aborted, failed, interrupted), `cleanup` (done, partial, failed,
     skipped) and `rig` (safe, holding, moving, unknown, latched). `error` is the
-    first thing that went wrong, a sentence, "" where nothing did."""
+    first thing that went wrong, a sentence, "" where nothing did; `dataset_error` likewise why there is no data set of what the bench did."""
 
     outcome: str
     cleanup: str
     rig: str
     dataset_sha256: str
     error: str
+    dataset_error: str
     state: Dict[str, Any] = field(repr=False)
 
 
 def end_of(state: JsonObject) -> End:
     return End(str(state.get("outcome", "")), str(state.get("cleanup", "")), str(state.get("rig", "")), str(state.get("dataset_sha256", "")),
-               str(state.get("error", "")), state)
+               str(state.get("error", "")), str(state.get("dataset_error", "")), state)
 
 
 class Run:

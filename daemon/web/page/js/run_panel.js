@@ -27,6 +27,11 @@ export function three_facts(run) {
   return facts([one('outcome', run.outcome), one('cleanup', run.cleanup), one('rig', run.rig)]);
 }
 
+/** The first thing that went wrong on the bench, and why there is no data set of it. */
+export function problems({ error, dataset_error }) {
+  return [error, dataset_error].filter(Boolean).map((sentence) => el('p', { class: 'problem' }, sentence));
+}
+
 export function hand_over_text(over) {
   if (!over) return 'none';
   const step = over.state === 'running' && over.steps ? `, step ${over.step} of ${over.steps}` : '';
@@ -52,7 +57,7 @@ export class RunPanel {
     this.#progress(run);
     this.#place(run);
     this.#times();
-    fill(byId('run-facts'), [run.outcome, run.cleanup, run.rig, run.handover, run.error, run.recovered], () => this.#end(run));
+    fill(byId('run-facts'), [run.outcome, run.cleanup, run.rig, run.handover, run.error, run.dataset_error, run.recovered], () => this.#end(run));
     const may = this.store.may_operate && !this.lease.others && this.store.live;
     fill(byId('run-orders'), [run.run, run.state, may], () => this.#orders(run, may));
   }
@@ -93,8 +98,7 @@ export class RunPanel {
 
   #end(run) {
     if (run.state !== 'ended' && run.state !== 'interrupted' && !run.handover) return [];
-    return [run.outcome ? three_facts(run) : null, facts([['hand-over', hand_over_text(run.handover)]]),
-      run.error ? el('p', { class: 'problem' }, run.error) : null].filter(Boolean);
+    return [run.outcome ? three_facts(run) : null, facts([['hand-over', hand_over_text(run.handover)]]), ...problems(run)].filter(Boolean);
   }
 
   #orders(run, may) {

@@ -1,0 +1,78 @@
+// How a run ends, and who is told.
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/control/desk_run.hpp"
+
+namespace weft::daemon::control {
+
+using nlohmann::json;
+
+void RunDesk::tell_end(Run& run) {
+  for (const auto& each : std::exchange(run.waiting, {}))
+    if (!each.listener.expired()) each.told(run.view);
+}
+
+void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
+  run.thread.join();  // this was its last word
+  StoredRun& stored = run.view.stored;
+  if (summary) {
+    stored.outcome = recipes::to_string(summary->outcome);
+    // What only concludes a campaign that had ended before moves nothing, and cleans nothing up.
+    if (run.took_rig || stored.cleanup.empty())
+      stored.cleanup = recipes::to_string(summary->cleanup);
+    stored.rig_fact = recipes::to_string(summary->rig);
+    stored.error = summary->error ? to_string(*summary->error) : "";
+    stored.dataset_error = summary->dataset_error ? to_string(*summary->dataset_error) : "";
+    stored.dataset_sha256 = summary->dataset_sha256;
+    run.view.wants_hand_over = summary->wants_hand_over;
+    run.view.trials_done = summary->trials_complete;
+    run.view.takes_rejected = summary->takes_rejected;
+  } else {
+    const bool stops = run.state() == RunState::finishing;  // asked for, while the bench came up
+    stored.outcome = stops ? "stopped" : run.orders->ends_run() ? "aborted" : "failed";
+    stored.cleanup = "skipped";
+    stored.rig_fact = "unknown";
+    stored.error = to_string(summary.error());
+    stored.dataset_error.clear();
+    count_trials(run);  // of what was told the disk may have refused some, or more is on record
+    stored.dataset_sha256 = certified_dataset(stored.folder);
+  }
+  run.at_work = false;
+  refuse_faults(run);
+  trusted_.clear();
+  if (!run.took_rig)
+    stored.rig_fact = to_string(standing_.fact);  // what it was
+  else if (standing_.fact != RigStanding::Fact::latched)
+    stand(stored.rig_fact == "safe" ? RigStanding{}
+                                    : RigStanding{RigStanding::Fact::unknown, stored.id()},
+          "auto:run");
+  run.view.wall_left_s = 0;
+  keep(run);  // also of one that had been given up
+  apply(run, on_ended(may_go_on), "auto:run");
+  tell_end(run);
+  // What goes on may lack something of its own; a recipe was checked when it was put in line.
+  const bool costs_all = run.checked || !stored.resume;
+  if (!summary && costs_all && !run.took_rig && stored.outcome == "failed") hold_after(run);
+  begin_next();
+}
+
+void RunDesk::note_rejected(Run& run, const TrialProgress& line) {
+  run.view.last_rejection = line.error ? to_string(*line.error) : "";
+  const json payload{{"trial", line.done}, {"error", run.view.last_rejection}};
+  note(run.view.stored.id(), "take_rejected", "auto:repeat_bad", payload.dump());
+}
+
+/// Of a run that the daemon's death cut: its file knows. False where that cannot be read.
+bool RunDesk::count_trials(Run& run) {
+  const auto found = load_progress(run.view.stored.folder / campaign_file_name);
+  if (!found) return false;
+  run.view.trials_done = found->done;
+  run.view.trials_planned = found->planned;
+  run.counted = true;
+  keep(run);
+  return true;
+}
+
+}  // namespace weft::daemon::control
