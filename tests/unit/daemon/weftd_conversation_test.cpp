@@ -142,8 +142,8 @@ TEST_CASE(
   Talk talk;
   const auto blockers = [&] {
     std::map<std::string, std::string> out;
-    for (const json& one : json::parse(api::readiness_json(talk.services))["blockers"])
-      out[one["kind"]] = one["hint"];
+    const json ready = json::parse(api::readiness_json(talk.services));
+    for (const json& one : ready["blockers"]) out[one["kind"]] = one["hint"];
     return out;
   };
   CHECK(blockers().empty());
