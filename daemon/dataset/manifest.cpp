@@ -1,6 +1,6 @@
 #include "daemon/dataset/manifest.hpp"
 
-#include <set>
+#include <map>
 
 #include "daemon/dataset/trial_csv.hpp"
 #include "daemon/dataset/utf8.hpp"
@@ -32,10 +32,19 @@ bool is_blank(std::string_view name) {
   return name.find_first_not_of(" \t") == std::string_view::npos;
 }
 
+/// One name for a file however it is written, links followed.
+std::filesystem::path one_name(const std::filesystem::path& path) {
+  std::error_code unseen;
+  const auto canonical = std::filesystem::weakly_canonical(path, unseen);
+  return unseen ? path.lexically_normal() : canonical;
+}
+
+/// Where each file is listed, by one_name().
+using SeenFiles = std::map<std::filesystem::path, std::string>;
+
 /// The manifest's current line.
 Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumns& columns,
-                                 const std::filesystem::path& folder,
-                                 std::set<std::filesystem::path>& seen) {
+                                 const std::filesystem::path& folder, SeenFiles& seen) {
   ManifestEntry out;
   out.file = manifest.fields()[columns.file];
   out.label = manifest.fields()[columns.label];
@@ -46,9 +55,11 @@ Result<ManifestEntry> read_entry(const CsvReader& manifest, const ManifestColumn
     if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
   out.path = (folder / out.file).lexically_normal();
   out.where = manifest.where();
-  if (!seen.insert(out.path).second)
-    return manifest.complaint("the file is listed twice", {}, out.file);
-  return out;
+  const auto [first, is_new] =
+      seen.emplace(one_name(out.path), out.where + " as '" + out.file + "'");
+  if (is_new) return out;
+  return fail(Errc::parse, "the file is listed twice", out.where, {}, out.file,
+              "It stands in " + first->second + " already");
 }
 
 }  // namespace
@@ -59,7 +70,7 @@ Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& pa
   const auto columns = read_columns(*manifest);
   if (!columns) return pass(columns.error());
   std::vector<ManifestEntry> out;
-  std::set<std::filesystem::path> seen;
+  SeenFiles seen;
   auto more = manifest->next();
   for (; more && *more; more = manifest->next()) {
     auto entry = read_entry(*manifest, *columns, path.parent_path(), seen);

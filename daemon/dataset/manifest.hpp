@@ -18,7 +18,8 @@ struct ManifestEntry {
 };
 
 /// A CSV with columns `file,label[,group]` in any order (quoted fields allowed); other columns, an
-/// empty file or label, a file listed twice and a list without files are refused with file:line.
+/// empty file or label, a file listed twice (under whatever name: `./a.csv`, a link) and a list
+/// without files are refused with file:line.
 Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path);
 
 }  // namespace weft::daemon

@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "daemon/dataset/csv.hpp"
+#include "daemon/dataset/manifest.hpp"
 #include "daemon/recordings/sound_file.hpp"
 
 namespace weft::daemon {
@@ -208,30 +209,18 @@ Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& fro
 }  // namespace
 
 Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
-  auto manifest = CsvReader::open(path);
-  if (!manifest) return pass(manifest.error());
-  const auto& header = manifest->header();
-  const auto column = [&](const char* name) {
-    return static_cast<std::size_t>(std::ranges::find(header, name) - header.begin());
-  };
-  const std::size_t file = column("file"), label = column("label"), group = column("group");
-  if (file == header.size() || label == header.size())
-    return manifest->complaint("the columns file and label must be there");
+  const auto entries = read_manifest(path);
+  if (!entries) return pass(entries.error());
   RecordingSet set{path.stem().string(), "recordings", BenchKind::unknown, {}};
   TableRates rates;
-  for (;;) {
-    const auto more = manifest->next();
-    if (!more) return pass(more.error());
-    if (!*more) break;
-    const auto& fields = manifest->fields();
-    Recording own{fields[file], fields[label], group < fields.size() ? fields[group] : "", {}, {}};
-    const auto from = path.parent_path() / own.file;
-    if (from.extension() == ".csv") {
-      const auto timed = read_table(from, "t_s", "1", own);
-      if (!timed) return pass(timed.error(), manifest->where());
+  for (const ManifestEntry& entry : *entries) {
+    Recording own{entry.file, entry.label, entry.group, {}, {}};
+    if (entry.path.extension() == ".csv") {
+      const auto timed = read_table(entry.path, "t_s", "1", own);
+      if (!timed) return pass(timed.error(), entry.where);
       rates.add(set.recordings.size(), *timed);
-    } else if (const Status done = read_sound(from, own); !done) {
-      return pass(done.error(), manifest->where());
+    } else if (const Status done = read_sound(entry.path, own); !done) {
+      return pass(done.error(), entry.where);
     }
     set.recordings.push_back(std::move(own));
   }

@@ -9,7 +9,7 @@
 
 namespace weft::daemon {
 
-/// Manifest `file,label[,group]`, files relative to it: sound files (channels S, or S1 ... Sn
+/// Manifest `file,label[,group]`, read by read_manifest(): sound files (channels S, or S1 ... Sn
 /// [full scale]) or CSV with the column `t_s` and one per channel, evenly sampled. Tables whose
 /// times do not tell another rate than the first one's have its rate. Kind unknown.
 Result<RecordingSet> import_recordings(const std::filesystem::path& manifest);

@@ -191,6 +191,22 @@ TEST_CASE("a manifest's columns and lines must make sense") {
   CHECK(twice.where == ":3");
 }
 
+TEST_CASE("a file is listed twice under whatever name") {
+  const TemporaryFolder folder;
+  write_file(folder / "a.csv", good_trial);
+  std::filesystem::create_directory(folder / "sub");
+  std::filesystem::create_symlink("../a.csv", folder / "sub" / "link.csv");
+  for (const std::string& other :
+       {std::string("./a.csv"), std::string("sub/link.csv"), (folder / "a.csv").string()}) {
+    write_file(folder / "m.csv", "file,label\na.csv,Silk\n" + other + ",Wool\n");
+    const Error error = import_error(folder);
+    CHECK(error.message == "the file is listed twice");
+    CHECK(error.where == (folder / "m.csv").string() + ":3");
+    CHECK(error.got == other);
+    CHECK(error.hint == "It stands in " + (folder / "m.csv").string() + ":2 as 'a.csv' already");
+  }
+}
+
 TEST_CASE("trials of different channel counts do not make one set") {
   const TemporaryFolder folder;
   write_file(folder / "m.csv", "file,label\na.csv,Silk\nb.csv,Wool\n");

@@ -165,6 +165,24 @@ TEST_CASE("A manifest of tables and sound files is imported, its mistakes are na
   CHECK_FALSE(import_recordings(folder / "m4.csv"));
 }
 
+TEST_CASE("A manifest of recordings is read as strictly as one of slides") {
+  const TemporaryFolder folder;
+  write_file(folder / "one.csv", "t_s,X\n0,1\n0.005,3\n");
+  const auto complaint = [&](const std::string& manifest) {
+    write_file(folder / "m.csv", manifest);
+    const auto set = import_recordings(folder / "m.csv");
+    REQUIRE_FALSE(set);
+    CHECK(set.error().where.starts_with((folder / "m.csv").string()));
+    return set.error().message;
+  };
+  CHECK(complaint("file,label\none.csv,a\none.csv,a\n") == "the file is listed twice");
+  CHECK(complaint("file,label\none.csv,a\n./one.csv,b\n") == "the file is listed twice");
+  CHECK(complaint("file,label,grp\none.csv,a,1\n") == "unknown column 'grp'");
+  CHECK(complaint("file,label\none.csv,\" \"\n") == "the label is empty");
+  CHECK(complaint("file,label\none.csv,caf\xe9\n") == "a name is not UTF-8");
+  CHECK(complaint("file,label\n") == "a header but no trials");
+}
+
 // A table whose `samples` times are told in whole units of 10^-decimals seconds.
 std::string table_at(double rate_hz, int samples, int decimals) {
   std::string out = "t_s,X\n";
