@@ -9,6 +9,7 @@
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
+#include "daemon/dataset/copies.hpp"
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/imprint/import_imprints.hpp"
@@ -68,6 +69,7 @@ json info_json(const char* command, const std::filesystem::path& file, const Dat
           {"groups", counts.groups},
           {"explorations", counts.explorations},
           {"outcomes", counts.outcome},
+          {"copies", copies_in(dataset)},
           {"ended_early", json(ended_early_json(info))}};
 }
 
@@ -91,7 +93,8 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
   facts.row({"sha256", sha256});
   Table labels;
   for (const auto& [label, trials] : counts.label) labels.row({label, std::to_string(trials)});
-  return bench_banner(dataset.info) + facts.text() + "Trials per label:\n" + labels.text();
+  return bench_banner(dataset.info) + facts.text() + "Trials per label:\n" + labels.text() +
+         copies_text(copies_in(dataset));
 }
 
 std::string left_out_text(const CampaignContents& campaign) {
@@ -179,7 +182,7 @@ json recordings_json(const char* command, const std::filesystem::path& file,
           {"source", set.source},     {"bench", to_string(set.kind)},
           {"dataset_sha256", sha256}, {"recordings", set.recordings.size()},
           {"channels", channels},     {"labels", labels},
-          {"groups", groups}};
+          {"groups", groups},         {"copies", copies_in(set)}};
 }
 
 std::string recordings_text(const std::filesystem::path& file, const RecordingSet& set,
@@ -202,7 +205,7 @@ std::string recordings_text(const std::filesystem::path& file, const RecordingSe
     facts.row({"channel", c.name + " at " + fixed(c.rate_hz, 2) + " Hz [" + c.unit + "]"});
   facts.row({"groups", joined(groups)});
   facts.row({"sha256", sha256});
-  return bench_banner(set.kind) + facts.text();
+  return bench_banner(set.kind) + facts.text() + copies_text(copies_in(set));
 }
 
 bool makes_recordings(const std::string& format) {

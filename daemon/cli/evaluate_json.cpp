@@ -121,6 +121,13 @@ json never_tested_json(const std::vector<classifier::NeverTested>& labels) {
   return out;
 }
 
+json twins_json(const classifier::Twins& twins) {
+  return {{"tested", twins.tested},
+          {"found", twins.found},
+          {"test", twins.test},
+          {"train", twins.train}};
+}
+
 json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured) {
   const std::vector<classifier::Split>& splits = measured.splits;
   const std::vector<Outcome>& outcomes = measured.outcomes;
@@ -148,6 +155,7 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Mea
            {"train_rows", splits.front().train.size()},
            {"test_rows", splits.front().test.size()},
            {"never_tested", never_tested_json(measured.never_tested)},
+           {"twins", twins_json(measured.twins)},
            {"training", describe(args.training)},
            {"results", results}};
   if (!measured.groups.empty()) out["groups"] = groups_json(measured);

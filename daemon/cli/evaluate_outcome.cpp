@@ -145,9 +145,10 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen) {
   if (args.none_of_these)
     if (auto ok = classifier::check_labels_can_be_left_out(chosen.features, *splits); !ok)
       return pass(ok.error(), args.dataset.string());
-  Measured out{std::move(*splits), {}, {}, {}, {}};
+  Measured out{std::move(*splits), {}, {}, {}, {}, {}};
   out.never_tested = classifier::never_tested(out.splits, chosen.features.labels,
                                               chosen.features.groups, chosen.features.files);
+  out.twins = classifier::twins_of(chosen.features, out.splits);
   const bool calibration = args.calibration || !args.report.empty();
   auto outcomes = evaluate_all(args, *learners, chosen.features, out.splits, calibration);
   if (!outcomes) return pass(outcomes.error());

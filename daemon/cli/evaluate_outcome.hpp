@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
+#include "classifier/evaluate/twins.hpp"
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/report/evaluation_page.hpp"
 
@@ -27,6 +28,7 @@ struct Measured {
   std::vector<GroupLeftOut> groups;  ///< with --leave-one-group-out
   std::vector<CurvePoint> curve;     ///< with --learning-curve, by rising number of trials
   std::vector<classifier::NeverTested> never_tested;  ///< labels that no split tests
+  classifier::Twins twins;  ///< test trials that are copies of training trials
 };
 
 /// Of the words of --learner; "every" is all but cores-best.

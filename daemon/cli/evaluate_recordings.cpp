@@ -103,9 +103,11 @@ std::string words_of(const RecordingsPlan& plan) {
          " contiguous parts of each recording, each left out in turn";
 }
 
-std::string leak_words(const vibro::Leak& leak) {
-  if (leak.largest == 0.0) return "No sample of a test window is in a training window.\n";
-  return "LEAK: " + leak_sentence(leak) + "; the figures are too good.\n";
+std::string leak_words(const vibro::Leak& leak, const classifier::Twins& twins) {
+  std::string out;
+  if (leak.largest > 0.0) out += "LEAK: " + leak_sentence(leak) + "; the figures are too good.\n";
+  if (twins.found > 0) out += "LEAK: " + twins_words(twins, "windows") + ".\n";
+  return out.empty() ? "No sample of a test window is in a training window.\n" : out;
 }
 
 json interval_json(const classifier::Interval& interval) {
@@ -282,6 +284,7 @@ struct Windows {
   std::vector<classifier::Split> splits;
   vibro::Leak leak;
   std::vector<classifier::NeverTested> never_tested;  ///< labels of which no recording tests
+  classifier::Twins twins;                            ///< test windows of copies of what trains
   double features_s_each = 0;
 };
 
@@ -297,14 +300,18 @@ Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan)
   const double each_s = features_s / static_cast<double>(windows->matrix.size());
   const classifier::FeatureMatrix& matrix = windows->matrix;
   auto never = classifier::never_tested(*splits, matrix.labels, matrix.groups, matrix.files);
-  return Windows{std::move(*windows), std::move(*splits), leak, std::move(never), each_s};
+  classifier::Twins twins = classifier::twins_of(matrix, *splits);
+  return Windows{std::move(*windows), std::move(*splits), leak,
+                 std::move(never),    std::move(twins),   each_s};
 }
 
 Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,
                   const Windows& windows, const std::string& what,
                   std::vector<EvaluatedMethod> measured, const std::string& weighed) {
   std::vector<std::pair<std::string, std::string>> facts = {
-      {"data", what}, {"protocol", words_of(plan)}, {"leak", leak_words(windows.leak)}};
+      {"data", what},
+      {"protocol", words_of(plan)},
+      {"leak", leak_words(windows.leak, windows.twins)}};
   if (!windows.never_tested.empty())
     facts.emplace_back("never tested", never_tested_words(windows.never_tested, "recordings"));
   const auto page = vibro_evaluation_html(
@@ -347,7 +354,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
       (windows->never_tested.empty()
            ? ""
            : "never tested: " + never_tested_words(windows->never_tested, "recordings") + "\n") +
-      leak_words(windows->leak) + table.text() + *weighed;
+      leak_words(windows->leak, windows->twins) + table.text() + *weighed;
   if (!args.report.empty())
     if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
         !ok)
@@ -362,6 +369,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"protocol_words", words_of(*plan)},
          {"window_s", plan->protocol.window_s},
          {"leak", leak_json(windows->leak)},
+         {"twins", twins_json(windows->twins)},
          {"never_tested", never_tested_json(windows->never_tested)},
          {"features", vibro::to_string(plan->features.family)},
          {"combine", vibro::to_string(plan->features.combine)},

@@ -126,6 +126,13 @@ std::string never_tested_words(const std::vector<classifier::NeverTested>& label
   return joined(out);
 }
 
+std::string twins_words(const classifier::Twins& twins, std::string_view rows) {
+  const std::string what(rows);
+  return thousands(twins.found) + " of " + thousands(twins.tested) + " tests are of " + what +
+         " with the same features as a training one (" + twins.test + " as " + twins.train +
+         "), as copies of one recording have; the figures are too good";
+}
+
 std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
                                                           const ChosenTrials& chosen,
                                                           const Measured& measured) {
@@ -143,6 +150,9 @@ std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& ar
       {"split", split_text(args, measured.splits)}};
   if (!measured.never_tested.empty())
     out.emplace_back("never tested", never_tested_words(measured.never_tested, "trials"));
+  if (measured.twins.found > 0)
+    out.emplace_back(
+        "LEAK", twins_words(measured.twins, args.trials.window_s != 0.0 ? "windows" : "trials"));
   out.emplace_back("training", describe(args.training));
   return out;
 }

@@ -17,6 +17,11 @@ std::string never_tested_words(const std::vector<classifier::NeverTested>& label
 /// [{label, recordings, group}]; group is null where it is not one alone.
 nlohmann::json never_tested_json(const std::vector<classifier::NeverTested>& labels);
 
+/// What is wrong with figures of test rows ("trials", "windows") that training has seen, where any
+/// were.
+std::string twins_words(const classifier::Twins& twins, std::string_view rows);
+nlohmann::json twins_json(const classifier::Twins& twins);
+
 /// What stands above every table: data, features, split, labels that it never tests, training.
 std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
                                                           const ChosenTrials& chosen,

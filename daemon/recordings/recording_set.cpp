@@ -76,4 +76,18 @@ std::string recordings_sha256(const RecordingSet& set) {
   return to_hex(hash.finish());
 }
 
+Copies copies_in(const RecordingSet& set) {
+  std::vector<std::string> names, contents;
+  for (const Recording& r : set.recordings) {
+    Sha256 hash;
+    for (const auto& samples : r.samples) {
+      hash.number(static_cast<std::uint64_t>(samples.size()));
+      hash.numbers(std::span<const double>(samples));
+    }
+    names.push_back(r.file);
+    contents.push_back(to_hex(hash.finish()));
+  }
+  return copies_among(names, contents);
+}
+
 }  // namespace weft::daemon

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "classifier/vibro/recording.hpp"
+#include "daemon/dataset/copies.hpp"
 #include "daemon/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
 
@@ -28,6 +29,9 @@ Status check(const RecordingSet& set);
 /// SHA-256 of the content: kind, channels, files, labels, groups and samples. Lower-case
 /// hexadecimal.
 std::string recordings_sha256(const RecordingSet& set);
+
+/// Recordings with the same samples in every channel, whatever their labels and groups.
+Copies copies_in(const RecordingSet& set);
 
 /// HDF5, layout "weft-recordings" (daemon/recordings/README.md). Written beside `path` and renamed.
 /// Returns the digest. Errors: check()'s, io.

@@ -5,11 +5,12 @@
 """
 import pathlib
 import random
+import shutil
 import sys
 import tempfile
 
 from cli_support import Checks
-from made_up_cloths import write_manifest
+from made_up_cloths import write_manifest, write_trial
 
 VIBRATION_HZ = 100
 
@@ -48,12 +49,49 @@ def one_manifest(t, d, rows):
     t.refuses("dataset", "import", "wrong.csv", "-o", "bad.h5", "--format", "recordings", cwd=d, says=["wrong.csv:1", "'grp'"])
 
 
+def copies_of_recordings(t, d, rows):
+    made = imported(t, d, "clean", rows, "--format", "recordings")
+    t.expect(made["copies"] == [], f"no copies: {made}")
+    shutil.copy(d / "felt0.csv", d / "again.csv")
+    made = imported(t, d, "copied", rows + [["again.csv", "felt", "3"]], "--format", "recordings")
+    t.expect(made["copies"] == [["felt0.csv", "again.csv"]], f"copies: {made}")
+    t.expect("COPIES" in t.run("dataset", "info", "copied.h5", cwd=d).stdout, "said to people")
+    ask = ("--method", "LDA", "--leave-one-group-out")
+    clean, leaky = (t.succeeds("evaluate", f"{name}.h5", *ask, cwd=d) for name in ("clean", "copied"))
+    t.expect(clean["twins"]["found"] == 0, f"no twins: {clean['twins']}")
+    t.expect(leaky["twins"]["found"] == 2 * 25 and leaky["twins"]["test"] == "felt0.csv#w0", f"twins: {leaky['twins']}")
+    t.expect("No sample of a test window" in t.run("evaluate", "clean.h5", *ask, cwd=d).stdout, "nothing is seen")
+    text = t.run("evaluate", "copied.h5", *ask, cwd=d).stdout
+    t.expect("LEAK: 50 of 225 tests" in text and "No sample of a test window" not in text, text)
+
+
+def copies_of_slides(t, d):
+    folder = d / "slides"
+    folder.mkdir()
+    rows = [[f"{label}{k}.csv", label, str(k % 2)] for label in ("felt", "foil") for k in range(6)]
+    for i, (name, label, _) in enumerate(rows):
+        write_trial(folder / name, 40 * (label == "foil"), 1, i)
+    shutil.copy(folder / "felt0.csv", folder / "copy.csv")
+    made = imported(t, folder, "m", rows + [["copy.csv", "felt", "1"]])
+    t.expect(made["copies"] == [["felt0.csv", "copy.csv"]], f"copies: {made}")
+    split = ("--learner", "lda", "--train-groups", "0", "--test-groups", "1")
+    seen = t.succeeds("evaluate", "m.h5", *split, cwd=folder)["twins"]
+    t.expect(seen == {"tested": 7, "found": 1, "test": "copy.csv", "train": "felt0.csv"}, f"twins: {seen}")
+    text = t.run("evaluate", "m.h5", *split, "--report", "m.html", cwd=folder).stdout
+    t.expect("1 of 7 tests" in text and "copy.csv as felt0.csv" in text, text)
+    t.expect("copy.csv as felt0.csv" in (folder / "m.html").read_text(), "the page says it too")
+    imported(t, folder, "clean", rows)
+    t.expect(t.succeeds("evaluate", "clean.h5", *split, cwd=folder)["twins"]["found"] == 0, "no twins")
+
+
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory(prefix="weft-own-") as name:
         d = pathlib.Path(name) / "own"
         rows = vibrations(d)
         one_manifest(t, d, rows)
+        copies_of_recordings(t, d, rows)
+        copies_of_slides(t, d)
     t.finish()
 
 

@@ -1,0 +1,23 @@
+#pragma once
+// Test rows that training has seen under another name.
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "classifier/evaluate/splits.hpp"
+#include "classifier/features/feature_matrix.hpp"
+
+namespace weft::classifier {
+
+/// Test rows with a twin: a training row of the same split with the same features to the last bit,
+/// as copies of one recording have. What a learner says of them is no test of it.
+struct Twins {
+  std::size_t tested = 0;  ///< test rows, each counted in every split that tests it
+  std::size_t found = 0;   ///< of these, those with a twin
+  std::string test;        ///< file of the first one; empty where there is none
+  std::string train;       ///< and of its twin
+};
+Twins twins_of(const FeatureMatrix& matrix, std::span<const Split> splits);
+
+}  // namespace weft::classifier
