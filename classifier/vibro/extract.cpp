@@ -50,6 +50,7 @@ WindowSet lay_out(std::span<const Recording> recordings, double window_s, const 
       out.matrix.labels.push_back(recordings[r].label);
       out.matrix.groups.push_back(recordings[r].group);
     }
+    if (k == 0) out.too_short.push_back({recordings[r].file, recordings[r].label});
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "classifier/features/feature_matrix.hpp"
@@ -42,12 +43,19 @@ class WindowExtractor {
 /// Places of the windows of one recording.
 using PlacesOf = std::function<std::vector<Place>(const Recording& recording)>;
 
+/// A recording that no window fits into: nothing of it trains or tests.
+struct TooShort {
+  std::string file;
+  std::string label;
+};
+
 struct WindowSet {
   double window_s = 0.0;
   std::set<double> rates_hz;  ///< of the channels
   FeatureMatrix matrix;       ///< a row per window: file "name#k", label and group of the recording
   std::vector<Place> places;  ///< per row
   std::vector<std::size_t> recording;  ///< per row: which one it was cut from
+  std::vector<TooShort> too_short;
 };
 
 /// The windows of all recordings without their features: where they lie, and whose they are. Each

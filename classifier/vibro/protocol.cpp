@@ -62,7 +62,8 @@ std::set<std::string> labels_in(const WindowSet& windows, const std::vector<std:
 
 Status check_side(const WindowSet& windows, const std::vector<std::size_t>& rows,
                   const std::string& side) {
-  const std::set<std::string> all(windows.matrix.labels.begin(), windows.matrix.labels.end());
+  std::set<std::string> all(windows.matrix.labels.begin(), windows.matrix.labels.end());
+  for (const TooShort& one : windows.too_short) all.insert(one.label);
   const auto own = labels_in(windows, rows);
   for (const std::string& label : all)
     if (!own.contains(label))

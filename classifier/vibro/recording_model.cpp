@@ -77,6 +77,11 @@ Result<RecordingModel> read_body(std::string_view body) {
 
 }  // namespace
 
+std::vector<TooShort> too_short_for(const RecordingSetup& setup,
+                                    std::span<const Recording> recordings) {
+  return lay_out(recordings, setup.window_s, places_in(setup)).too_short;
+}
+
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
                                              const RecordingSetup& setup,
                                              const PipelineOptions& options,
@@ -88,6 +93,11 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
     return fail(Errc::invalid_argument, "no recording is as long as a window", {},
                 std::to_string(setup.window_s) + " s", {}, "Take a shorter --window-s");
   const std::set<std::string> sorted(matrix.labels.begin(), matrix.labels.end());
+  for (const TooShort& one : windows->too_short)
+    if (!sorted.contains(one.label))
+      return fail(Errc::invalid_argument, "no recording of the label is as long as a window",
+                  one.label, std::to_string(setup.window_s) + " s", {},
+                  "Take a shorter --window-s");
   std::vector<std::string> labels(sorted.begin(), sorted.end());
   std::vector<std::size_t> of_row;
   for (const std::string& label : matrix.labels)

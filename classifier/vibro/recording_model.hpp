@@ -33,8 +33,12 @@ struct RecordingModel {
 /// First line of every file.
 inline constexpr std::string_view recording_model_header = "weft-recording-model 1";
 
-/// Cuts, extracts and trains. Refuses recordings without a window, and what cut_and_extract() and
-/// Pipeline refuse.
+/// Recordings of which train_recording_model() learns nothing.
+std::vector<TooShort> too_short_for(const RecordingSetup& setup,
+                                    std::span<const Recording> recordings);
+
+/// Cuts, extracts and trains. Recordings shorter than a window are left out; a label that has no
+/// others is refused, and so is what cut_and_extract() and Pipeline refuse.
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
                                              const RecordingSetup& setup,
                                              const PipelineOptions& options, Provenance provenance);

@@ -128,6 +128,12 @@ json twins_json(const classifier::Twins& twins) {
           {"train", twins.train}};
 }
 
+json too_short_json(const std::vector<classifier::vibro::TooShort>& recordings) {
+  json out = json::array();
+  for (const classifier::vibro::TooShort& one : recordings) out.push_back(one.file);
+  return out;
+}
+
 json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured) {
   const std::vector<classifier::Split>& splits = measured.splits;
   const std::vector<Outcome>& outcomes = measured.outcomes;

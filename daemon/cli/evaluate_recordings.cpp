@@ -312,6 +312,8 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
       {"data", what},
       {"protocol", words_of(plan)},
       {"leak", leak_words(windows.leak, windows.twins)}};
+  if (!windows.set.too_short.empty())
+    facts.emplace_back("left out", too_short_words(windows.set.too_short));
   if (!windows.never_tested.empty())
     facts.emplace_back("never tested", never_tested_words(windows.never_tested, "recordings"));
   const auto page = vibro_evaluation_html(
@@ -345,12 +347,14 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const auto weighed = weigh(args, *plan, windows->set, windows->splits, importance);
   if (!weighed) return pass(weighed.error(), args.dataset.string());
   const std::string columns = std::to_string(matrix.names.size());
-  const std::string what = std::to_string(set->recordings.size()) + " recordings, " +
-                           thousands(matrix.size()) + " windows, " + columns + " columns of " +
-                           std::string(vibro::to_string(plan->features.family));
+  const std::vector<vibro::TooShort>& too_short = windows->set.too_short;
+  const std::string what = std::to_string(set->recordings.size() - too_short.size()) +
+                           " recordings, " + thousands(matrix.size()) + " windows, " + columns +
+                           " columns of " + std::string(vibro::to_string(plan->features.family));
   const std::string text =
       bench_banner(set->kind) + args.dataset.string() + " (" + std::string(to_string(set->kind)) +
       "): " + what + "\n" + words_of(*plan) + "\n" +
+      (too_short.empty() ? "" : too_short_words(too_short) + "\n") +
       (windows->never_tested.empty()
            ? ""
            : "never tested: " + never_tested_words(windows->never_tested, "recordings") + "\n") +
@@ -376,6 +380,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"components", plan->pipeline.components},
          {"columns", matrix.names},
          {"windows", matrix.size()},
+         {"too_short", too_short_json(too_short)},
          {"features_s_per_window", windows->features_s_each},
          {"importance", importance},
          {"results", results}});

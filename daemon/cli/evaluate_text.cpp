@@ -133,6 +133,15 @@ std::string twins_words(const classifier::Twins& twins, std::string_view rows) {
          "), as copies of one recording have; the figures are too good";
 }
 
+std::string too_short_words(const std::vector<classifier::vibro::TooShort>& recordings) {
+  std::vector<std::string> names;
+  for (const classifier::vibro::TooShort& one : recordings)
+    names.push_back(one.file + " (" + one.label + ")");
+  return std::to_string(names.size()) + (names.size() == 1 ? " recording is" : " recordings are") +
+         " left out, as no window fits into " + (names.size() == 1 ? "it: " : "them: ") +
+         joined(names);
+}
+
 std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
                                                           const ChosenTrials& chosen,
                                                           const Measured& measured) {

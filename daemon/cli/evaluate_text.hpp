@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "classifier/vibro/extract.hpp"
 #include "daemon/cli/evaluate_outcome.hpp"
 
 namespace weft::daemon::cli {
@@ -21,6 +22,11 @@ nlohmann::json never_tested_json(const std::vector<classifier::NeverTested>& lab
 /// were.
 std::string twins_words(const classifier::Twins& twins, std::string_view rows);
 nlohmann::json twins_json(const classifier::Twins& twins);
+
+/// "2 recordings are left out, as no window fits into them: a.wav (felt), b.wav (foil)".
+std::string too_short_words(const std::vector<classifier::vibro::TooShort>& recordings);
+/// Their files.
+nlohmann::json too_short_json(const std::vector<classifier::vibro::TooShort>& recordings);
 
 /// What stands above every table: data, features, split, labels that it never tests, training.
 std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,

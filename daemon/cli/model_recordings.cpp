@@ -10,6 +10,7 @@
 #include "daemon/cli/classify_command.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_recordings.hpp"
+#include "daemon/cli/evaluate_text.hpp"
 #include "daemon/cli/train_command.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -84,13 +85,16 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
                                     software_version(), words_of(*plan)});
   if (!model) return pass(model.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
+  const auto too_short = vibro::too_short_for(plan->setup, set->recordings);
+  const std::size_t trained = set->recordings.size() - too_short.size();
   std::ostringstream text;
   if (auto ok = vibro::save_recording_model(*model, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   print(console,
         bench_banner(set->kind) + args.out.string() + ": " + std::to_string(model->labels.size()) +
-            " textures, " + words_of(*plan) + ", trained on " +
-            std::to_string(set->recordings.size()) + " recordings in " + duration(train_s) + "\n",
+            " textures, " + words_of(*plan) + ", trained on " + std::to_string(trained) +
+            " recordings in " + duration(train_s) + "\n" +
+            (too_short.empty() ? "" : "  " + too_short_words(too_short) + "\n"),
         {{"command", "train"},
          {"kind", "recordings"},
          {"file", args.out.string()},
@@ -99,7 +103,8 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
          {"training", model->provenance.training},
          {"method", vibro::to_string(model->method)},
          {"labels", model->labels},
-         {"recordings", set->recordings.size()},
+         {"recordings", trained},
+         {"too_short", too_short_json(too_short)},
          {"window_s", model->setup.window_s},
          {"step_s", model->setup.step_s},
          {"train_s", train_s}});

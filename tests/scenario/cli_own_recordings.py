@@ -84,6 +84,23 @@ def copies_of_slides(t, d):
     t.expect(t.succeeds("evaluate", "clean.h5", *split, cwd=folder)["twins"]["found"] == 0, "no twins")
 
 
+def short_recordings(t, d, rows):
+    write_vibration(d / "short.csv", 1, 99, seconds=1)
+    imported(t, d, "some", rows + [["short.csv", "felt", "4"]], "--format", "recordings")
+    trained = t.succeeds("train", "some.h5", "-o", "some.model", cwd=d)
+    t.expect(trained["recordings"] == 8 and trained["too_short"] == ["short.csv"], f"train: {trained}")
+    text = t.run("train", "some.h5", "-o", "some.model", cwd=d).stdout
+    t.expect("trained on 8 recordings" in text and "no window fits into it: short.csv (felt)" in text, text)
+    told = t.succeeds("evaluate", "some.h5", "--method", "LDA", "--leave-one-group-out", cwd=d)
+    t.expect(told["too_short"] == ["short.csv"], f"evaluate: {told['too_short']}")
+    text = t.run("evaluate", "some.h5", "--method", "LDA", "--leave-one-group-out", cwd=d).stdout
+    t.expect("8 recordings, " in text and "short.csv (felt)" in text, text)
+    # A label of which nothing is left is not passed over.
+    imported(t, d, "gone", rows + [["short.csv", "silk", "1"]], "--format", "recordings")
+    t.refuses("train", "gone.h5", "-o", "bad.model", cwd=d, says=["silk", "as long as a window", "--window-s"])
+    t.refuses("evaluate", "gone.h5", "--method", "LDA", "--leave-one-group-out", cwd=d, says=["silk", "no training window"])
+
+
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory(prefix="weft-own-") as name:
@@ -92,6 +109,7 @@ def main():
         one_manifest(t, d, rows)
         copies_of_recordings(t, d, rows)
         copies_of_slides(t, d)
+        short_recordings(t, d, rows)
     t.finish()
 
 
