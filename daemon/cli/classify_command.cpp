@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -26,9 +25,6 @@ namespace {
 using classifier::StoredModel;
 using classifier::Trial;
 using nlohmann::json;
-
-// A recording that is faster or slower than the training by more than this has other features.
-constexpr double rate_tolerance = 0.05;
 
 Result<StoredModel> open_model(const std::filesystem::path& path) {
   std::error_code unseen;
@@ -55,15 +51,6 @@ Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in)
   return path.extension() == ".csv" ? import_trial(path) : open_dataset(path);
 }
 
-Status check_rate(const classifier::FeatureSetup& setup, const Dataset& dataset) {
-  const double period_s = sample_period_s(dataset);
-  if (setup.sample_period_s == 0.0 || period_s == 0.0) return {};  // not known
-  if (std::abs(period_s / setup.sample_period_s - 1.0) <= rate_tolerance) return {};
-  return fail(Errc::invalid_argument, "recorded at another rate than the training trials",
-              "sample period", std::to_string(setup.sample_period_s) + " s",
-              std::to_string(period_s) + " s");
-}
-
 // The model's own exploration. Imported recordings name none, and are taken for what the model
 // knows; so is the only exploration of a campaign by a model of imported recordings.
 Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const Dataset& dataset) {
@@ -81,7 +68,8 @@ Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const
 Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const Dataset& dataset) {
   const Result<std::string> exploration = exploration_for(setup, dataset);
   if (!exploration) return pass(exploration.error());
-  if (auto ok = check_rate(setup, dataset); !ok) return pass(ok.error());
+  if (auto ok = check_rate(dataset, *exploration, setup.sample_period_s); !ok)
+    return pass(ok.error());
   return in_windows(complete_trials(dataset, *exploration),
                     {setup.window_s, setup.window_step_s, setup.sample_period_s});
 }

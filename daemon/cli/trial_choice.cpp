@@ -9,6 +9,7 @@
 #include "classifier/features/options.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/imprint_features.hpp"
+#include "daemon/dataset/sample_times.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/report/format.hpp"
 
@@ -130,42 +131,58 @@ double sample_period_s(const Dataset& dataset) {
 
 namespace {
 
-// Between phases nothing is recorded: the median knows no pauses.
-double median_interval_s(const std::vector<std::int64_t>& t_ns) {
-  std::vector<std::int64_t> intervals;
-  for (std::size_t i = 1; i < t_ns.size(); ++i) intervals.push_back(t_ns[i] - t_ns[i - 1]);
-  if (intervals.empty()) return 0.0;
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return to_seconds(Duration(*middle));
-}
-
-// Windows of one length, and a model, are of one rate: that of the trial in the middle.
-Status one_rate(const Dataset& dataset, const std::optional<std::string>& exploration) {
-  constexpr double tolerance = 0.2;    // of stamps that a computer took
-  constexpr double shortest_s = 1e-4;  // less says when samples were read, not when taken
-  std::vector<std::pair<double, std::size_t>> intervals;
+std::vector<std::size_t> chosen_of(const Dataset& dataset,
+                                   const std::optional<std::string>& exploration) {
+  std::vector<std::size_t> out;
   for (std::size_t i = 0; i < dataset.records.size(); ++i) {
     const TrialRecord& record = dataset.records[i];
     const bool chosen = !exploration || record.spec.exploration == *exploration;
-    if (record.outcome != TrialOutcome::complete || !chosen) continue;
-    const double own_s = median_interval_s(record.t_ns);
-    if (own_s > shortest_s) intervals.emplace_back(own_s, i);
+    if (record.outcome == TrialOutcome::complete && chosen) out.push_back(i);
   }
-  if (intervals.empty()) return {};
-  auto by_interval = intervals;
-  const auto middle = by_interval.begin() + static_cast<std::ptrdiff_t>(by_interval.size() / 2);
-  std::nth_element(by_interval.begin(), middle, by_interval.end());
-  for (const auto& [own_s, trial] : intervals)
-    if (std::abs(own_s / middle->first - 1.0) > tolerance)
-      return fail(Errc::invalid_argument, "the trials have different sampling rates",
-                  dataset.trials[trial].file,
-                  std::to_string(middle->first) + " s from sample to sample",
-                  std::to_string(own_s) + " s", "Make a data set of each rate");
-  return {};
+  return out;
+}
+
+std::string rate_words(double period_s) {
+  return std::to_string(period_s) + " s (" + fixed(1 / period_s, 2) + " Hz)";
+}
+
+// Windows of one length, and a model, are of one rate: the mean of the trials.
+Status one_rate(const Dataset& dataset, const std::optional<std::string>& exploration) {
+  const std::vector<std::size_t> trials = chosen_of(dataset, exploration);
+  SampledTime all;
+  for (const std::size_t i : trials) all += sampled_time(dataset.records[i].t_ns);
+  const double period_s = all.period_s();
+  const auto odd = std::ranges::find_if_not(
+      trials, [&](std::size_t i) { return may_have_period(dataset.records[i].t_ns, period_s); });
+  if (odd == trials.end() || period_s == 0.0) return {};
+  const auto own_s = [&](std::size_t i) {
+    return sampled_time(dataset.records[i].t_ns).period_s();
+  };
+  const std::size_t other =
+      std::ranges::max(trials, {}, [&](std::size_t i) { return std::abs(own_s(i) - own_s(*odd)); });
+  return fail(Errc::invalid_argument, "the trials have different sampling rates",
+              dataset.trials[*odd].file + " and " + dataset.trials[other].file,
+              "all within " + percent(rate_tolerance, 0) + " % of their mean, " +
+                  fixed(1 / period_s, 2) + " Hz",
+              fixed(1 / own_s(*odd), 2) + " Hz and " + fixed(1 / own_s(other), 2) + " Hz",
+              "Make a data set of each rate, or bring all to one: features of the spectrum, and of "
+              "the number of samples, mean something else at another");
 }
 
 }  // namespace
+
+Status check_rate(const Dataset& dataset, const std::optional<std::string>& exploration,
+                  double period_s) {
+  if (period_s == 0.0) return {};  // not known
+  for (const std::size_t i : chosen_of(dataset, exploration)) {
+    const std::vector<std::int64_t>& t_ns = dataset.records[i].t_ns;
+    if (may_have_period(t_ns, period_s)) continue;
+    return fail(Errc::invalid_argument, "recorded at another rate than the training trials",
+                dataset.trials[i].file, rate_words(period_s),
+                rate_words(sampled_time(t_ns).period_s()));
+  }
+  return {};
+}
 
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration) {

@@ -84,6 +84,11 @@ DataKind kind_of(const Dataset& dataset);
 /// Mean sample period of a data set [s]; 0 when not known.
 double sample_period_s(const Dataset& dataset);
 
+/// Refuses a trial (of `exploration`, or of all) that is of another rate than those of a model,
+/// whose sample period is `period_s` (0: not known), as may_have_period() tells.
+Status check_rate(const Dataset& dataset, const std::optional<std::string>& exploration,
+                  double period_s);
+
 /// "SIMULATED data ..." or "" for real data: every text with figures starts with it.
 std::string bench_banner(BenchKind kind);
 /// And with selection_words(): nobody trains on what a live vote left without being told.

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "protocols/base/time.hpp"
+#include "daemon/dataset/sample_times.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -93,14 +93,9 @@ Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<
 }
 
 double mean_rate_hz(const Dataset& dataset) {
-  double intervals = 0;
-  double seconds = 0;
-  for (const TrialRecord& record : dataset.records) {
-    if (record.t_ns.empty()) continue;
-    intervals += static_cast<double>(record.t_ns.size() - 1);
-    seconds += to_seconds(Duration(record.t_ns.back() - record.t_ns.front()));
-  }
-  return seconds > 0 ? intervals / seconds : 0;
+  SampledTime all;
+  for (const TrialRecord& record : dataset.records) all += sampled_time(record.t_ns);
+  return all.seconds > 0 ? all.intervals / all.seconds : 0;
 }
 
 Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {

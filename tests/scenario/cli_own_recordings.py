@@ -101,6 +101,59 @@ def short_recordings(t, d, rows):
     t.refuses("evaluate", "gone.h5", "--method", "LDA", "--leave-one-group-out", cwd=d, says=["silk", "no training window"])
 
 
+def rewritten(path, target, rate_hz):
+    """The same samples at another rate."""
+    lines = path.read_text().splitlines()
+    times = [f"{i / rate_hz:.6f},{line.split(',', 1)[1]}" for i, line in enumerate(lines[1:])]
+    target.write_text("\n".join([lines[0], *times]) + "\n")
+
+
+def rates(t, d):
+    """What trains together is known again by the model, each file for itself."""
+    folder = d / "rates"
+    folder.mkdir()
+    names = [f"{label}{k}.csv" for label in ("felt", "foil") for k in range(4)]
+    rows = [[name, name[:4], str(k % 2)] for k, name in enumerate(names)]
+    for k, name in enumerate(names):
+        write_trial(folder / "raw", 40 * name.startswith("foil"), 1, k)
+        rewritten(folder / "raw", folder / name, 100 if k % 2 else 116)
+    imported(t, folder, "mixed", rows)
+    evaluate = ("evaluate", "mixed.h5", "--learner", "lda", "--train-fraction", "0.5", "--repeats", "2")
+    for command in (("train", "mixed.h5", "-o", "bad.model"), ("train", "mixed.h5", "-o", "bad.model", "--live"), evaluate):
+        t.refuses(*command, cwd=folder, says=["different sampling rates", "felt1.csv", "felt0.csv", "100.00 Hz", "116.00 Hz", "a data set of each rate"])
+    for k, name in enumerate(names):
+        write_trial(folder / "raw", 40 * name.startswith("foil"), 1, k)
+        rewritten(folder / "raw", folder / name, 100 + k % 4)
+    imported(t, folder, "near", rows)
+    t.succeeds("train", "near.h5", "-o", "near.model", "--learner", "lda", cwd=folder)
+    for name in names + ["near.h5"]:
+        t.succeeds("classify", "near.model", name, cwd=folder)
+    t.refuses("classify", "near.model", "mixed.h5", cwd=folder, says=["rate"])
+    write_trial(folder / "raw", 0, 1, 1)
+    rewritten(folder / "raw", folder / "slow.csv", 95)
+    rewritten(folder / "raw", folder / "fast.csv", 108)
+    imported(t, folder, "around", [["slow.csv", "felt", "0"], ["fast.csv", "felt", "0"]])
+    t.refuses("classify", "near.model", "around.h5", cwd=folder, says=["another rate than the training", "slow.csv", "95.00 Hz"])
+
+
+def paused(t, d):
+    """A pause between phases is no part of the rate, so that windows are as long as they say."""
+    folder = d / "paused"
+    folder.mkdir()
+    rows = [[f"{label}{k}.csv", label, str(k)] for label in ("felt", "foil") for k in range(3)]
+    for i, (name, label, _) in enumerate(rows):
+        write_trial(folder / name, 40 * (label == "foil"), 1, i)
+        lines = (folder / name).read_text().splitlines()
+        later = {"S": 0, "P": 5, "M": 10, "E": 15}
+        moved = [f"{float(line.split(',')[0]) + later[line.split(',')[1]]:.3f},{line.split(',', 1)[1]}" for line in lines[1:]]
+        (folder / name).write_text("\n".join([lines[0], *moved]) + "\n")
+    made = imported(t, folder, "m", rows)
+    t.expect(abs(made["taxel_rate_hz"] - 50) < 1e-9, f"rate: {made['taxel_rate_hz']}")
+    t.succeeds("features", "m.h5", "-o", "f.csv", "--window-s", "1", cwd=folder)
+    windows = (folder / "f.csv").read_text().count("felt0.csv#w")
+    t.expect(windows == 3, f"{windows} windows of 1 s in 3 s")
+
+
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory(prefix="weft-own-") as name:
@@ -110,6 +163,8 @@ def main():
         copies_of_recordings(t, d, rows)
         copies_of_slides(t, d)
         short_recordings(t, d, rows)
+        rates(t, d)
+        paused(t, d)
     t.finish()
 
 

@@ -1,0 +1,32 @@
+#pragma once
+// What the times of samples tell of their rate.
+
+#include <cstdint>
+#include <vector>
+
+namespace weft::daemon {
+
+/// Time that was sampled, and in how many intervals.
+struct SampledTime {
+  double seconds = 0;
+  double intervals = 0;
+
+  /// From sample to sample; 0 where the times do not tell.
+  [[nodiscard]] double period_s() const { return intervals > 0 ? seconds / intervals : 0; }
+  SampledTime& operator+=(const SampledTime& other);
+};
+
+/// Of one recording, without its pauses: between phases nothing is recorded, and frames get lost. A
+/// pause is longer than one and a half times what three quarters of the intervals keep within, so
+/// that neither stamps in whole milliseconds nor samples stamped in twos and threes make one.
+SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
+
+/// By how much the rate of one recording may differ from that of others that it is compared with:
+/// beyond it features mean something else.
+inline constexpr double rate_tolerance = 0.05;
+
+/// Whether a recording may be of this period [s]: by its mean, or by the interval in the middle,
+/// which a reader that stalled and caught up does not move. True where its times tell nothing.
+bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s);
+
+}  // namespace weft::daemon
