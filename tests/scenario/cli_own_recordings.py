@@ -101,6 +101,18 @@ def short_recordings(t, d, rows):
     t.refuses("evaluate", "gone.h5", "--method", "LDA", "--leave-one-group-out", cwd=d, says=["silk", "no training window"])
 
 
+def verified(t, d):
+    held = t.succeeds("verify", "clean.h5", cwd=d)
+    info = t.succeeds("dataset", "info", "clean.h5", cwd=d)
+    t.expect(held["holds"] and held["dataset_sha256"] == info["dataset_sha256"] and held["attempts"] == 8, f"verify: {held}")
+    t.expect("It holds" in t.run("verify", "clean.h5", cwd=d).stdout, "in words")
+    whole = (d / "clean.h5").read_bytes()
+    for at in range(len(whole) // 7, len(whole), len(whole) // 7):
+        (d / "flipped.h5").write_bytes(whole[:at] + bytes([whole[at] ^ 0x55]) + whole[at + 1:])
+        ran = t.run("verify", "flipped.h5", cwd=d)
+        t.expect(ran.returncode == 1 and "Not as recorded" in ran.stdout, f"byte {at} of {len(whole)}: {ran.stdout}")
+
+
 def rewritten(path, target, rate_hz):
     """The same samples at another rate."""
     lines = path.read_text().splitlines()
@@ -163,6 +175,7 @@ def main():
         copies_of_recordings(t, d, rows)
         copies_of_slides(t, d)
         short_recordings(t, d, rows)
+        verified(t, d)
         rates(t, d)
         paused(t, d)
     t.finish()
