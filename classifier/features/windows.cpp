@@ -5,6 +5,9 @@
 namespace weft::classifier {
 namespace {
 
+// People and other programs number recordings by "#3" themselves.
+constexpr std::string_view window_mark = "#w";
+
 // Whole samples in a duration, or 0 when that is not a sensible number.
 std::size_t samples_in(double duration_s, double period_s) {
   const double samples = std::nearbyint(duration_s / period_s);
@@ -21,7 +24,7 @@ std::vector<std::size_t> motion_samples(const Trial& trial) {
 
 Trial one_window(const Trial& trial, std::span<const std::size_t> samples, std::size_t number) {
   Trial out;
-  out.file = trial.file + "#" + std::to_string(number);
+  out.file = window_name(trial.file, number);
   out.label = trial.label;
   out.group = trial.group;
   out.taxels = trial.taxels;
@@ -36,10 +39,16 @@ Trial one_window(const Trial& trial, std::span<const std::size_t> samples, std::
 
 }  // namespace
 
+std::string window_name(std::string_view recording, std::size_t number) {
+  return std::string(recording).append(window_mark) + std::to_string(number);
+}
+
 std::string_view recording_of(std::string_view file) {
-  const std::size_t mark = file.rfind('#');
-  if (mark == std::string_view::npos || mark + 1 == file.size()) return file;
-  const bool numbered = file.find_first_not_of("0123456789", mark + 1) == std::string_view::npos;
+  const std::size_t mark = file.rfind(window_mark);
+  if (mark == std::string_view::npos) return file;
+  const std::string_view number = file.substr(mark + window_mark.size());
+  const bool numbered =
+      !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
   return numbered ? file.substr(0, mark) : file;
 }
 

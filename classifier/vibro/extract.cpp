@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "classifier/features/windows.hpp"
 #include "classifier/learn/parallel.hpp"
 
 namespace weft::classifier::vibro {
@@ -46,7 +47,7 @@ WindowSet lay_out(std::span<const Recording> recordings, double window_s, const 
     for (const Place& place : places(recordings[r])) {
       out.places.push_back(place);
       out.recording.push_back(r);
-      out.matrix.files.push_back(recordings[r].file + "#" + std::to_string(k++));
+      out.matrix.files.push_back(window_name(recordings[r].file, k++));
       out.matrix.labels.push_back(recordings[r].label);
       out.matrix.groups.push_back(recordings[r].group);
     }

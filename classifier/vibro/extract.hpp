@@ -52,8 +52,8 @@ struct TooShort {
 struct WindowSet {
   double window_s = 0.0;
   std::set<double> rates_hz;  ///< of the channels
-  FeatureMatrix matrix;       ///< a row per window: file "name#k", label and group of the recording
-  std::vector<Place> places;  ///< per row
+  FeatureMatrix matrix;  ///< a row per window: file window_name(), label and group of the recording
+  std::vector<Place> places;           ///< per row
   std::vector<std::size_t> recording;  ///< per row: which one it was cut from
   std::vector<TooShort> too_short;
 };

@@ -13,6 +13,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -105,7 +106,7 @@ def sklearn_models(by_group):
 def sklearn_scores(features, split):
     files, labels, groups, values = features
     by_group = split == LEFT_OUT
-    unit = groups if by_group else numpy.array([f.split("#")[0] for f in files])
+    unit = groups if by_group else numpy.array([re.sub(r"#w\d+$", "", f) for f in files])
     out = {}
     for name, model in sklearn_models(by_group).items():
         right = tested = 0

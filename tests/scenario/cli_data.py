@@ -236,7 +236,7 @@ def page(t, d):
 def windows(t, d):
     t.succeeds("train", "d.h5", "-o", "w.weft", "--window-s", "1", cwd=d)
     answers = t.succeeds("classify", "w.weft", "new.csv", cwd=d)["trials"]
-    t.expect([a["file"] for a in answers] == ["new.csv#0", "new.csv#1", "new.csv#2"], f"windows: {answers}")
+    t.expect([a["file"] for a in answers] == ["new.csv#w0", "new.csv#w1", "new.csv#w2"], f"windows: {answers}")
     split = ["--train-groups", "A", "--test-groups", "B"]
     e = t.succeeds("evaluate", "d.h5", *split, "--window-s", "1", "--norm", "rms", cwd=d)
     t.expect(e["trials"] == 24 and e["rows"] == 72, f"3 windows a trial: {e['trials']} {e['rows']}")

@@ -166,6 +166,25 @@ def paused(t, d):
     t.expect(windows == 3, f"{windows} windows of 1 s in 3 s")
 
 
+def presses(t, d):
+    """Presses of one object in a table are presses, not windows of one recording."""
+    folder = d / "presses"
+    folder.mkdir()
+    noise = random.Random(4)
+    lines = [",".join([label, label + "1", *(str(round(60 + (9 + 20 * c) * noise.gauss(0, 1))) for _ in range(64))])
+             for c, label in enumerate(("knit", "rasp")) for _ in range(6)]
+    (folder / "table.csv").write_text("\n".join(lines) + "\n")
+    t.succeeds("dataset", "import", "table.csv", "--format", "imprint-table", "--shape", "8x8", "-o", "p.h5", cwd=folder)
+    trained = t.succeeds("train", "p.h5", "-o", "p.model", "--learner", "svc", cwd=folder)
+    t.expect("folds" not in trained, f"six presses of each are dealt into folds: {trained.get('folds')}")
+    curve = t.succeeds("evaluate", "p.h5", "--learner", "lda", "--train-fraction", "0.7", "--repeats", "3", "--learning-curve", "2,4",
+                       cwd=folder)["learning_curve"]
+    t.expect([point["trials"] for point in curve] == [2, 4], f"so many presses of each: {curve}")
+    calibration = t.succeeds("evaluate", "p.h5", "--learner", "lda", "--train-fraction", "0.5", "--repeats", "3", "--calibration",
+                             cwd=folder)["results"]["lda"]["calibration"]
+    t.expect(calibration["recordings"] > 2, f"{calibration['recordings']} presses were tested")
+
+
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory(prefix="weft-own-") as name:
@@ -178,6 +197,7 @@ def main():
         verified(t, d)
         rates(t, d)
         paused(t, d)
+        presses(t, d)
     t.finish()
 
 

@@ -166,7 +166,7 @@ TEST_CASE(
 TEST_CASE("Folds of many classes hold every row once, keep units whole and train on every class") {
   FeatureMatrix data = gaussian_classes(5, 12, 2, 1, 31);
   for (std::size_t r = 0; r < data.size(); ++r)  // windows of four recordings a class
-    data.files[r] = data.labels[r] + std::to_string(r % 4) + "#" + std::to_string(r);
+    data.files[r] = data.labels[r] + std::to_string(r % 4) + "#w" + std::to_string(r);
   const Classes classes = classes_of(data);
   const auto unit = row_units(data, FoldUnit::recording);
   const auto folds = class_folds(classes.of_row, {unit}, 5, 7).folds;

@@ -60,7 +60,7 @@ TEST_CASE("A stratified split tests every label of three trials or more, whateve
 TEST_CASE("Labels that no split tests are told, with their recordings and the group they are in") {
   const std::vector<std::string> labels = {"a", "a", "b", "b", "b", "c", "c", "a"};
   const std::vector<std::string> groups = {"x", "y", "x", "x", "x", "x", "y", "z"};
-  const std::vector<std::string> files = {"1", "2", "3#0", "3#1", "4", "5", "6", "7"};
+  const std::vector<std::string> files = {"1", "2", "3#w0", "3#w1", "4", "5", "6", "7"};
   const std::vector<Split> splits = {{{1, 2, 3, 4}, {0}}, {{0, 2, 3, 4}, {1}}};
   const auto never = never_tested(splits, labels, groups, files);
   REQUIRE(never.size() == 2);
@@ -277,7 +277,7 @@ TEST_CASE("A thinned split trains on whole recordings, as many of each label as 
   std::vector<std::string> labels, files;
   for (std::size_t r = 0; r < 24; ++r) {  // two labels, four recordings of three windows each
     labels.emplace_back(r < 12 ? "a" : "b");
-    files.push_back(std::to_string(r / 3) + "#" + std::to_string(r % 3));
+    files.push_back(std::to_string(r / 3) + "#w" + std::to_string(r % 3));
   }
   Split split;
   for (std::size_t r = 0; r < 24; ++r) (r % 12 < 9 ? split.train : split.test).push_back(r);

@@ -19,7 +19,7 @@ TEST_CASE("Windows cut the motion into equal parts that inherit label and group"
   CHECK((*windows)[1].counts == std::vector<double>{4, 5, 6});
   CHECK((*windows)[1].group == "rep0");
   CHECK((*windows)[1].label == "Denim");
-  CHECK((*windows)[1].file == "trial.csv#1");
+  CHECK((*windows)[1].file == "trial.csv#w1");
   const auto dense =
       cut_windows(trial, {.window_s = 0.084, .step_s = 0.028, .sample_period_s = 0.028});
   CHECK(dense->size() == 5);
@@ -28,14 +28,16 @@ TEST_CASE("Windows cut the motion into equal parts that inherit label and group"
 TEST_CASE(
     "a recording's name is that of its windows without their number, and nothing else of it") {
   for (const auto& [file, recording] : {std::pair{"a.csv", "a.csv"},
-                                        {"a.csv#0", "a.csv"},
-                                        {"a.csv#12", "a.csv"},
+                                        {"a.csv#w0", "a.csv"},
+                                        {"a.csv#w12", "a.csv"},
                                         {"fab #3.csv", "fab #3.csv"},
-                                        {"fab #3.csv#4", "fab #3.csv"},
+                                        {"fab #3.csv#w4", "fab #3.csv"},
+                                        {"press#3", "press#3"},
                                         {"a#", "a#"},
+                                        {"a#w", "a#w"},
                                         {"", ""}})
     CHECK(recording_of(file) == recording);
-  CHECK(recording_of(std::string("a.csv#0"), 7) == "a.csv");
+  CHECK(recording_of(std::string("a.csv#w0"), 7) == "a.csv");
   CHECK(recording_of(std::string(), 7) == "#7");
 }
 

@@ -35,7 +35,7 @@ FeatureMatrix windows_of(const Recorded& recorded) {
     for (std::size_t i = 0; i < groups.size() * windows; ++i) {
       out.labels.push_back(label);
       out.groups.push_back(groups[i / windows]);
-      out.files.push_back(label + std::to_string(i / windows) + ".csv#" +
+      out.files.push_back(label + std::to_string(i / windows) + ".csv#w" +
                           std::to_string(i % windows));
       for (int k = 0; k < 2; ++k) values.push_back(mean + normal(engine));
     }

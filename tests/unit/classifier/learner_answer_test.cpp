@@ -223,7 +223,7 @@ TEST_CASE("Trials without a name are recordings of their own, windows of one fil
   FeatureMatrix unnamed = named, windows = named;
   unnamed.files.assign(named.size(), "");
   for (std::size_t r = 0; r < named.size(); ++r)
-    windows.files[r] = named.labels[r] + "#" + std::to_string(r);
+    windows.files[r] = named.labels[r] + "#w" + std::to_string(r);
   for (const auto& [data, recordings] :
        {std::pair{&named, tested.size()}, {&unnamed, tested.size()}, {&windows, std::size_t{3}}}) {
     const auto checked = evaluate(*data, *splits, Learner::lda, {}, {}, true);

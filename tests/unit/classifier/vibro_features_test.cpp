@@ -207,7 +207,7 @@ TEST_CASE("A set of windows is the same on any number of threads, and names what
   REQUIRE(two);
   CHECK(one->matrix.values.data() == two->matrix.values.data());
   REQUIRE(one->matrix.size() == 12);
-  CHECK(one->matrix.files[7] == "2.wav#1");
+  CHECK(one->matrix.files[7] == "2.wav#w1");
   CHECK(one->matrix.labels[7] == "other");
   CHECK(one->matrix.groups[7] == "b");
   CHECK(one->recording[7] == 1);
@@ -216,7 +216,7 @@ TEST_CASE("A set of windows is the same on any number of threads, and names what
   recordings[1].samples[2][150] = std::nan("");
   const auto refused = cut_and_extract(recordings, 1.0, places, {});
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().where == "2.wav#0: Y: sample 150");
+  CHECK(refused.error().where == "2.wav#w0: Y: sample 150");
   recordings[1].channels.pop_back();
   CHECK_FALSE(cut_and_extract(recordings, 1.0, places, {}));
 }

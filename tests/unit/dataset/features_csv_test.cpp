@@ -67,14 +67,14 @@ TEST_CASE("a sweep's factors stand beside the features of their trials and of th
   dataset.records[1].spec.factors = {5, 0.004};
   classifier::FeatureMatrix features;
   features.names = {"mean.P"};
-  features.files = {"b#0", "a"};
+  features.files = {"b#w0", "a"};
   features.labels = {"Silk", "Silk"};
   features.groups = {"1", "2"};
   features.values = classifier::Matrix(2, 1, 7.0);
   const TemporaryFolder folder;
   REQUIRE(export_features_csv(folder / "f.csv", features, factor_columns(dataset, features)));
   CHECK(read_file(folder / "f.csv") ==
-        "file,label,group,force_n,speed_mps,mean.P\nb#0,Silk,1,5,0.0040000000000000001,7\n"
+        "file,label,group,force_n,speed_mps,mean.P\nb#w0,Silk,1,5,0.0040000000000000001,7\n"
         "a,Silk,2,2,0.001,7\n");
   features.files[0] = "a+b";  // of two trials: no one setting
   CHECK(factor_columns(dataset, features).names.empty());
