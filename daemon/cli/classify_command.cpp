@@ -16,6 +16,7 @@
 #include "daemon/cli/model_recordings.hpp"
 #include "daemon/cli/standard_input.hpp"
 #include "daemon/cli/trial_choice.hpp"
+#include "daemon/dataset/csv.hpp"
 #include "daemon/dataset/import.hpp"
 #include "daemon/report/format.hpp"
 
@@ -48,7 +49,7 @@ std::string beginning_of(const std::filesystem::path& path) {
 
 Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in) {
   if (path == "-") return trials_from(in);
-  return path.extension() == ".csv" ? import_trial(path) : open_dataset(path);
+  return is_csv_name(path) ? import_trial(path) : open_dataset(path);
 }
 
 // The model's own exploration. Imported recordings name none, and are taken for what the model

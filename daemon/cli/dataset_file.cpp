@@ -7,6 +7,7 @@
 #include "daemon/dataset/hdf5_file.hpp"
 #include "daemon/recorder/log_check.hpp"
 #include "daemon/recorder/whole_log.hpp"
+#include "daemon/recordings/recording_set.hpp"
 #include "daemon/run/rig_file.hpp"
 
 namespace weft::daemon::cli {
@@ -34,6 +35,9 @@ Result<Dataset> open_dataset(const std::filesystem::path& path) {
   if (is_campaign_file(path))
     return fail(Errc::unsupported, "a campaign file, not a data set", path.string(), "HDF5",
                 "SQLite", "Make a data set of it with `weft dataset export`");
+  if (is_recordings_file(path))
+    return fail(Errc::unsupported, "recordings of sound and vibration, not a data set of slides",
+                path.string(), {}, {}, "weft train, evaluate, classify and trade vibro take them");
   return read_hdf5(path);
 }
 

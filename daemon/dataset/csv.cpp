@@ -165,6 +165,10 @@ Result<double> CsvReader::number(std::size_t column) const {
   return failure;
 }
 
+bool is_csv_name(const std::filesystem::path& path) {
+  return path.extension() == ".csv" || path.extension() == ".CSV";
+}
+
 tl::unexpected<Error> CsvReader::complaint(std::string message, std::string expected,
                                            std::string got) const {
   return fail(Errc::parse, std::move(message), where(), std::move(expected), std::move(got));

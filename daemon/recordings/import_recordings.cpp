@@ -215,7 +215,7 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path) {
   TableRates rates;
   for (const ManifestEntry& entry : *entries) {
     Recording own{entry.file, entry.label, entry.group, {}, {}};
-    if (entry.path.extension() == ".csv") {
+    if (is_csv_name(entry.path)) {
       const auto timed = read_table(entry.path, "t_s", "1", own);
       if (!timed) return pass(timed.error(), entry.where);
       rates.add(set.recordings.size(), *timed);

@@ -6,8 +6,10 @@
 import pathlib
 import random
 import shutil
+import struct
 import sys
 import tempfile
+import wave
 
 from cli_support import Checks
 from made_up_cloths import write_manifest, write_trial
@@ -185,6 +187,38 @@ def presses(t, d):
     t.expect(calibration["recordings"] > 2, f"{calibration['recordings']} presses were tested")
 
 
+def write_sound(path, level, seed, seconds=3, rate_hz=8000):
+    noise = random.Random(seed)
+    with wave.open(str(path), "wb") as f:
+        f.setparams((1, 2, rate_hz, 0, "NONE", ""))
+        f.writeframes(struct.pack(f"<{seconds * rate_hz}h", *(round(noise.uniform(-level, level)) for _ in range(seconds * rate_hz))))
+
+
+def sounds(t, d):
+    """A WAV file that was cut is not taken for a shorter recording; a table is one by ".CSV" too."""
+    folder = d / "sounds"
+    folder.mkdir()
+    write_sound(folder / "a.wav", 2000, 1)
+    write_sound(folder / "b.wav", 9000, 2)
+    rows = [["a.wav", "felt", "1"], ["b.wav", "foil", "1"]]
+    write_manifest(folder / "m.csv", rows)
+    ran = t.run("dataset", "import", "--format", "recordings", "m.csv", "-o", "m.h5", cwd=folder)
+    if "reads no sound files" in ran.stderr:
+        print("sound files: not tested, this build reads none")
+        return
+    t.expect(ran.returncode == 0, f"two sounds: {ran.stderr}")
+    (folder / "cut.wav").write_bytes((folder / "a.wav").read_bytes()[:5000])
+    write_manifest(folder / "cut.csv", rows + [["cut.wav", "felt", "2"]])
+    t.refuses("dataset", "import", "--format", "recordings", "cut.csv", "-o", "bad.h5", cwd=folder, says=["cut.csv:4", "cut.wav", "cut short", "48044 bytes"])
+    (folder / "notes.txt").write_text("no sound\n")
+    write_manifest(folder / "text.csv", rows + [["notes.txt", "felt", "2"]])
+    t.refuses("dataset", "import", "--format", "recordings", "text.csv", "-o", "bad.h5", cwd=folder, says=["notes.txt", "not a sound file", ".csv"])
+    write_vibration(folder / "T.CSV", 1, 3)
+    write_manifest(folder / "upper.csv", [["T.CSV", "felt", "1"]])
+    t.succeeds("dataset", "import", "--format", "recordings", "upper.csv", "-o", "upper.h5", cwd=folder)
+    t.refuses("features", "m.h5", "-o", "bad.csv", cwd=folder, says=["recordings of sound and vibration", "weft train"])
+
+
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory(prefix="weft-own-") as name:
@@ -198,6 +232,7 @@ def main():
         rates(t, d)
         paused(t, d)
         presses(t, d)
+        sounds(t, d)
     t.finish()
 
 
