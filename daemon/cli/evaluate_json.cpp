@@ -162,6 +162,7 @@ json report_json(const EvaluateArgs& args, const ChosenTrials& chosen, const Mea
            {"test_rows", splits.front().test.size()},
            {"never_tested", never_tested_json(measured.never_tested)},
            {"twins", twins_json(measured.twins)},
+           {"motion_samples", {chosen.motion.shortest, chosen.motion.longest}},
            {"training", describe(args.training)},
            {"results", results}};
   if (!measured.groups.empty()) out["groups"] = groups_json(measured);

@@ -142,6 +142,22 @@ std::string too_short_words(const std::vector<classifier::vibro::TooShort>& reco
          joined(names);
 }
 
+namespace {
+
+// The paper's slides last equally long; F_norm of others knows how long they lasted (AMB-3).
+std::string motion_words(const MotionLengths& motion, const TrialChoice& choice) {
+  constexpr double alike = 1.05;
+  if (static_cast<double>(motion.longest) <= alike * static_cast<double>(motion.shortest))
+    return {};
+  return std::to_string(motion.shortest) + " to " + std::to_string(motion.longest) +
+         " samples a slide" +
+         (choice.norm == "rms" ? ""
+                               : "; norm.M grows with them: it tells a label by how long its "
+                                 "slides last, --norm rms does not");
+}
+
+}  // namespace
+
 std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& args,
                                                           const ChosenTrials& chosen,
                                                           const Measured& measured) {
@@ -157,6 +173,8 @@ std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& ar
                        std::to_string(chosen.setup.taxels) + " taxels" +
                        (args.trials.remove_level.empty() ? "" : ", level removed")},
       {"split", split_text(args, measured.splits)}};
+  if (const std::string words = motion_words(chosen.motion, args.trials); !words.empty())
+    out.emplace_back("motion", words);
   if (!measured.never_tested.empty())
     out.emplace_back("never tested", never_tested_words(measured.never_tested, "trials"));
   if (measured.twins.found > 0)

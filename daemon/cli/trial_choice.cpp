@@ -273,6 +273,13 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
   return out;
 }
 
+MotionLengths lengths_of(const std::vector<Trial>& strokes) {
+  std::vector<std::size_t> samples;
+  for (const Trial& stroke : strokes) samples.push_back(stroke.motion_samples());
+  const auto [shortest, longest] = std::ranges::minmax(samples);
+  return {shortest, longest};
+}
+
 // Imprints have features of their own.
 Result<ChosenTrials> load_imprints(Dataset dataset, const TrialChoice& choice) {
   auto plan = feature_plan_from(choice.scales, choice.imprint_features);
@@ -316,6 +323,7 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   ChosenTrials out;
   out.strokes = chosen->strokes;
   out.setup = setup_of(*chosen, choice, sample_period_s(*dataset));
+  if (choice.window_s == 0.0) out.motion = lengths_of(chosen->trials);
   auto features = features_of(std::move(chosen->trials), choice, out.setup.options);
   if (!features) return pass(features.error(), path.string());
   out.features = std::move(*features);

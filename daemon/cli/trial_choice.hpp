@@ -35,6 +35,12 @@ void add_trial_options(CLI::App& command, TrialChoice& choice);
 /// --remove-level, for commands that make no model: a model file does not know of it.
 void add_level_option(CLI::App& command, TrialChoice& choice);
 
+/// Samples of phase M of the shortest and the longest whole stroke.
+struct MotionLengths {
+  std::size_t shortest = 0;
+  std::size_t longest = 0;
+};
+
 /// A data set and the features of the trials that were chosen from it.
 struct ChosenTrials {
   Dataset dataset;
@@ -42,6 +48,7 @@ struct ChosenTrials {
   std::size_t strokes = 0;  ///< chosen trials before they were cut into windows
   classifier::FeatureMatrix features;
   classifier::FeatureSetup setup;
+  MotionLengths motion;  ///< 0 of windows, of imprints, and of explorations side by side
   /// Of imprints, in the place of the setup: what was taken of each.
   std::optional<classifier::imprint::FeaturePlan> imprint_plan = {};
 };

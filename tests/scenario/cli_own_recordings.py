@@ -219,6 +219,28 @@ def sounds(t, d):
     t.refuses("features", "m.h5", "-o", "bad.csv", cwd=folder, says=["recordings of sound and vibration", "weft train"])
 
 
+def durations(t, d):
+    """Labels that differ in nothing but how long their slides last: said, as the norm knows it."""
+    folder = d / "durations"
+    folder.mkdir()
+    rows = []
+    for i, (label, samples) in enumerate([("felt", 100), ("foil", 200)] * 6):
+        noise = random.Random(i)
+        lines = [f"{k / 50:.2f},{1000 + round(noise.gauss(0, 5))}" for k in range(samples)]
+        (folder / f"{i}.csv").write_text("\n".join(["t_s,ch1", *lines]) + "\n")
+        rows.append([f"{i}.csv", label, str(i // 2 % 2)])
+    imported(t, folder, "m", rows)
+    ask = ("evaluate", "m.h5", "--learner", "lda", "--train-groups", "0", "--test-groups", "1")
+    told = t.succeeds(*ask, cwd=folder)
+    t.expect(told["results"]["lda"]["accuracy"] == 1.0 and told["motion_samples"] == [100, 200], f"{told['motion_samples']}")
+    text = t.run(*ask, cwd=folder).stdout
+    t.expect("100 to 200 samples a slide; norm.M grows with them" in text, text)
+    text = t.run(*ask, "--norm", "rms", cwd=folder).stdout
+    t.expect("100 to 200 samples a slide\n" in text, text)
+    t.expect("samples a slide" not in t.run("evaluate", "../slides/clean.h5", "--learner", "lda", "--train-fraction", "0.5", cwd=folder).stdout,
+             "of slides that last equally long nothing is said")
+
+
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory(prefix="weft-own-") as name:
@@ -233,6 +255,7 @@ def main():
         paused(t, d)
         presses(t, d)
         sounds(t, d)
+        durations(t, d)
     t.finish()
 
 
