@@ -250,7 +250,7 @@ TEST_CASE(
   std::filesystem::remove(file);
   keeper->refresh();
   CHECK_FALSE(keeper->stands(*found, 1));
-  CHECK(keeper->add("another", Role::admin, 1000, 1));
+  CHECK(keeper->add("another", Role::admin, 1000, {}, 1));
 }
 
 TEST_CASE("A token acts for its own owner, or for whoever it was made for, over restarts too") {
@@ -302,9 +302,9 @@ TEST_CASE("A token that is removed is no more, and who asks for another name is 
   const auto file = folder.path() / "tokens.json";
   auto keeper = TokenKeeper::open(file);
   REQUIRE(keeper);
-  const auto token = keeper->add("notebook", Role::operator_, 1000, 1);
+  const auto token = keeper->add("notebook", Role::operator_, 1000, {}, 1);
   REQUIRE(token);
-  REQUIRE(keeper->add("ada", Role::admin, 1000, 1));
+  REQUIRE(keeper->add("ada", Role::admin, 1000, {}, 1));
   const Status unknown = keeper->remove("bob");
   REQUIRE_FALSE(unknown);
   CHECK(unknown.error().code == Errc::not_found);
