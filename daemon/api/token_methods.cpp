@@ -35,7 +35,12 @@ Outcome add(const Services& services, const Call& call) {
                     std::to_string(days),
                     {}});
   const std::int64_t expires_us = services.utc_us() + days * day_us;
-  const std::string user = call.params.value("own", false) ? call.caller.user : "";
+  const bool own = call.params.value("own", false);
+  if (own && !call.caller.local)
+    return refused({Errc::wrong_state, "a token for yourself is made at the bench alone",
+                    "/params/own", "a user of the machine", call.caller.user,
+                    "Leave it out: who comes with it is token:NAME then"});
+  const std::string user = own ? call.caller.user : "";
   const auto token = services.add_token(name, *role, expires_us, user);
   if (!token && token.error().code == Errc::invalid_argument && !name.empty())
     return tl::unexpected(rpc::rpc_error(rpc::code::state + 13, "token.name_taken", token.error()));
@@ -59,19 +64,20 @@ Outcome add(const Services& services, const Call& call) {
 
 void add_token_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;
-  methods.add({"token.add",
-               "makes a token for TCP and HTTP; it is told once, here",
-               access::Role::admin,
-               rpc::Effect::change,
-               {{"name", ParamType::text, true, "whom it is for, a new name"},
-                {"role", ParamType::text, false, "observer, operator (default), engineer or admin"},
-                {"days", ParamType::integer, false, "how long it is good for [days], 30"},
-                {"own", ParamType::flag, false,
-                 "it is for yourself: who comes with it is you, as far as its role goes, and has "
-                 "your leases and keys; else token:NAME"}},
-               "name, role, expires_us, user (who comes with it), token",
-               rpc::Memory::while_running},
-              [s](const Call& call) { return add(*s, call); });
+  methods.add(
+      {"token.add",
+       "makes a token for TCP and HTTP; it is told once, here",
+       access::Role::admin,
+       rpc::Effect::change,
+       {{"name", ParamType::text, true, "whom it is for, a new name"},
+        {"role", ParamType::text, false, "observer, operator (default), engineer or admin"},
+        {"days", ParamType::integer, false, "how long it is good for [days], 30"},
+        {"own", ParamType::flag, false,
+         "it is for yourself, a user of the machine: who comes with it is you, as far as its "
+         "role goes, and has your leases and keys; else token:NAME"}},
+       "name, role, expires_us, user (who comes with it), token",
+       rpc::Memory::while_running},
+      [s](const Call& call) { return add(*s, call); });
 }
 
 }  // namespace weft::daemon::api

@@ -1,6 +1,7 @@
 #include "daemon/cli/daemon_call.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "daemon/report/format.hpp"
@@ -80,15 +81,22 @@ Result<json> run_told(Client& daemon, const std::string& named) {
 
 namespace {
 
-/// That which this user has taken already, by the page or another program of his; null where he has
-/// none.
-Result<json> own_lease(Client& daemon) {
+/// The lease of this user that no connection keeps, such as the page's, whose calls are connections
+/// of their own; null where he has none. A program of his that is there may keep him out.
+Result<json> kept_by_nobody(Client& daemon) {
   const auto me = call(daemon, "session.whoami");
   if (!me) return pass(me.error());
   const auto held = call(daemon, "lease.list");
   if (!held) return pass(held.error());
+  const auto there = call(daemon, "session.list");
+  if (!there) return pass(there.error());
+  const auto is_there = [&](const json& session) {
+    return std::ranges::any_of(there->at("sessions"),
+                               [&](const json& one) { return one.at("session") == session; });
+  };
   for (const json& lease : held->at("leases"))
-    if (lease.at("user") == me->at("user")) return lease.at("lease");
+    if (lease.at("user") == me->at("user") && !is_there(lease.at("session")))
+      return lease.at("lease");
   return json();
 }
 
@@ -98,11 +106,12 @@ Result<json> own_lease(Client& daemon) {
 // cannot be given back ends by itself. What the daemon answered stands either way.
 Result<json> under_lease(Client& daemon, const LeaseWish& wish, std::string_view method,
                          json params) {
-  const auto own = own_lease(daemon);
-  if (!own) return pass(own.error());
-  if (own->is_string()) {
-    params["lease"] = *own;
-    return call(daemon, method, params);
+  const auto held = kept_by_nobody(daemon);
+  if (!held) return pass(held.error());
+  if (held->is_string()) {
+    params["lease"] = *held;
+    auto done = call(daemon, method, params);
+    if (done || daemon.refusal() != "lease.required") return done;  // else the page was closed
   }
   const auto lease =
       call(daemon, "lease.acquire", {{"note", wish.note}, {"ttl_ms", wish.longest.count()}});

@@ -29,8 +29,8 @@ struct LeaseWish {
   std::string note;                          ///< what for
   std::chrono::milliseconds longest{15000};  ///< for which others are kept away if we die meanwhile
 };
-/// A change after which the rig may move, under the lease that this user holds (an open page's),
-/// else under one that is given back: what the daemon answers to it.
+/// A change after which the rig may move, under a lease of this user that no connection keeps (the
+/// page's), else under one that is given back: what the daemon answers to it.
 Result<nlohmann::json> under_lease(client::Client& daemon, const LeaseWish& wish,
                                    std::string_view method, nlohmann::json params);
 /// Asks for a change of that run, and prints it.

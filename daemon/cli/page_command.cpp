@@ -25,7 +25,10 @@ std::string own_name() {
 /// page and terminal steer the same run; one for somebody else does not.
 Result<json> new_token(client::Client& daemon, const PageArgs& args) {
   const std::string name = args.name.empty() ? own_name() : args.name;
-  const json terms{{"role", args.role}, {"days", args.days}, {"own", args.name.empty()}};
+  const auto me = call(daemon, "session.whoami");
+  if (!me) return pass(me.error());
+  const bool own = args.name.empty() && me->at("local") == true;
+  const json terms{{"role", args.role}, {"days", args.days}, {"own", own}};
   Result<json> made = json();
   for (int i = 1; i <= most_tries; ++i) {
     json params = terms;

@@ -18,7 +18,7 @@ import tempfile
 import threading
 import time
 
-from weftd_support import command, token_of
+from weftd_support import Client, command, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 120
@@ -136,6 +136,18 @@ def tokens(web, viewer, folder):
     assert made["token"] not in json.dumps(told) + (folder / "tokens.json").read_text()
 
 
+def paused(web, lease, pause):
+    """A run that `pause` has paused: it takes that once it is under way, and is slow enough to be caught."""
+    web.call("sim.clock", pace=20)
+    run = web.call("run.start", recipe="small", lease=lease)["run"]
+    while web.call("run.get", run=run)["state"] == "arming":
+        time.sleep(0.02)
+    pause(run)
+    assert web.call("run.get", run=run)["state"] in ("pausing", "held"), web.call("run.get", run=run)
+    web.call("sim.clock", pace=0)
+    return run
+
+
 def at_the_bench(folder, *words):
     ran = subprocess.run([WEFT, *words, "--socket", folder / "data/weftd.sock"], capture_output=True, text=True)
     assert ran.returncode == 0, (words, ran.stderr)
@@ -156,15 +168,18 @@ def pages(web, folder):
     assert namesake.call("session.whoami")["user"] == f"token:{me}"
     lease = page.call("lease.acquire", ttl_ms=600000)["lease"]
     assert namesake.call("run.start", recipe="small", lease=lease)["data"]["kind"] == "lease.required"
-    page.call("sim.clock", pace=20)
-    first = page.call("run.start", recipe="small", lease=lease)["run"]
-    assert namesake.call("run.pause", run=first, at="now")["data"]["kind"] == "lease.held"
-    at_the_bench(folder, "pause", first, "--now")
-    at_the_bench(folder, "resume", first)
-    page.call("sim.clock", pace=0)
+    first = paused(page, lease, lambda run: at_the_bench(folder, "pause", run, "--now"))
+    assert namesake.call("run.resume", run=first)["data"]["kind"] == "lease.held"
+    page.call("run.resume", run=first)
     at_the_bench(folder, "start", "small", "--wait")
     assert [held["lease"] for held in page.call("lease.list")["leases"]] == [lease], "the page holds on to it"
     page.call("lease.release", lease=lease)
+    program = Client(folder / "data/weftd.sock")
+    lease = program.call("lease.acquire", note="overnight")["lease"]
+    kept_out = subprocess.run([WEFT, "start", "small", "--socket", folder / "data/weftd.sock"], capture_output=True, text=True)
+    assert kept_out.returncode == 1 and "overnight" in kept_out.stderr, kept_out
+    program.call("lease.release", lease=lease)
+    assert web.call("token.add", name="mine", own=True)["data"]["where"] == "/params/own", "who has a token may lose it"
     assert {run["outcome"] for run in page.call("run.list")["runs"]} == {"complete"}
 
 
@@ -304,8 +319,7 @@ def too_many(web):
     until_it_is(200, lambda: web.ask("GET", "/events").status)
 
     lease = web.call("lease.acquire")["lease"]
-    run = web.call("run.start", recipe="small", lease=lease)["run"]
-    web.call("run.pause", run=run, at="now")
+    run = paused(web, lease, lambda run: web.call("run.pause", run=run, at="now"))
     for _ in range(40):
         web.wait_for(run).close()
     web.call("system.ready")
@@ -358,10 +372,10 @@ def one_port(web, folder):
 def end(web, daemon):
     """Neither streams, nor calls that wait, nor clients that drip keep the daemon from ending."""
     lease = web.call("lease.acquire")["lease"]
-    run = web.call("run.start", recipe="small", lease=lease)["run"]
-    web.call("run.pause", run=run, at="now")
+    run = paused(web, lease, lambda run: web.call("run.pause", run=run, at="now"))
     stream, waiting, dripping = Events(web), web.wait_for(run), Drip(web, 3)
     assert stream.next()[0] == "snapshot"
+    web.call("system.ready")  # what came before it has been heard
     daemon.terminate()
     assert daemon.wait(30) == 0
     assert answer_of(waiting)[0] == 503

@@ -318,7 +318,8 @@ class RecipeMethods:
         recipe: its name
         seed: in place of the recipe's
         Result: ok, digest, plan (eta_s with the people_s that people need, asks, next_attention, envelope of each stage with
-        its margin), problems, warnings, disk_ok. Least role: observer.
+        its margin), problems of the recipe, the rig file and the bench put together dry: file, where, message, expected, got,
+        hint; warnings, disk_ok. Least role: observer.
         """
         return self._call("recipe.check", {"recipe": recipe, "seed": seed})
 
@@ -344,7 +345,7 @@ class RecipeMethods:
         """What a recipe will do on this rig: phases, and each trial with its expected time.
 
         recipe: its name, or a run's: then as that has it on record
-        seed: in place of the recipe's
+        seed: in place of the recipe's, or of the run's
         from_: the first trial that is told, 0
         most: trials, 100; at most 1000
         Result: name, digest, plan_digest, trials, duration_s, people_s, bytes, hand_over, explorations, steps, next. Least
@@ -754,8 +755,8 @@ class TokenMethods:
         name: whom it is for, a new name
         role: observer, operator (default), engineer or admin
         days: how long it is good for [days], 30
-        own: it is for yourself: who comes with it is you, as far as its role goes, and has your leases and keys; else
-            token:NAME
+        own: it is for yourself, a user of the machine: who comes with it is you, as far as its role goes, and has your leases
+            and keys; else token:NAME
         idem: key of this change: asked again, the first answer comes
         Result: name, role, expires_us, user (who comes with it), token. Least role: admin. Changes something.
         """
