@@ -106,16 +106,14 @@ Result<json> kept_by_nobody(Client& daemon) {
 // cannot be given back ends by itself. What the daemon answered stands either way.
 Result<json> under_lease(Client& daemon, const LeaseWish& wish, std::string_view method,
                          json params) {
-  const auto held = kept_by_nobody(daemon);
-  if (!held) return pass(held.error());
-  if (held->is_string()) {
-    params["lease"] = *held;
-    auto done = call(daemon, method, params);
-    if (done || daemon.refusal() != "lease.required") return done;  // else the page was closed
-  }
   const auto lease =
       call(daemon, "lease.acquire", {{"note", wish.note}, {"ttl_ms", wish.longest.count()}});
-  if (!lease) return pass(lease.error());
+  if (!lease) {
+    const auto held = kept_by_nobody(daemon);
+    if (!held || !held->is_string()) return pass(lease.error());
+    params["lease"] = *held;
+    return call(daemon, method, params);
+  }
   params["lease"] = lease->at("lease");
   auto done = call(daemon, method, params);
   static_cast<void>(call(daemon, "lease.release", {{"lease", lease->at("lease")}}));

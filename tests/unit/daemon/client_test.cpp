@@ -134,6 +134,31 @@ TEST_CASE("a change that was refused is told as refused, and its lease given bac
   CHECK(heard.back() == "lease.release");
 }
 
+TEST_CASE("a change goes under a lease of one's own that no connection keeps, as the page's") {
+  const TemporaryFolder folder;
+  bool is_there = false;
+  SaidByHand daemon(folder, [&](const std::string& method, const json& params) -> json {
+    if (method == "lease.acquire") return refusal("state.conflict", "rig:bench is leased");
+    if (method == "session.whoami") return {{"result", {{"user", "ada"}}}};
+    if (method == "lease.list")
+      return {{"result",
+               {{"leases",
+                 {{{"lease", "L-e-1"}, {"user", "token:ada"}, {"session", "h-1"}},
+                  {{"lease", "L-e-2"}, {"user", "ada"}, {"session", "h-2"}}}}}}};
+    if (method == "session.list")
+      return {{"result", {{"sessions", {{{"session", is_there ? "h-2" : "s-9"}}}}}}};
+    return {{"result", {{"lease", params.at("lease")}}}};
+  });
+  client::Client client = daemon.client();
+  const auto run = cli::under_lease(client, {"a test"}, "run.start", json::object());
+  REQUIRE(run);
+  CHECK(run->at("lease") == "L-e-2");
+  is_there = true;  // a program of this user's holds it
+  const auto kept_out = cli::under_lease(client, {"a test"}, "run.start", json::object());
+  REQUIRE_FALSE(kept_out);
+  CHECK(kept_out.error().message == "rig:bench is leased");
+}
+
 TEST_CASE("the last word of a daemon that ends a connection is what a client is told") {
   const std::string over = "the time of this token is over, or it was removed";
   json last = refusal("access.token", over);

@@ -142,7 +142,11 @@ TEST_CASE(
   bench.change(with_bench("unknown"));
   CHECK(bench.refusal() == "none");
   bench.change({});
-  bench.change_rig([](json& rig) { rig["bench"] = "real"; });
+  bench.change_rig([](json& rig) {
+    rig["bench"] = "real";
+    for (json& device : rig["devices"])
+      device["link"] = {{"kind", "tcp"}, {"host", "127.0.0.1"}, {"port", 7101}};
+  });
   CHECK(bench.refusal().find("another kind of bench") != std::string::npos);
   bench.ask({{"model", "m1.model"}});  // votes, and ends nothing
   CHECK(bench.refusal() == "none");
