@@ -51,7 +51,7 @@ bool AlignRun::guarded(Duration since_last) {
     tripped = true;
     dispatch(recipes::Fault{*error});
   }
-  if (const auto guard = actions_.look_at_guards({deadline_, since_last, {}, zero_moves, false})) {
+  if (const auto guard = actions_.look_at_guards({deadline_, since_last, {}, zero_moves})) {
     tripped = true;
     dispatch(recipes::GuardTripped{*guard});
   }

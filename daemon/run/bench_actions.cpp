@@ -109,7 +109,6 @@ void BenchActions::begin(const recipes::MoveTo& order) {
 
 void BenchActions::begin(const recipes::BiasSensors& order) {
   bench_->take_zero({});
-  cap_zero_.asked();
   biasing_ = Biasing{.ticket = order.ticket};
   send_bias();
 }
@@ -198,7 +197,6 @@ void BenchActions::look_at_bias() {
       *seen.wrench_at - *biasing_->quiet_since < bias_time)
     return;
   bench_->take_zero(biasing_->quiet.mean());
-  cap_zero_.taken();
   const recipes::Ticket ticket = biasing_->ticket;
   biasing_.reset();
   tell_(recipes::Biased{ticket});
@@ -233,11 +231,9 @@ bool BenchActions::z_travels(TimePoint now) {
 std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContext& context) {
   const Snapshot& seen = bench_->snapshot();
   const TimePoint now = loop_->now();
-  const recipes::Load load =
-      cap_zero_.step({seen.wrench.force_n, seen.wrench.torque_nm}, context.people_at_plate);
   recipes::GuardReadings readings;
-  readings.force_n = load.force_n;
-  readings.torque_nm = load.torque_nm;
+  readings.force_n = seen.wrench.force_n;
+  readings.torque_nm = seen.wrench.torque_nm;
   readings.wrench_valid = seen.wrench.valid;
   readings.wrench_at = seen.wrench_at;
   readings.taxels_at = seen.taxels_at;

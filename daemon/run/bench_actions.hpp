@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "daemon/run/bench.hpp"
-#include "recipes/control/cap_zero.hpp"
 #include "recipes/control/guard_watch.hpp"
 #include "recipes/engine/engine.hpp"
 
@@ -19,8 +18,7 @@ struct GuardContext {
   std::optional<TimePoint> deadline;  ///< of the machine's step
   Duration since_last{};              ///< cycle
   std::optional<std::uint64_t> free_bytes;
-  bool zero_moves = false;       ///< somebody touches the plate, or the sensor takes its zero
-  bool people_at_plate = false;  ///< the stages at rest, the probe up: what lies on it may change
+  bool zero_moves = false;  ///< somebody touches the plate, or the sensor takes its zero
 };
 
 /// Thread-bound to the bench's loop. Answers are told as the engine's events, each with the ticket
@@ -90,7 +88,6 @@ class BenchActions {
   Duration period_{};
   recipes::GuardLimits guard_limits_;
   recipes::GuardWatch watch_;
-  recipes::CapZero cap_zero_;
   TimePoint z_travels_until_{};
   std::optional<Motion> motion_;
   std::optional<recipes::Descend> descent_;

@@ -65,9 +65,7 @@ bool Supervisor::guarded(Duration since_last) {
 GuardContext Supervisor::guard_context(Duration since_last) const {
   // Whoever changes the cloth touches the plate, and a bias moves the zero.
   const bool zero_moves = state_.step < recipes::Step::approaching;
-  const bool people_at_plate =
-      state_.step == recipes::Step::held || state_.step == recipes::Step::awaiting_operator;
-  return {deadline_, since_last, recording_->free_bytes(), zero_moves, people_at_plate};
+  return {deadline_, since_last, recording_->free_bytes(), zero_moves};
 }
 
 void Supervisor::trip(recipes::Event event) {

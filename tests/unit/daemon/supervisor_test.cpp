@@ -319,31 +319,6 @@ TEST_CASE("a dwell of nothing waits for the force all the same") {
   CHECK(g.bench.sim.bench->snapshot().wrench.force_n[2] == Approx(5).margin(0.3));
 }
 
-TEST_CASE("a plate that is heavier than the cap does not keep a campaign from its first zero") {
-  nlohmann::json rig = test::bench17();
-  test::device_of(rig, "wrench")["emulator"]["plate_mass_kg"] = 1.8;
-  Guarded g(test::short_recipe("denim"), rig);
-  g.start();
-  g.finish();
-  CHECK(g.supervisor->result()->outcome == recipes::Outcome::complete);
-}
-
-TEST_CASE("a load that comes before the first zero is over the cap, whatever the plate weighs") {
-  for (const double plate_kg : {0.3, 1.8}) {
-    nlohmann::json rig = test::bench17();
-    test::device_of(rig, "wrench")["emulator"]["plate_mass_kg"] = plate_kg;
-    Guarded g(test::short_recipe("denim"), rig);
-    g.start();
-    g.run_to(recipes::Step::positioning);
-    const nlohmann::json hit{{"device", "ft"}, {"fault", "bias_jump"}, {"amount", 11}};
-    REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
-    g.run_to(recipes::Step::retracting);
-    g.finish();
-    REQUIRE(g.bench.trial_error);
-    CHECK(g.bench.trial_error->message == "the force is over the cap");
-  }
-}
-
 TEST_CASE("a fast way down and a slow one onto the cloth are no following error") {
   for (const char* const approach :
        {R"("approach":{"speed_mm_s":4})", R"("approach":{"seat_speed_mm_s":0.05})",
