@@ -12,9 +12,10 @@ constexpr std::array<GuardRule, guard_count> rules{{
     {Guard::invalid_wrench, "invalid_wrench", GuardAction::end_campaign,
      "the sensor's status word says that its values are wrong, or they are beyond its rating"},
     {Guard::force_cap, "force_cap", GuardAction::fail_trial,
-     "the magnitude of the force is over limits.force_cap_N, or not a number"},
+     "the magnitude of the force is over limits.force_cap_N, or not a number; until the sensor has "
+     "a zero with the weight of what is mounted on it"},
     {Guard::torque_cap, "torque_cap", GuardAction::fail_trial,
-     "the magnitude of the torque is over limits.torque_cap_Nm, or not a number"},
+     "the magnitude of the torque is over limits.torque_cap_Nm, or not a number; likewise"},
     {Guard::frozen_wrench, "frozen_wrench", GuardAction::end_campaign,
      "all six components are bit for bit the same for limits.frozen_wrench_s (0.25): a live sensor "
      "has noise"},
