@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "recipes/control/servo.hpp"
+
 namespace weft::daemon {
 namespace {
 
@@ -87,14 +89,14 @@ std::uint32_t BenchActions::command(StageAxis axis, const Command& command) {
 }
 
 void BenchActions::drive(StageAxis axis, double velocity) {
-  command(axis, ServoCommand{velocity, servo_horizon});
-  watch_.driven(axis, velocity, servo_horizon, loop_->now());
+  command(axis, ServoCommand{velocity, recipes::servo_horizon});
+  watch_.driven(axis, velocity, recipes::servo_horizon, loop_->now());
 }
 
 void BenchActions::stand_still(StageAxis axis) {
   watch_.released(axis, loop_->now());
   Driver& driver = bench_->stage(axis).driver();
-  if (!driver.command(ServoCommand{0, servo_horizon})) driver.stop();
+  if (!driver.command(ServoCommand{0, recipes::servo_horizon})) driver.stop();
 }
 
 void BenchActions::begin(const recipes::MoveTo& order) {

@@ -44,7 +44,7 @@ class BenchActions {
   /// What trips a guard in this cycle, if anything.
   std::optional<recipes::GuardTrip> look_at_guards(const GuardContext& context);
 
-  /// A velocity that ends by itself after `servo_horizon`, whatever the rate of the cycle.
+  /// A velocity that ends by itself after recipes::servo_horizon, whatever the rate of the cycle.
   void drive(StageAxis axis, double velocity);
   void stand_still(StageAxis axis);
   /// Ends a cycle: asks z for a reading in every one and the other stages once in a row of stage
@@ -54,8 +54,6 @@ class BenchActions {
  private:
   void look_at_descent();
   void look_at_bias();
-
-  static constexpr Duration servo_horizon = std::chrono::milliseconds(100);
 
   /// A motion command under way and the number that confirms it.
   struct Awaited {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "recipes/control/servo.hpp"
+
 namespace weft::recipes {
 namespace {
 
@@ -72,8 +74,10 @@ void GuardWatch::driven(Axis axis, double velocity, Duration horizon, TimePoint 
     plan.past_speed = std::max(plan.past_speed, std::exchange(plan.peak_speed, 0));
     plan.lead = 0;
   }
-  plan.speed = velocity;
-  plan.peak_speed = std::max(plan.peak_speed, std::abs(velocity));
+  const double acceleration = limits_.max_acceleration[index(axis)];
+  const double speed = reached_speed(std::abs(velocity), acceleration, horizon);
+  plan.speed = std::copysign(speed, velocity);
+  plan.peak_speed = std::max(plan.peak_speed, speed);
   plan.until = now + horizon;
 }
 

@@ -49,12 +49,12 @@ class GuardWatch {
     bool moving = false;  ///< a move to a target
     double from = 0, target = 0, speed = 0;
     TimePoint since{};
-    bool driven = false;    ///< velocities, cycle by cycle; `speed` is the last one
+    bool driven = false;    ///< velocities, cycle by cycle; `speed` is what the last one comes to
     bool released = false;  ///< and comes to rest
     TimePoint until{};      ///< when it ends by itself
     double pace = 0;        ///< velocity of a stage that does as it is told, along its ramps
     double lead = 0;        ///< way of that stage less way covered, slowly forgotten
-    double peak_speed = 0;  ///< commanded; forgotten alike
+    double peak_speed = 0;  ///< of the velocities; forgotten alike
     double past_speed = 0;  ///< the same before it was released last
     std::optional<double> seen_at;
   };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "recipes/control/servo.hpp"
 #include "recipes/engine/machine.hpp"
 
 namespace weft::recipes {
@@ -126,7 +127,8 @@ void Machine::record(Step step, Phase phase) {
 
 void Machine::descend(Step step, double speed_mps, double stop_force_n) {
   const double target = lowest_z_m(plan_.limits);
-  enter(step, move_timeout_s(move_s(target - plan_.limits.clear_z_m(), speed_mps)));
+  const double reached_mps = reached_speed(speed_mps, plan_.limits.max_acceleration_mps2);
+  enter(step, move_timeout_s(move_s(target - plan_.limits.clear_z_m(), reached_mps)));
   emit(Descend{state_.ticket, target, speed_mps, stop_force_n});
 }
 void Machine::close_phase() {

@@ -111,6 +111,19 @@ TEST_CASE("An alignment whose z stage fails ends with its fault, not with the re
   CHECK(summary.bench_s < fails_s + 3);
 }
 
+TEST_CASE("An alignment on stages that accelerate slowly is no following error") {
+  const TemporaryFolder folder;
+  const auto file = askew_rig(folder, 0.5, -0.5);
+  json rig = json::parse(test::read_file(file));
+  rig["limits"]["acceleration_mm_s2"] = 4;
+  for (const char* role : {"x", "y", "z"})
+    test::device_of(rig, role)["config"].erase("acceleration_mm_s2");
+  test::write_file(file, rig.dump());
+  AlignRequest request;
+  request.rig = file;
+  CHECK(aligned(request).done.outcome == recipes::Outcome::complete);
+}
+
 TEST_CASE("weft align prints the tilt found and left, marked as simulated") {
   const TemporaryFolder folder;
   const std::string rig = askew_rig(folder, 0.5, -0.25).string();

@@ -2,6 +2,7 @@
 // wrong.
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "tests/unit/daemon/trial_bench.hpp"
 
@@ -329,6 +330,21 @@ TEST_CASE("a fast way down and a slow one onto the cloth are no following error"
     g.run_to(recipes::Step::resting);
     CHECK_FALSE(g.bench.trial_error);
   }
+}
+
+TEST_CASE("a way down on stages that accelerate slowly is no following error") {
+  for (const double acceleration_mm_s2 : {2, 5})
+    for (const double speed_mm_s : {2, 4}) {
+      CAPTURE(acceleration_mm_s2, speed_mm_s);
+      nlohmann::json rig = test::bench17();
+      rig["limits"]["acceleration_mm_s2"] = acceleration_mm_s2;
+      for (const char* role : {"x", "y", "z"})
+        test::device_of(rig, role)["config"].erase("acceleration_mm_s2");
+      Guarded g(with_keys(R"("approach":{"speed_mm_s":)" + std::to_string(speed_mm_s) + "}"), rig);
+      g.start();
+      g.run_to(recipes::Step::resting);
+      CHECK_FALSE(g.bench.trial_error);
+    }
 }
 
 TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a jump is one") {

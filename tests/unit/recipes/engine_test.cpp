@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "tests/unit/recipes/engine_bench.hpp"
 
@@ -196,6 +197,17 @@ TEST_CASE("Every move has a timer that outlasts it, however slow and from wherev
     CHECK(to_seconds(b.timer->deadline - b.now) > lasts_s);
   }
   CHECK(moves == 5);  // clearing, approaching, seating, lowering, releasing
+}
+
+TEST_CASE("The timer of the way down goes by the speed that a stage reaches within its horizon") {
+  Plan plan = test::plan_of(
+      test::small_with("\"repetitions\": 2", R"("repetitions": 2, "approach": {"speed_mm_s": 4})"));
+  plan.limits.max_acceleration_mps2 = 2e-3;
+  plan.limits.clearance_m = 0.09;
+  Bench b(plan);
+  while (all_of<Descend>(b.effects).empty()) b.advance();
+  const double reached_mps = std::sqrt(2 * 2e-3 * 4e-3 * 0.1);  // 1.3 mm/s
+  CHECK(to_seconds(b.timer->deadline - b.now) > 0.09 / reached_mps);
 }
 
 TEST_CASE("A timer that expires fails the trial, and the campaign stops by default") {

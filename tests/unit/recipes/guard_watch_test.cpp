@@ -25,13 +25,15 @@ WatchLimits limits() {
 
 /// A bench whose readings come every 10 ms, at the cycle's own times.
 struct Bench {
-  GuardWatch watch{limits()};
+  GuardWatch watch;
   WatchInput input;
   GuardHistory seen;
   TimePoint now{10s};
   int cycles = 0;
 
-  Bench() { input.position.value = {0.05, 0.05, 0.05, 0, 0}; }
+  explicit Bench(const WatchLimits& with = limits()) : watch(with) {
+    input.position.value = {0.05, 0.05, 0.05, 0, 0};
+  }
 
   /// Noise of the last bit keeps the streams alive.
   void cycle(bool wrench_alive = true, bool taxels_alive = true) {
@@ -227,6 +229,46 @@ bool found_on_the_way_down(double first_mps, double then_mps, bool deaf = false)
 }
 
 }  // namespace
+
+namespace {
+
+/// A way down of a stage that is sent, cycle by cycle, to where the velocity takes it within 100 ms
+/// and must be able to stop there; its positions are read 8 ms late. The cycle in which it was
+/// found wanting, 0: never.
+int cycle_found_driven(double acceleration_mps2, double speed_mps, bool stands) {
+  WatchLimits with = limits();
+  with.max_acceleration[index(Axis::z)] = acceleration_mps2;
+  Bench b(with);
+  b.cycle();
+  double at = b.z(), pace = 0;
+  for (int i = 1; i <= 400; ++i) {
+    b.watch.driven(Axis::z, speed_mps, 100ms, b.now);
+    const double target = b.z() + 0.1 * speed_mps;
+    for (int ms = 0; ms < 10 && !stands; ++ms) {
+      const bool brakes = target - at <= 0.5 * pace * pace / acceleration_mps2;
+      pace += std::clamp((brakes ? 0 : speed_mps) - pace, -1e-3 * acceleration_mps2,
+                         1e-3 * acceleration_mps2);
+      at += 1e-3 * pace;
+      if (ms == 1) b.z() = at;
+    }
+    b.cycle();
+    if (b.seen.not_following) return i;
+  }
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("A stage that cannot reach its velocity within the horizon is no following error") {
+  for (const double a_mm_s2 : {1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0})
+    for (const double v_mm_s : {0.5, 1.0, 2.0, 4.0, 8.0}) {
+      CAPTURE(a_mm_s2, v_mm_s);
+      CHECK(cycle_found_driven(a_mm_s2 * 1e-3, v_mm_s * 1e-3, false) == 0);
+      const int found = cycle_found_driven(a_mm_s2 * 1e-3, v_mm_s * 1e-3, true);
+      CHECK(found > 0);
+      CHECK(found < 70);
+    }
+}
 
 TEST_CASE("A stage that brakes from its way down is let be, one that does not brake is found") {
   for (const double first_mm_s : {0.5, 2.0, 4.0})
