@@ -26,6 +26,8 @@ constexpr Duration bias_again = 1s;
 // A reading so far from the last one is no force: the mount, at its stiffest and fastest, makes a
 // tenth of that between two readings. Level L0 of the plant steps to its set point at once.
 constexpr double jump_share = 0.4;
+// A landing or a lift-off changes the load by the probe's weight; the rest is noise.
+constexpr double landing_share = 1.2;
 // Readings so many periods apart may differ by anything.
 constexpr double jump_gap_readings = 5;
 // Readings of a stage that comes to rest, after it was told to.
@@ -60,7 +62,7 @@ recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
 recipes::WatchLimits watch_limits(const recipes::RigLimits& rig) {
   recipes::WatchLimits limits;
   limits.wrench_jump_n = jump_share * rig.force_cap_n;
-  limits.landing_n = 2 * rig.probe_weight_n;
+  limits.landing_n = landing_share * rig.probe_weight_n;
   limits.wrench_gap = from_seconds(jump_gap_readings / rig.wrench_rate_hz);
   for (const StageAxis axis : recipes::all_axes) {
     const bool linear = recipes::is_linear(axis);
@@ -106,6 +108,7 @@ void BenchActions::begin(const recipes::MoveTo& order) {
     motion_->moves.push_back({move.axis, command(move.axis, MoveCommand{move.target, move.speed})});
     const double from = bench_->snapshot().stage[recipes::index(move.axis)].position;
     watch_.moved(move.axis, from, move.target, move.speed, loop_->now());
+    if (move.axis == StageAxis::z) z_heading_ = move.target > from ? 1 : -1;
   }
 }
 
@@ -126,6 +129,7 @@ void BenchActions::send_bias() {
 void BenchActions::begin(const recipes::Descend& order) {
   motion_.reset();
   descent_ = order;
+  z_heading_ = 1;
 }
 
 void BenchActions::stop() {
@@ -221,13 +225,13 @@ std::optional<Error> BenchActions::still_awaited() const {
 }
 
 // Under the force loop z makes its way by what it feels, and the cloth keeps the probe.
-bool BenchActions::z_travels(TimePoint now) {
+int BenchActions::z_heading(TimePoint now) {
   const bool under_way =
       descent_ || (motion_ && std::ranges::any_of(motion_->moves, [](const Awaited& awaited) {
                      return awaited.axis == StageAxis::z;
                    }));
   if (under_way) z_travels_until_ = now + z_comes_to_rest;
-  return now <= z_travels_until_;
+  return now <= z_travels_until_ ? z_heading_ : 0;
 }
 
 std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContext& context) {
@@ -246,7 +250,7 @@ std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContex
   readings.free_bytes = context.free_bytes;
   recipes::WatchInput watched = newest();
   watched.zero_moves = context.zero_moves;
-  watched.z_travels = z_travels(now);
+  watched.z_heading = z_heading(now);
   readings.history = watch_.step(watched, now);
   return recipes::evaluate(guard_limits_, readings, now);
 }

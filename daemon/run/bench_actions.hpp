@@ -78,7 +78,7 @@ class BenchActions {
   /// Readings and when they came.
   [[nodiscard]] recipes::WatchInput newest() const;
   /// It is on its way to a place or down to the cloth, or was a moment ago.
-  bool z_travels(TimePoint now);
+  int z_heading(TimePoint now);
 
   Loop* loop_;
   Bench* bench_;
@@ -86,6 +86,7 @@ class BenchActions {
   Duration period_{};
   recipes::GuardLimits guard_limits_;
   recipes::GuardWatch watch_;
+  int z_heading_ = 0;  ///< of the last way along z: 1 down, -1 up
   TimePoint z_travels_until_{};
   std::optional<Motion> motion_;
   std::optional<recipes::Descend> descent_;

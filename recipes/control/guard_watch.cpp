@@ -133,18 +133,19 @@ void GuardWatch::look_at_wrench(const WatchInput& input) {
                           now.at - wrench_->at <= limits_.wrench_gap;
   seen_.wrench_jump_n = comparable ? distance(now.value, believed_->value) : 0;
   const bool far = comparable && seen_.wrench_jump_n > limits_.wrench_jump_n &&
-                   !(input.z_travels && is_landing(now));
+                   !is_landing(now, input.z_heading);
   seen_.wrench_jumps = far ? seen_.wrench_jumps + 1 : 0;
   wrench_ = now;
   if (!far) believed_ = now;
 }
 
-// Stiff cloth does so within a few micrometres, between two readings. A load that is put down at
-// once weighs twice what it weighs.
-bool GuardWatch::is_landing(const Reading& now) const {
+// Stiff cloth does so within a few micrometres, between two readings. It may swing beyond the
+// weight for a reading or two, which end nothing.
+bool GuardWatch::is_landing(const Reading& now, int z_heading) const {
   const auto step = [&](std::size_t i) { return now.value[i] - believed_->value[i]; };
-  return std::hypot(step(0), step(1)) <= limits_.wrench_jump_n &&
-         std::abs(step(2)) <= limits_.landing_n;
+  const double load_n = z_heading * step(2);
+  return load_n > 0 && load_n <= limits_.landing_n &&
+         std::hypot(step(0), step(1)) <= limits_.wrench_jump_n;
 }
 
 void GuardWatch::look_at_taxels(const WatchInput& input) {

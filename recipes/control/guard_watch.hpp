@@ -12,7 +12,7 @@ namespace weft::recipes {
 
 struct WatchLimits {
   double wrench_jump_n = 0;  ///< between readings that follow each other; 0: not looked at
-  double landing_n = 0;      ///< along z, when a probe comes down or goes up: its weight, twice
+  double landing_n = 0;      ///< along z, that a probe puts on the cloth or takes off it at once
   Duration wrench_gap{};     ///< readings further apart may differ by anything
   std::array<double, axis_count> max_speed{};         ///< [m/s] or [rad/s]; 0: not looked at
   std::array<double, axis_count> max_acceleration{};  ///< [m/s2] or [rad/s2], > 0
@@ -28,7 +28,7 @@ struct WatchInput {
   Joints position;
   std::array<std::optional<TimePoint>, axis_count> stage_at{};
   bool zero_moves = false;  ///< the sensor is taking its zero: its readings may jump
-  bool z_travels = false;   ///< the probe may come to lie on the cloth, or leave it
+  int z_heading = 0;  ///< 1: down, the probe may come to lie on the cloth; -1: up, and leave it
 };
 
 class GuardWatch {
@@ -65,7 +65,7 @@ class GuardWatch {
 
   void look_at_wrench(const WatchInput& input);
   /// The cloth has taken the probe's weight over, or given it back.
-  [[nodiscard]] bool is_landing(const Reading& now) const;
+  [[nodiscard]] bool is_landing(const Reading& now, int z_heading) const;
   void look_at_taxels(const WatchInput& input);
   void look_at_speed(Axis axis, double position, TimePoint at);
   void integrate(Axis axis, TimePoint now);

@@ -20,8 +20,9 @@ constexpr std::array<GuardRule, guard_count> rules{{
      "all six components are bit for bit the same for limits.frozen_wrench_s (0.25): a live sensor "
      "has noise"},
     {Guard::wrench_jump, "wrench_jump", GuardAction::hold,
-     "a reading is 0.4 of the force cap away from the last one believed, and while z travels more "
-     "than the probe's weight twice along z; the third in a row fails the trial"},
+     "a reading is 0.4 of the force cap away from the last one believed, unless a load of up to "
+     "1.2 x the probe's weight comes while z goes down, or goes while z goes up; the third in a "
+     "row fails the trial"},
     {Guard::travel, "travel", GuardAction::end_campaign,
      "a stage reports a position outside limits.travel_mm or limits.tilt_deg"},
     {Guard::stage_speed, "stage_speed", GuardAction::end_campaign,

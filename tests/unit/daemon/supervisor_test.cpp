@@ -347,6 +347,26 @@ TEST_CASE("a way down on stages that accelerate slowly is no following error") {
     }
 }
 
+TEST_CASE(
+    "a sensor that loses its zero on the way down is not believed beyond the probe's weight") {
+  nlohmann::json rig = test::bench17();
+  rig["limits"]["force_cap_N"] = 7;
+  for (const double amount_n : {-2.9, 2.9}) {
+    CAPTURE(amount_n);
+    Guarded g(test::short_recipe("denim"), rig);
+    g.start();
+    g.run_to(recipes::Step::approaching);
+    const TimePoint then = g.bench.sim.loop.now() + std::chrono::seconds(1);
+    g.bench.sim.loop.run_until([&] { return g.bench.sim.loop.now() >= then; });
+    REQUIRE(g.supervisor->state().step == recipes::Step::approaching);
+    const nlohmann::json hit{{"device", "ft"}, {"fault", "bias_jump"}, {"amount", amount_n}};
+    REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
+    g.finish();
+    REQUIRE(g.bench.trial_error);
+    CHECK(g.bench.trial_error->message == "the force jumped");
+  }
+}
+
 TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a jump is one") {
   nlohmann::json rig = test::bench17();
   rig["limits"]["force_cap_N"] = 3.2;

@@ -16,7 +16,7 @@ namespace {
 WatchLimits limits() {
   WatchLimits out;
   out.wrench_jump_n = 2.5;
-  out.landing_n = 4;
+  out.landing_n = 4;  // a heavy probe
   out.wrench_gap = 50ms;
   out.max_speed = {4e-3, 4e-3, 4e-3, 0.087, 0.087};
   out.max_acceleration = {20e-3, 20e-3, 20e-3, 0.087, 0.087};
@@ -299,19 +299,21 @@ TEST_CASE("A stage that stands on a slow way down after a fast one is found") {
 }
 
 TEST_CASE("The probe's weight may come upon the cloth at once while z travels, and no more") {
-  const auto jumps = [](std::array<double, 3> step_n, bool z_travels) {
+  const auto jumps = [](std::array<double, 3> step_n, int z_heading) {
     Bench b;
     b.cycle();
-    b.input.z_travels = z_travels;
+    b.input.z_heading = z_heading;
     b.input.force_n = step_n;
     b.cycle();
     return b.seen.wrench_jumps;
   };
-  CHECK(jumps({0, 0, 3.9}, true) == 0);
-  CHECK(jumps({0, 0, -3.9}, true) == 0);  // and go again
-  CHECK(jumps({0, 0, 4.1}, true) == 1);
-  CHECK(jumps({0, 2.6, 3.9}, true) == 1);
-  CHECK(jumps({0, 0, 2.6}, false) == 1);  // the cloth keeps it
+  CHECK(jumps({0, 0, 3.9}, 1) == 0);
+  CHECK(jumps({0, 0, -3.9}, -1) == 0);  // and go again
+  CHECK(jumps({0, 0, -3.9}, 1) == 1);
+  CHECK(jumps({0, 0, 3.9}, -1) == 1);
+  CHECK(jumps({0, 0, 4.1}, 1) == 1);
+  CHECK(jumps({0, 2.6, 3.9}, 1) == 1);
+  CHECK(jumps({0, 0, 2.6}, 0) == 1);  // the cloth keeps it
 }
 
 TEST_CASE("Values that are not numbers end nothing here: the guards on single readings see them") {
