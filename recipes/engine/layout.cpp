@@ -9,9 +9,6 @@
 namespace weft::recipes {
 namespace {
 
-/// Bounds may be met exactly; sums of millimetres are not exact in binary [m].
-constexpr double rounding_m = 1e-9;
-
 std::string mm(double metres) {
   return nlohmann::json(std::round(metres * 1e6) / 1e3).dump() + " mm";
 }
@@ -71,20 +68,26 @@ std::string room_hint(const Range& room) {
 }
 
 /// Centres the path in the room there is; true when it fits.
-bool centre(const Direction& direction, const Range& room, const Range& path, Vec2& start) {
-  start.*direction.part = (room.min + room.max - path.min - path.max) / 2;
-  return path.width() <= room.width() + rounding_m;
+bool check_centred(const Direction& direction, const Range& room, const Range& path,
+                   StatedExploration& stated, Problems& problems) {
+  stated.exploration.start_m.*direction.part = (room.min + room.max - path.min - path.max) / 2;
+  if (path.width() <= room.width() + travel_rounding) return true;
+  problems.add({stated.path_pointer, std::string("the path is too long along ") + direction.name,
+                "at most " + mm(std::max(0.0, room.width())), mm(path.width()), room_hint(room)});
+  return false;
 }
 
-void check_start(const Direction& direction, const Range& room, const Range& path,
+/// True when the path stays in the room there is.
+bool check_start(const Direction& direction, const Range& room, const Range& path,
                  const StatedExploration& stated, Problems& problems) {
   const double start = stated.exploration.start_m.*direction.part;
   const Range reached{start + path.min, start + path.max};
-  if (reached.min >= room.min - rounding_m && reached.max <= room.max + rounding_m) return;
+  if (within(room, reached)) return true;
   problems.add({stated.path_pointer,
                 std::string("the path leaves the plate or the travel along ") + direction.name,
                 mm(room.min) + " to " + mm(room.max), mm(reached.min) + " to " + mm(reached.max),
                 "move its start or shorten " + std::string(direction.key)});
+  return false;
 }
 
 /// With the rotary stages at their level z follows the plate along the path.
@@ -101,7 +104,7 @@ void check_height(const StatedExploration& stated, const RigLimits& limits, Prob
     used = {std::min(used.min, z), std::max(used.max, z)};
   }
   const Range& travel = limits.geometry.travel[index(Axis::z)];
-  if (travel.contains(used.min) && travel.contains(used.max)) return;
+  if (within(travel, used)) return;
   problems.add({stated.path_pointer,
                 "the path leaves the travel of z where the rotary stages are at the rig's level",
                 mm(travel.min) + " to " + mm(travel.max), mm(used.min) + " to " + mm(used.max),
@@ -115,17 +118,14 @@ void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems
   Exploration& exploration = stated.exploration;
   if (stated.start_m) exploration.start_m = *stated.start_m;
   const std::vector<Vec2>& corners = exploration.path_m();
+  bool fits = true;
   for (const Direction& direction : directions) {
     const Range room = allowed(limits, direction);
     const Range path = extent(corners, direction);
-    if (stated.start_m)
-      check_start(direction, room, path, stated, problems);
-    else if (!centre(direction, room, path, exploration.start_m))
-      problems.add(
-          {stated.path_pointer, std::string("the path is too long along ") + direction.name,
-           "at most " + mm(std::max(0.0, room.width())), mm(path.width()), room_hint(room)});
+    fits &= stated.start_m ? check_start(direction, room, path, stated, problems)
+                           : check_centred(direction, room, path, stated, problems);
   }
-  check_height(stated, limits, problems);
+  if (fits) check_height(stated, limits, problems);  // beyond the room z goes nowhere
 }
 
 }  // namespace weft::recipes

@@ -14,13 +14,6 @@ std::array<double, 2> turned(double a, double b, double angle) {
   return {c * a - s * b, s * a + c * b};
 }
 
-/// Ends of travel may be met exactly; sums of millimetres are not exact in binary [m or rad].
-constexpr double rounding = 1e-9;
-
-bool within(const Range& range, double position) {
-  return position >= range.min - rounding && position <= range.max + rounding;
-}
-
 bool finite(const ProbePose& pose) {
   return std::isfinite(pose.contact_m.x_m) && std::isfinite(pose.contact_m.y_m) &&
          std::isfinite(pose.clearance_m) && std::isfinite(pose.tilt_x_rad) &&
@@ -36,7 +29,7 @@ std::string unreachable(const Geometry& geometry, const Joints& joints) {
   std::string list;
   for (const Axis axis : all_axes) {
     const Range& range = geometry.travel[index(axis)];
-    if (within(range, joints[axis])) continue;
+    if (within(range, {joints[axis], joints[axis]})) continue;
     list += (list.empty() ? "" : "; ") + std::string(to_string(axis)) + " = " +
             std::to_string(joints[axis]) + unit_of(axis) + " outside " + std::to_string(range.min) +
             " to " + std::to_string(range.max) + unit_of(axis);

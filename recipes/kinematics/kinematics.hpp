@@ -42,6 +42,14 @@ struct Range {
   [[nodiscard]] constexpr double width() const { return max - min; }
 };
 
+/// Ends of travel may be met exactly; sums of millimetres are not exact in binary [m or rad].
+inline constexpr double travel_rounding = 1e-9;
+
+/// `inner` lies in `outer`, its ends by no more than travel_rounding beyond.
+constexpr bool within(const Range& outer, const Range& inner) {
+  return inner.min >= outer.min - travel_rounding && inner.max <= outer.max + travel_rounding;
+}
+
 /// Stage positions: metres for x, y, z (z counts downwards, towards the cloth), radians for rx, ry.
 struct Joints {
   std::array<double, axis_count> value{};
@@ -78,9 +86,9 @@ struct Geometry {
 /// Exact forward kinematics; any finite joints have a pose.
 ProbePose forward(const Geometry& geometry, const Joints& joints);
 
-/// Exact inverse. Errc::range when a stage would leave its travel by more than 1e-9 (all such
-/// stages are named),
-/// Errc::invalid_argument when the pose is not finite or leans a quarter turn or more.
+/// Exact inverse. Errc::range when a stage would leave its travel by more than travel_rounding
+/// (all such stages are named), Errc::invalid_argument when the pose is not finite or leans a
+/// quarter turn or more.
 Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose);
 
 /// Angle between the probe's axis and the plate's normal [rad], 0 to pi.

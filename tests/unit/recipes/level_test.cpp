@@ -136,6 +136,22 @@ TEST_CASE("a start exactly at the end of travel can be gone to, whatever binary 
   CHECK(above_start(*report.plan, report.plan->explorations.front()));
 }
 
+TEST_CASE(
+    "a height exactly at the end of travel is let pass, and one finding is enough for a path") {
+  RigLimits limits = levelled(0, 0);  // 8 mm, 10 mm and back are 1e-18 m less than 0
+  limits.geometry.surface_z_m = limits.clearance_m = 0.008;
+  limits.geometry.tilt_axis_depth_m = 0.01;
+  limits.geometry.probe_arm_m = 0;
+  REQUIRE(over(limits, {0.03, 0.03}, 0.008));
+  REQUIRE((*over(limits, {0.03, 0.03}, 0.008))[Axis::z] < 0);
+  CHECK(checked_from(limits, 30, 20).plan);
+  limits = levelled(0.15, 0);
+  limits.geometry.travel[index(Axis::z)].max = 0.094;
+  const CheckReport far = checked_from(limits, 30, 1000);
+  REQUIRE(far.problems.size() == 1);
+  CHECK_THAT(far.problems[0].message, Catch::Contains("along y"));
+}
+
 TEST_CASE("what the check lets pass with a level the engine can command, to the ends of travel") {
   for (const Tilts level : {Tilts{0, 0}, {0.02, -0.015}, {-0.1, 0.2}, {0.25, -0.25}}) {
     RigLimits limits = levelled(level.rx_rad, level.ry_rad);
