@@ -23,6 +23,12 @@ using recipes::Range;
 // bits.
 constexpr double rounding = 1e-9;
 
+/// The same of several devices is told once.
+void add_once(Diagnostic found, std::vector<Diagnostic>& problems) {
+  const auto same = [&](const Diagnostic& told) { return to_string(told) == to_string(found); };
+  if (std::ranges::none_of(problems, same)) problems.push_back(std::move(found));
+}
+
 /// One driver with a link to nobody.
 void build_driver(const DeviceEntry& entry, const std::string& place,
                   const std::shared_ptr<DriverCatalog>& drivers,
@@ -32,10 +38,10 @@ void build_driver(const DeviceEntry& entry, const std::string& place,
   const auto device = Device::create(entry, loop, std::move(host), drivers);
   if (device) return;
   const std::string key = pointer_in(device.error().where);
-  problems.push_back(diagnostic(
-      device.error(),
-      place +
-          (device.error().code == Errc::not_found && key.empty() ? "/driver" : "/config" + key)));
+  const bool no_driver = device.error().code == Errc::not_found && key.empty();
+  const std::string pointer =
+      key == sent_limit ? key : place + (no_driver ? "/driver" : "/config" + key);
+  add_once(diagnostic(device.error(), pointer), problems);
 }
 
 /// The limits of one axis as the plan counts on them, in the unit of the rig file.

@@ -22,7 +22,7 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceEntry& entry, Loop& l
   if (!config) return pass(config.error(), entry.name);
   Result<std::unique_ptr<Driver>> driver =
       device->drivers_->create(entry.driver, entry.name, *config, *device);
-  if (!driver) return pass(driver.error(), entry.name);
+  if (!driver) return pass(in_rig_file(entry, driver.error()), entry.name);
   device->driver_ = std::move(*driver);
   return device;
 }

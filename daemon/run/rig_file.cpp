@@ -15,6 +15,8 @@ namespace {
 
 using nlohmann::json;
 
+/// Of the limits and of a linear stage's configuration.
+constexpr const char* acceleration_key = "acceleration_mm_s2";
 constexpr std::array<std::string_view, 7> roles{"x", "y", "z", "rx", "ry", "wrench", "taxels"};
 constexpr std::string_view vibro_role = "vibro";  // a bench may do without
 
@@ -188,7 +190,7 @@ void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
     if (!limits.is_object() || !limits.contains(key) || !limits[key].is_number()) return {};
     return limits[key].get<double>() * scale;
   };
-  auto given = limit("acceleration_mm_s2", 1);
+  auto given = limit(acceleration_key, 1);
   if (!given) given = limit("acceleration_mps2", mm_per_m);
   for (DeviceEntry& device : devices)
     if (device.role == "x" || device.role == "y" || device.role == "z")
@@ -250,7 +252,6 @@ Result<RigFile> parse_rig_file(std::string_view text) {
 }
 
 Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers) {
-  constexpr const char* key = "acceleration_mm_s2";
   constexpr double rounding = 1e-9;
   const Result<DriverSource> source = drivers.source(entry.driver);
   if (!source) return pass(source.error());
@@ -260,15 +261,23 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
       !schema.contains("/properties/acceleration_mm_s2"_json_pointer))
     return entry.config_json;
   const double limit = *entry.acceleration_mm_s2;
-  const json given = std::exchange(config[key], limit);
+  const json given = std::exchange(config[acceleration_key], limit);
   if (given.is_null()) return config.dump();
   if (!given.is_number() || std::abs(given.get<double>() - limit) <= rounding * limit)
     return entry.config_json;
   return fail(
       Errc::invalid_argument,
       "the stage's acceleration is not the rig's, which plan, force loop and guards count on",
-      std::string("/") + key, json(limit).dump() + " mm/s2, limits." + key, given.dump() + " mm/s2",
+      std::string("/") + acceleration_key,
+      json(limit).dump() + " mm/s2, limits." + acceleration_key, given.dump() + " mm/s2",
       "Leave it out: the limit is sent to the stage. Or change the limit");
+}
+
+Error in_rig_file(const DeviceEntry& entry, Error error) {
+  const json config = json::parse(entry.config_json, nullptr, false);
+  const bool sent = entry.acceleration_mm_s2 && !config.contains(acceleration_key);
+  if (sent && error.where == std::string("/") + acceleration_key) error.where = sent_limit;
+  return error;
 }
 
 BenchKind bench_kind_of(const std::filesystem::path& rig) {

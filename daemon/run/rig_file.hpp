@@ -60,6 +60,11 @@ Result<RigFile> parse_rig_file(std::string_view text);
 /// count on the limit's.
 Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers);
 
+/// The limit that driver_config() sends where the rig file has no value of the device's own.
+inline constexpr std::string_view sent_limit = "/limits/acceleration_mm_s2";
+/// What a driver says of such a configuration; of a limit that was sent at sent_limit.
+Error in_rig_file(const DeviceEntry& entry, Error error);
+
 /// What kind of data the bench of this rig file makes; unknown where the file cannot be read.
 BenchKind bench_kind_of(const std::filesystem::path& rig);
 

@@ -103,6 +103,10 @@ def refused(t, root, rig, d):
     t.expect(len(error["problems"]) >= 2, f"all problems at once: {error['problems']}")
 
 
+def no_acceleration(rig, device):
+    return {k: v for k, v in rig["devices"][device]["config"].items() if k != "acceleration_mm_s2"}
+
+
 def bench(t, root, rig, d):
     """What only shows when drivers, emulators and cloth table are looked at."""
     good = json.loads(rig.read_text())
@@ -117,6 +121,8 @@ def bench(t, root, rig, d):
         "tilt speed": ({"/limits/tilt_speed_deg_s": 9}, {"/limits/tilt_speed_deg_s"}, ["stage.rx", "5 deg/s"]),
         "acceleration": ({"/devices/1/config/acceleration_mm_s2": 10}, {"/devices/1/config/acceleration_mm_s2"}, ["10 mm/s2", "20"]),
         "no acceleration of a stage": ({"/limits/acceleration_mm_s2": 10}, {f"/devices/{i}/config/acceleration_mm_s2" for i in range(3)}, ["20 mm/s2"]),
+        "acceleration over the stages'": ({f"/devices/{i}/config": no_acceleration(good, i) for i in range(3)} | {"/limits/acceleration_mm_s2": 100},
+                                          {"/limits/acceleration_mm_s2"}, ["50", "100"]),
         "travel": ({"/devices/0/config/travel_mm": [10, 150]}, {"/limits/travel_mm/x"}, ["stage.x", "10.00 to 150.00 mm"]),
         "tilt": ({"/devices/3/config/travel_deg": [-1, 5]}, {"/limits/tilt_deg"}, ["stage.rx"]),
         "unknown driver": ({"/devices/2/driver": "thorlab"}, {"/devices/2/driver"}, ["thorlabs_apt"]),
@@ -136,6 +142,8 @@ def bench(t, root, rig, d):
             error = t.refuses(*command, cwd=d, says=["rig.json", *words])
             found = {p["pointer"] for p in error.get("problems", []) if p["file"] == "rig.json"}
             t.expect(found == pointers, f"{name}, {command[0]}: {found} instead of {pointers}")
+            told = [p["sentence"] for p in error.get("problems", [])]
+            t.expect(len(told) == len(set(told)), f"{name}, {command[0]}: told more than once: {told}")
     (d / "rig.json").write_text(json.dumps(change(good, "/fabrics/0", "tweed")))  # listed, but not in the cloth table
     (d / "recipe.json").write_text(json.dumps(change(recipe, "/fabrics/0", "tweed")))
     for command in (["check", "recipe.json", "--rig", "rig.json"], ["run", "recipe.json", "--rig", "rig.json", "--out", "out"]):

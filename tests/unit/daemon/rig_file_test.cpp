@@ -184,6 +184,18 @@ TEST_CASE("a linear stage is told the rig's acceleration; another one in its pla
   }
 }
 
+TEST_CASE("a limit that no stage can accelerate by is refused where it stands, once") {
+  const test::TemporaryFolder folder;
+  nlohmann::json rig = test::bench17();
+  for (const char* role : {"x", "y", "z"})
+    test::device_of(rig, role)["config"].erase("acceleration_mm_s2");
+  rig["limits"]["acceleration_mm_s2"] = 100;
+  const auto ran = run_campaign(test::request_in(folder, test::short_recipe("denim"), rig), {});
+  REQUIRE_FALSE(ran);
+  CHECK_THAT(ran.error().where, Catch::EndsWith("/limits/acceleration_mm_s2"));
+  CHECK_THAT(ran.error().got, Catch::Contains("100"));
+}
+
 TEST_CASE("the stages of a bench get its acceleration with their speeds") {
   nlohmann::json rig = test::bench17();
   rig["limits"].erase("acceleration_mm_s2");
