@@ -1,5 +1,6 @@
 // What comes in from the stage, and what follows from it.
 
+#include <cstdlib>
 #include <string>
 #include <type_traits>
 
@@ -116,9 +117,13 @@ void StageDriver::on_velocity(const Message& message) {
            std::to_string(kept) + " counts",
            "Lower the " + what + " in the rig file to what the controller allows"});
   };
-  if (told->maximum_velocity_counts != velocity_counts_)
+  // A controller that computes in counts of its own may round by one.
+  const auto differ = [](std::int64_t sent, std::int32_t kept) {
+    return std::abs(sent - kept) > 1;
+  };
+  if (differ(velocity_counts_, told->maximum_velocity_counts))
     return refuse("speed", velocity_counts_, told->maximum_velocity_counts);
-  if (told->acceleration_counts != settings_.acceleration_counts)
+  if (differ(settings_.acceleration_counts, told->acceleration_counts))
     refuse("acceleration", settings_.acceleration_counts, told->acceleration_counts);
 }
 

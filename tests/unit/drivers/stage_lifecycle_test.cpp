@@ -333,6 +333,19 @@ TEST_CASE("a controller that keeps another speed or other switches is refused wh
   }
 }
 
+TEST_CASE("a controller that rounds speed and acceleration by a count is armed, not by two") {
+  for (const std::int32_t off : {-2, -1, 0, 1, 2}) {
+    CAPTURE(off);
+    StageBench bench = StageBench::lts(R"(, "acceleration_mm_s2": 10)");
+    REQUIRE(bench.driver->open());
+    bench.receive_info("LTS150");
+    REQUIRE(bench.driver->arm());
+    bench.receive(MessageId::get_velparams,
+                  apt::VelocityParams{1, 0, 10 * 4506 + off, 20 * 21987328 - off});
+    CHECK(bench.host.faults.empty() == (off * off <= 1));
+  }
+}
+
 TEST_CASE("the front panel flashes when the configuration asks for it") {
   StageBench bench = StageBench::lts(R"(, "identify": true)");
   REQUIRE(bench.driver->open());
