@@ -18,7 +18,8 @@ struct SampledTime {
 
 /// Of one recording, without its pauses: between phases nothing is recorded, and frames get lost. A
 /// pause is longer than one and a half times what three quarters of the intervals keep within, so
-/// that neither stamps in whole milliseconds nor samples stamped in twos and threes make one.
+/// that stamps in whole milliseconds make none. Of samples that were read in batches, with little
+/// or nothing between them, whole batches are compared: the gap before one is when it was sampled.
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
 
 /// By how much the rate of one recording may differ from that of others that it is compared with:
@@ -26,7 +27,8 @@ SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
 inline constexpr double rate_tolerance = 0.05;
 
 /// Whether a recording may be of this period [s]: by its mean, or by the interval in the middle,
-/// which a reader that stalled and caught up does not move. True where its times tell nothing.
+/// which a reader that stalled and caught up does not move; of samples read in batches it says
+/// nothing. True where its times tell nothing.
 bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s);
 
 }  // namespace weft::daemon

@@ -168,6 +168,30 @@ def paused(t, d):
     t.expect(windows == 3, f"{windows} windows of 1 s in 3 s")
 
 
+def in_batches(t, d):
+    """Samples that an adapter hands over in eights are of the rate at which they were taken."""
+    folder = d / "batches"
+    folder.mkdir()
+    rows = [[f"{label}{k}.csv", label, str(k)] for label in ("felt", "foil") for k in range(4)]
+    for i, (name, label, group) in enumerate(rows):
+        write_trial(folder / name, 40 * (label == "foil"), 1, i)
+        lines = (folder / name).read_text().splitlines()
+        if int(group) % 2:
+            times = [(k // 8) * 0.16 + (k % 8) * 0.0005 for k in range(len(lines) - 1)]
+            moved = [f"{time:.6f},{line.split(',', 1)[1]}" for time, line in zip(times, lines[1:])]
+            (folder / name).write_text("\n".join([lines[0], *moved]) + "\n")
+    made = imported(t, folder, "all", rows)
+    t.expect(abs(made["taxel_rate_hz"] - 50) < 1, f"rate of all: {made['taxel_rate_hz']}")
+    made = imported(t, folder, "m", [row for row in rows if int(row[2]) % 2])
+    t.expect(abs(made["taxel_rate_hz"] - 50) < 1, f"rate of batches: {made['taxel_rate_hz']}")
+    t.succeeds("features", "m.h5", "-o", "f.csv", "--window-s", "1", cwd=folder)
+    windows = (folder / "f.csv").read_text().count("felt1.csv#w")
+    t.expect(windows == 3, f"{windows} windows of 1 s in 3 s")
+    t.succeeds("train", "all.h5", "-o", "all.model", "--learner", "lda", cwd=folder)
+    for name, _, _ in rows:
+        t.succeeds("classify", "all.model", name, cwd=folder)
+
+
 def presses(t, d):
     """Presses of one object in a table are presses, not windows of one recording."""
     folder = d / "presses"
@@ -253,6 +277,7 @@ def main():
         verified(t, d)
         rates(t, d)
         paused(t, d)
+        in_batches(t, d)
         presses(t, d)
         sounds(t, d)
         durations(t, d)

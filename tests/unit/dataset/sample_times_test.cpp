@@ -1,25 +1,44 @@
 #include "daemon/dataset/sample_times.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 namespace weft::daemon::sample_times_test {
 namespace {
 
 // Times whose intervals are these [ms], over and over.
-std::vector<std::int64_t> times(const std::vector<std::int64_t>& intervals_ms, int samples) {
+std::vector<std::int64_t> times(const std::vector<double>& intervals_ms, int samples) {
   std::vector<std::int64_t> out{0};
   for (int i = 1; i < samples; ++i)
-    out.push_back(out.back() +
-                  1'000'000 * intervals_ms[static_cast<std::size_t>(i - 1) % intervals_ms.size()]);
+    out.push_back(
+        out.back() +
+        std::llround(1e6 * intervals_ms[static_cast<std::size_t>(i - 1) % intervals_ms.size()]));
   return out;
 }
 
+// The same with 5 s before each of these samples.
+std::vector<std::int64_t> paused(std::vector<std::int64_t> t_ns,
+                                 const std::vector<std::size_t>& before) {
+  for (const std::size_t at : before)
+    for (std::size_t i = at; i < t_ns.size(); ++i) t_ns[i] += 5'000'000'000;
+  return t_ns;
+}
+
+// Samples read in batches of so many, 100 a second.
+std::vector<std::int64_t> in_batches(std::size_t batch, double within_ms, int samples) {
+  std::vector<double> intervals_ms(batch, within_ms);
+  intervals_ms.back() =
+      10.0 * static_cast<double>(batch) - within_ms * static_cast<double>(batch - 1);
+  return times(intervals_ms, samples);
+}
+
 TEST_CASE("the period of samples is that between pauses") {
-  auto t_ns = times({10}, 100);
-  CHECK(sampled_time(t_ns).period_s() == 0.01);
-  for (std::size_t i = 50; i < t_ns.size(); ++i) t_ns[i] += 5'000'000'000;
-  CHECK(sampled_time(t_ns).period_s() == 0.01);
-  CHECK(sampled_time(t_ns).intervals == 98);
+  CHECK(sampled_time(times({10}, 100)).period_s() == 0.01);
+  const SampledTime once = sampled_time(paused(times({10}, 100), {50}));
+  CHECK(once.period_s() == 0.01);
+  CHECK(once.intervals == 98);
+  CHECK(sampled_time(paused(times({10}, 300), {50, 100, 250})).period_s() == 0.01);
+  CHECK(sampled_time(paused(times({10}, 60), {10, 20, 50})).period_s() == 0.01);
   CHECK(sampled_time(times({10, 10, 10, 10, 20}, 101)).period_s() == 0.01);  // frames lost
 }
 
@@ -28,6 +47,22 @@ TEST_CASE("stamps in whole milliseconds, or of samples that were read together, 
   CHECK(sampled_time(times({0, 20}, 101)).period_s() == Approx(0.01));
   CHECK(sampled_time(times({0, 0, 30}, 91)).period_s() == Approx(0.01));
   CHECK(sampled_time(times({0, 0, 0, 0, 0, 0, 0, 80}, 81)).period_s() == Approx(0.01));
+}
+
+TEST_CASE("samples that were read in batches have the rate at which they were taken") {
+  for (const std::size_t batch : {2U, 3U, 4U, 5U, 8U, 16U})
+    for (const double within_ms : {0.0, 0.05, 0.2, 0.5, 2.0}) {
+      CAPTURE(batch, within_ms);
+      const auto t_ns = in_batches(batch, within_ms, 300);
+      CHECK(sampled_time(t_ns).period_s() == Approx(0.01).epsilon(0.01));
+      CHECK(may_have_period(t_ns, 0.01));
+      CHECK_FALSE(may_have_period(t_ns, 0.0116));
+      const auto between = paused(t_ns, {80, 96, 240});
+      CHECK(sampled_time(between).period_s() == Approx(0.01).epsilon(0.01));
+    }
+  auto stalled = in_batches(8, 0.5, 400);
+  for (std::size_t i = 160; i < 200; ++i) stalled[i] = stalled[200];  // five batches at once
+  CHECK(sampled_time(stalled).period_s() == Approx(0.01).epsilon(0.01));
 }
 
 TEST_CASE("a recording may be of the rate of its mean interval, or of the one in the middle") {
