@@ -146,12 +146,12 @@ std::string rate_words(double period_s) {
   return std::to_string(period_s) + " s (" + fixed(1 / period_s, 2) + " Hz)";
 }
 
-// Windows of one length, and a model, are of one rate: the mean of the trials.
+// Windows of one length, and a model, are of one rate: what the trials have in common.
 Status one_rate(const Dataset& dataset, const std::optional<std::string>& exploration) {
   const std::vector<std::size_t> trials = chosen_of(dataset, exploration);
-  SampledTime all;
-  for (const std::size_t i : trials) all += sampled_time(dataset.records[i].t_ns);
-  const double period_s = all.period_s();
+  std::vector<std::vector<std::int64_t>> times;
+  for (const std::size_t i : trials) times.push_back(dataset.records[i].t_ns);
+  const double period_s = common_period_s(times);
   const auto odd = std::ranges::find_if_not(
       trials, [&](std::size_t i) { return may_have_period(dataset.records[i].t_ns, period_s); });
   if (odd == trials.end() || period_s == 0.0) return {};
@@ -160,13 +160,13 @@ Status one_rate(const Dataset& dataset, const std::optional<std::string>& explor
   };
   const std::size_t other =
       std::ranges::max(trials, {}, [&](std::size_t i) { return std::abs(own_s(i) - own_s(*odd)); });
-  return fail(Errc::invalid_argument, "the trials have different sampling rates",
-              dataset.trials[*odd].file + " and " + dataset.trials[other].file,
-              "all within " + percent(rate_tolerance, 0) + " % of their mean, " +
-                  fixed(1 / period_s, 2) + " Hz",
-              fixed(1 / own_s(*odd), 2) + " Hz and " + fixed(1 / own_s(other), 2) + " Hz",
-              "Make a data set of each rate, or bring all to one: features of the spectrum, and of "
-              "the number of samples, mean something else at another");
+  return fail(
+      Errc::invalid_argument, "the trials have different sampling rates",
+      dataset.trials[*odd].file + " and " + dataset.trials[other].file,
+      "all within " + percent(rate_tolerance, 0) + " % of " + fixed(1 / period_s, 2) + " Hz",
+      fixed(1 / own_s(*odd), 2) + " Hz and " + fixed(1 / own_s(other), 2) + " Hz",
+      "Make a data set of each rate, or bring all to one: features of the spectrum, and of "
+      "the number of samples, mean something else at another");
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::str
     if (done) done = append(dataset, std::move(trial), std::move(record));
     if (!done) return pass(std::move(done).error());
   }
-  dataset.info.taxel_rate_hz = mean_rate_hz(dataset);
+  dataset.info.taxel_rate_hz = common_rate_hz(dataset);
   return dataset;
 }
 

@@ -142,7 +142,7 @@ Result<Dataset> import_icub20(const std::filesystem::path& path, Icub20Order ord
     if (auto done = append(dataset, std::move(slide.trial), std::move(slide.record)); !done)
       return pass(done.error());
   }
-  dataset.info.taxel_rate_hz = mean_rate_hz(dataset);
+  dataset.info.taxel_rate_hz = common_rate_hz(dataset);
   return dataset;
 }
 

@@ -43,7 +43,7 @@ Result<Dataset> one_trial(const std::filesystem::path& name, Result<CsvReader> c
     return pass(std::move(done).error());
   if (auto done = append(dataset, std::move(trial), std::move(record)); !done)
     return pass(std::move(done).error());
-  dataset.info.taxel_rate_hz = mean_rate_hz(dataset);
+  dataset.info.taxel_rate_hz = common_rate_hz(dataset);
   return dataset;
 }
 
@@ -58,7 +58,7 @@ Result<Dataset> import_manifest(const std::filesystem::path& path) {
   dataset.info.software_version = software_version();
   for (const ManifestEntry& entry : *entries)
     if (auto done = import_entry(entry, dataset); !done) return pass(std::move(done).error());
-  dataset.info.taxel_rate_hz = mean_rate_hz(dataset);
+  dataset.info.taxel_rate_hz = common_rate_hz(dataset);
   return dataset;
 }
 

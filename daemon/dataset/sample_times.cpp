@@ -67,6 +67,15 @@ std::vector<Piece> batches_of(const std::vector<std::int64_t>& t_ns,
   return out;
 }
 
+/// The interval in the middle, or the mean where this one does not tell; 0: neither does.
+double middle_s(const std::vector<std::int64_t>& t_ns) {
+  const std::vector<std::int64_t> intervals = intervals_of(t_ns);
+  if (intervals.empty()) return 0;
+  const std::int64_t middle = quartile(intervals, 2);
+  if (middle <= shortest_ns || batch_gap_ns(intervals)) return sampled_time(t_ns).period_s();
+  return to_seconds(Duration(middle));
+}
+
 }  // namespace
 
 SampledTime& SampledTime::operator+=(const SampledTime& other) {
@@ -98,14 +107,27 @@ SampledTime sampled_time(const std::vector<std::int64_t>& t_ns) {
 }
 
 bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
-  const std::vector<std::int64_t> intervals = intervals_of(t_ns);
-  if (intervals.empty()) return true;
   const auto alike = [period_s](double own_s) {
     return own_s <= to_seconds(Duration(shortest_ns)) ||
            std::abs(own_s / period_s - 1.0) <= rate_tolerance;
   };
-  if (alike(sampled_time(t_ns).period_s())) return true;
-  return !batch_gap_ns(intervals) && alike(to_seconds(Duration(quartile(intervals, 2))));
+  return alike(sampled_time(t_ns).period_s()) || alike(middle_s(t_ns));
+}
+
+double common_period_s(const std::vector<std::vector<std::int64_t>>& recordings) {
+  SampledTime all;
+  std::vector<double> middles_s;
+  for (const std::vector<std::int64_t>& t_ns : recordings) {
+    all += sampled_time(t_ns);
+    if (const double own_s = middle_s(t_ns); own_s > 0) middles_s.push_back(own_s);
+  }
+  const auto suits_each = [&recordings](double period_s) {
+    return std::ranges::all_of(
+        recordings, [period_s](const auto& t_ns) { return may_have_period(t_ns, period_s); });
+  };
+  if (middles_s.empty() || suits_each(all.period_s())) return all.period_s();
+  const double middle = quartile(std::move(middles_s), 2);
+  return suits_each(middle) ? middle : all.period_s();
 }
 
 }  // namespace weft::daemon

@@ -31,4 +31,10 @@ inline constexpr double rate_tolerance = 0.05;
 /// nothing. True where its times tell nothing.
 bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s);
 
+/// The period that recordings have in common [s], each given by its times: that of their mean where
+/// each may have it. Where not, the median of the intervals in the middle of each, which frames
+/// that some of them lost do not move, if it suits each; else the mean. 0 where the times tell
+/// nothing.
+double common_period_s(const std::vector<std::vector<std::int64_t>>& recordings);
+
 }  // namespace weft::daemon

@@ -92,10 +92,11 @@ Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<
   return {};
 }
 
-double mean_rate_hz(const Dataset& dataset) {
-  SampledTime all;
-  for (const TrialRecord& record : dataset.records) all += sampled_time(record.t_ns);
-  return all.seconds > 0 ? all.intervals / all.seconds : 0;
+double common_rate_hz(const Dataset& dataset) {
+  std::vector<std::vector<std::int64_t>> times;
+  for (const TrialRecord& record : dataset.records) times.push_back(record.t_ns);
+  const double period_s = common_period_s(times);
+  return period_s > 0 ? 1 / period_s : 0;
 }
 
 Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {

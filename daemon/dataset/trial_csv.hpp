@@ -27,9 +27,9 @@ Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<
                      std::vector<std::size_t>& channels);
 std::optional<std::size_t> find_column(const CsvReader& csv, std::string_view name);
 
-/// Mean sample rate over all trials, from their own times without pauses, as sampled_time() tells
-/// them; 0 when these do not tell.
-double mean_rate_hz(const Dataset& dataset);
+/// The sample rate that all trials have in common, as common_period_s() tells it; 0 when their
+/// times do not tell.
+double common_rate_hz(const Dataset& dataset);
 
 /// Adds a trial to a set whose trials must all have as many taxels as the first.
 Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record);

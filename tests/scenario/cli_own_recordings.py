@@ -168,6 +168,24 @@ def paused(t, d):
     t.expect(windows == 3, f"{windows} windows of 1 s in 3 s")
 
 
+def lossy(t, d):
+    """Recordings that lost frames are of the rate of those that did not."""
+    folder = d / "lossy"
+    folder.mkdir()
+    rows = [[f"{label}{k}.csv", label, str(k)] for label in ("felt", "foil") for k in range(4)]
+    for i, (name, label, _) in enumerate(rows):
+        write_trial(folder / name, 40 * (label == "foil"), 1, i)
+        lines, lost = (folder / name).read_text().splitlines(), random.Random(i)
+        if label == "foil":
+            lines[1:] = [line for line in lines[1:] if lost.random() > 0.3]
+        (folder / name).write_text("\n".join(lines) + "\n")
+    made = imported(t, folder, "m", rows)
+    t.expect(abs(made["taxel_rate_hz"] - 50) < 0.5, f"rate: {made['taxel_rate_hz']}")
+    t.succeeds("train", "m.h5", "-o", "m.model", "--learner", "lda", cwd=folder)
+    for name, _, _ in rows:
+        t.succeeds("classify", "m.model", name, cwd=folder)
+
+
 def in_batches(t, d):
     """Samples that an adapter hands over in eights are of the rate at which they were taken."""
     folder = d / "batches"
@@ -277,6 +295,7 @@ def main():
         verified(t, d)
         rates(t, d)
         paused(t, d)
+        lossy(t, d)
         in_batches(t, d)
         presses(t, d)
         sounds(t, d)

@@ -1,5 +1,6 @@
 #include "daemon/dataset/sample_times.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -75,6 +76,30 @@ TEST_CASE("a recording may be of the rate of its mean interval, or of the one in
   CHECK_FALSE(may_have_period(stalled, 0.0116));
   CHECK(may_have_period(times({0}, 100), 0.01));  // tells nothing
   CHECK(may_have_period({7}, 0.01));
+}
+
+TEST_CASE("the period in common is the mean one, or what lost frames leave of it") {
+  const auto clean = times({10}, 400);
+  const auto lossy = times({10, 10, 20, 10, 30, 10, 20}, 280);  // a mean of 16 ms
+  CHECK_FALSE(sampled_time(lossy).period_s() < 0.0115);
+  CHECK(common_period_s({clean, clean, lossy, lossy}) == 0.01);
+  CHECK(common_period_s({clean, lossy, in_batches(8, 0.5, 400)}) == Approx(0.01).epsilon(0.01));
+  CHECK(common_period_s({times({8, 9, 9, 8, 9}, 101), times({9, 8, 8, 9, 9}, 101)}) ==
+        Approx(0.0086));
+  CHECK(common_period_s({times({1, 2}, 101), times({2, 1}, 100)}) == Approx(0.0015).epsilon(0.01));
+  const auto all_may = [](const std::vector<std::vector<std::int64_t>>& recordings) {
+    return std::ranges::all_of(recordings,
+                               [period_s = common_period_s(recordings)](const auto& t_ns) {
+                                 return may_have_period(t_ns, period_s);
+                               });
+  };
+  CHECK(all_may({clean, lossy}));
+  CHECK(all_may({clean, times({1000 / 105.0}, 400)}));
+  CHECK(all_may({clean, clean, clean, times({1000 / 105.0}, 400)}));
+  CHECK_FALSE(all_may({clean, times({1000 / 116.0}, 400)}));
+  CHECK_FALSE(all_may({clean, times({20}, 400)}));
+  CHECK(common_period_s({}) == 0);
+  CHECK(common_period_s({{5}, {}}) == 0);
 }
 
 TEST_CASE("one sample, or none, tells no period") {
