@@ -16,9 +16,10 @@ namespace weft::daemon {
 namespace {
 
 // libsndfile takes what there is of a WAV file that was cut. Its first bytes say how long it is,
-// but where it was written into a pipe: 0, or all bits set. A last byte of padding may be missing.
+// but where it was written into a pipe: arecord and SoX put about 2^31 there (0x7ffff024,
+// 0x7fffff24, 0x80000024), others set all bits. A last byte of padding may be missing.
 Status check_length(const std::filesystem::path& path) {
-  constexpr std::uintmax_t before_count = 8, unknown = 0xffffffff;
+  constexpr std::uintmax_t before_count = 8, unknown = 0x7fff0000;
   std::array<unsigned char, before_count> head{};
   std::ifstream in(path, std::ios::binary);
   if (!in.read(reinterpret_cast<char*>(head.data()), head.size())) return {};
@@ -27,7 +28,7 @@ Status check_length(const std::filesystem::path& path) {
   for (std::size_t i = 0; i < 4; ++i) count |= std::uintmax_t{head[4 + i]} << (8 * i);
   std::error_code unread;
   const std::uintmax_t bytes = std::filesystem::file_size(path, unread);
-  if (unread || count == unknown || count + before_count <= bytes + 1) return {};
+  if (unread || count >= unknown || count + before_count <= bytes + 1) return {};
   return fail(Errc::corrupt, "the sound file is cut short", path.string(),
               std::to_string(count + before_count) + " bytes", std::to_string(bytes));
 }

@@ -252,6 +252,13 @@ def sounds(t, d):
     (folder / "cut.wav").write_bytes((folder / "a.wav").read_bytes()[:5000])
     write_manifest(folder / "cut.csv", rows + [["cut.wav", "felt", "2"]])
     t.refuses("dataset", "import", "--format", "recordings", "cut.csv", "-o", "bad.h5", cwd=folder, says=["cut.csv:4", "cut.wav", "cut short", "48044 bytes"])
+    whole = (folder / "a.wav").read_bytes()
+    for k, unknown in enumerate((0x7ffff024, 0x7fffff24, 0x80000024, 0xffffffff)):  # SoX and arecord into a pipe, others
+        piped = whole[:4] + struct.pack("<I", unknown) + whole[8:40] + struct.pack("<I", min(unknown - 36, 0x80000000)) + whole[44:]
+        (folder / f"piped{k}.wav").write_bytes(piped)
+        write_manifest(folder / "piped.csv", [rows[0], [f"piped{k}.wav", "felt", "1"]])
+        made = t.succeeds("dataset", "import", "--format", "recordings", "piped.csv", "-o", "piped.h5", cwd=folder)
+        t.expect(made["copies"] == [["a.wav", f"piped{k}.wav"]], f"the same samples: {made['copies']}")
     (folder / "notes.txt").write_text("no sound\n")
     write_manifest(folder / "text.csv", rows + [["notes.txt", "felt", "2"]])
     t.refuses("dataset", "import", "--format", "recordings", "text.csv", "-o", "bad.h5", cwd=folder, says=["notes.txt", "not a sound file", ".csv"])
