@@ -166,7 +166,10 @@ Result<double> CsvReader::number(std::size_t column) const {
 }
 
 bool is_csv_name(const std::filesystem::path& path) {
-  return path.extension() == ".csv" || path.extension() == ".CSV";
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension == ".csv";
 }
 
 tl::unexpected<Error> CsvReader::complaint(std::string message, std::string expected,

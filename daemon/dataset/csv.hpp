@@ -53,7 +53,7 @@ class CsvReader {
   std::vector<std::string> fields_;
 };
 
-/// Whether a file's name says that it is one: ".csv", or ".CSV" as some programs write it.
+/// Whether a file's name says that it is one: ".csv", in letters of either case.
 bool is_csv_name(const std::filesystem::path& path);
 
 }  // namespace weft::daemon

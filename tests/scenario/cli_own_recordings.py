@@ -237,7 +237,7 @@ def write_sound(path, level, seed, seconds=3, rate_hz=8000):
 
 
 def sounds(t, d):
-    """A WAV file that was cut is not taken for a shorter recording; a table is one by ".CSV" too."""
+    """A WAV file that was cut is not taken for a shorter recording; a table is one by ".CSV" and ".Csv" too."""
     folder = d / "sounds"
     folder.mkdir()
     write_sound(folder / "a.wav", 2000, 1)
@@ -262,8 +262,9 @@ def sounds(t, d):
     (folder / "notes.txt").write_text("no sound\n")
     write_manifest(folder / "text.csv", rows + [["notes.txt", "felt", "2"]])
     t.refuses("dataset", "import", "--format", "recordings", "text.csv", "-o", "bad.h5", cwd=folder, says=["notes.txt", "not a sound file", ".csv"])
-    write_vibration(folder / "T.CSV", 1, 3)
-    write_manifest(folder / "upper.csv", [["T.CSV", "felt", "1"]])
+    for k, name in enumerate(("T.CSV", "T.Csv")):
+        write_vibration(folder / name, 1, 3 + k)
+    write_manifest(folder / "upper.csv", [["T.CSV", "felt", "1"], ["T.Csv", "felt", "1"]])
     t.succeeds("dataset", "import", "--format", "recordings", "upper.csv", "-o", "upper.h5", cwd=folder)
     t.refuses("features", "m.h5", "-o", "bad.csv", cwd=folder, says=["recordings of sound and vibration", "weft train"])
 
