@@ -124,6 +124,7 @@ json never_tested_json(const std::vector<classifier::NeverTested>& labels) {
 json twins_json(const classifier::Twins& twins) {
   return {{"tested", twins.tested},
           {"found", twins.found},
+          {"contradicting", twins.contradicting},
           {"test", twins.test},
           {"train", twins.train}};
 }

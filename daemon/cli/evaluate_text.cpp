@@ -128,9 +128,14 @@ std::string never_tested_words(const std::vector<classifier::NeverTested>& label
 
 std::string twins_words(const classifier::Twins& twins, std::string_view rows) {
   const std::string what(rows);
-  return thousands(twins.found) + " of " + thousands(twins.tested) + " tests are of " + what +
-         " with the same features as a training one (" + twins.test + " as " + twins.train +
-         "), as copies of one recording have; the figures are too good";
+  const std::string found = thousands(twins.found) + " of " + thousands(twins.tested) +
+                            " tests are of " + what +
+                            " with the same features as a training one (" + twins.test + " as " +
+                            twins.train + "), as copies of one recording have; ";
+  if (twins.contradicting == 0) return found + "the figures are too good";
+  return found + (twins.contradicting == twins.found ? "all" : thousands(twins.contradicting)) +
+         " of them have another label there: the labels contradict each other, one of them is "
+         "wrong";
 }
 
 std::string too_short_words(const std::vector<classifier::vibro::TooShort>& recordings) {

@@ -67,6 +67,27 @@ def copies_of_recordings(t, d, rows):
     t.expect("LEAK: 50 of 225 tests" in text and "No sample of a test window" not in text, text)
 
 
+def silence_and_labels(t, d, rows):
+    """Recordings that begin with silence are no copies; copies under another label contradict each other."""
+    silent = []
+    for k, label in enumerate(("felt", "foil")):
+        write_vibration(d / "loud.csv", 3, 70 + k)
+        lines = (d / "loud.csv").read_text().splitlines()
+        lines[1:401] = [line.split(",")[0] + ",0" for line in lines[1:401]]
+        (d / f"silent{k}.csv").write_text("\n".join(lines) + "\n")
+        silent.append([f"silent{k}.csv", label, str(k)])
+    imported(t, d, "silent", rows + silent, "--format", "recordings")
+    ask = ("--method", "LDA", "--leave-one-group-out")
+    seen = t.succeeds("evaluate", "silent.h5", *ask, cwd=d)["twins"]
+    t.expect(seen["found"] == 0, f"silence is no copy: {seen}")
+    shutil.copy(d / "felt0.csv", d / "relabelled.csv")
+    imported(t, d, "wrong", rows + [["relabelled.csv", "foil", "3"]], "--format", "recordings")
+    seen = t.succeeds("evaluate", "wrong.h5", *ask, cwd=d)["twins"]
+    t.expect(seen["contradicting"] == seen["found"] == 50, f"labels that contradict: {seen}")
+    text = t.run("evaluate", "wrong.h5", *ask, cwd=d).stdout
+    t.expect("labels contradict each other" in text and "too good" not in text, text)
+
+
 def copies_of_slides(t, d):
     folder = d / "slides"
     folder.mkdir()
@@ -78,7 +99,7 @@ def copies_of_slides(t, d):
     t.expect(made["copies"] == [["felt0.csv", "copy.csv"]], f"copies: {made}")
     split = ("--learner", "lda", "--train-groups", "0", "--test-groups", "1")
     seen = t.succeeds("evaluate", "m.h5", *split, cwd=folder)["twins"]
-    t.expect(seen == {"tested": 7, "found": 1, "test": "copy.csv", "train": "felt0.csv"}, f"twins: {seen}")
+    t.expect(seen == {"tested": 7, "found": 1, "contradicting": 0, "test": "copy.csv", "train": "felt0.csv"}, f"twins: {seen}")
     text = t.run("evaluate", "m.h5", *split, "--report", "m.html", cwd=folder).stdout
     t.expect("1 of 7 tests" in text and "copy.csv as felt0.csv" in text, text)
     t.expect("copy.csv as felt0.csv" in (folder / "m.html").read_text(), "the page says it too")
@@ -298,6 +319,7 @@ def main():
         rows = vibrations(d)
         one_manifest(t, d, rows)
         copies_of_recordings(t, d, rows)
+        silence_and_labels(t, d, rows)
         copies_of_slides(t, d)
         short_recordings(t, d, rows)
         verified(t, d)

@@ -31,5 +31,28 @@ TEST_CASE("test rows that are a training row to the last bit are counted, and on
   CHECK(some.train == "file0");
 }
 
+TEST_CASE("a twin of another label contradicts, and is the one that is named") {
+  FeatureMatrix matrix = rows({{1, 2}, {3, 4}, {1, 2}, {3, 4}, {5, 6}});
+  const std::vector<Split> splits{{{0, 1, 4}, {2, 3}}};
+  CHECK(twins_of(matrix, splits).contradicting == 0);
+  matrix.labels[3] = "x";
+  const Twins some = twins_of(matrix, splits);
+  CHECK(some.found == 2);
+  CHECK(some.contradicting == 1);
+  CHECK(some.test == "file3");
+  CHECK(some.train == "file1");
+}
+
+TEST_CASE("windows of silence that two recordings have in common make no copies of them") {
+  FeatureMatrix matrix = rows({{0, 0}, {0, 0}, {0, 0}, {1, 2}, {0, 0}, {0, 0}, {3, 4}, {5, 6}});
+  matrix.files = {"a#w0", "a#w1", "a#w2", "a#w3", "b#w0", "b#w1", "b#w2", "b#w3"};
+  const std::vector<Split> splits{{{0, 1, 2, 3}, {4, 5, 6, 7}}};
+  CHECK(twins_of(matrix, splits).found == 0);
+  matrix.values.row(6)[0] = 1;
+  matrix.values.row(6)[1] = 2;  // and now all that a holds: it is what b begins with
+  CHECK(twins_of(matrix, splits).found == 3);
+  CHECK(twins_of(matrix, std::vector<Split>{{{0, 1}, {2, 3}}}).found == 0);  // one recording
+}
+
 }  // namespace
 }  // namespace weft::classifier::twins_test
