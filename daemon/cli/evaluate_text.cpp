@@ -149,16 +149,16 @@ std::string too_short_words(const std::vector<classifier::vibro::TooShort>& reco
 
 namespace {
 
-// The paper's slides last equally long; F_norm of others knows how long they lasted (AMB-3).
-std::string motion_words(const MotionLengths& motion, const TrialChoice& choice) {
+// The paper's slides last equally long; features of others know how long they lasted (AMB-3), and
+// with the rms norm too: Sh and Hfrq are of the spectrum, which has more bins the longer it is.
+std::string motion_words(const MotionLengths& motion) {
   constexpr double alike = 1.05;
   if (static_cast<double>(motion.longest) <= alike * static_cast<double>(motion.shortest))
     return {};
   return std::to_string(motion.shortest) + " to " + std::to_string(motion.longest) +
-         " samples a slide" +
-         (choice.norm == "rms" ? ""
-                               : "; norm.M grows with them: it tells a label by how long its "
-                                 "slides last, --norm rms does not");
+         " samples a slide; norm.M (but for --norm rms), Sh.M and Hfrq.M change with their number, "
+         "so that a label may be told by how long its slides last; --window-s makes them equally "
+         "long";
 }
 
 }  // namespace
@@ -178,7 +178,7 @@ std::vector<std::pair<std::string, std::string>> facts_of(const EvaluateArgs& ar
                        std::to_string(chosen.setup.taxels) + " taxels" +
                        (args.trials.remove_level.empty() ? "" : ", level removed")},
       {"split", split_text(args, measured.splits)}};
-  if (const std::string words = motion_words(chosen.motion, args.trials); !words.empty())
+  if (const std::string words = motion_words(chosen.motion); !words.empty())
     out.emplace_back("motion", words);
   if (!measured.never_tested.empty())
     out.emplace_back("never tested", never_tested_words(measured.never_tested, "trials"));

@@ -304,10 +304,10 @@ def durations(t, d):
     ask = ("evaluate", "m.h5", "--learner", "lda", "--train-groups", "0", "--test-groups", "1")
     told = t.succeeds(*ask, cwd=folder)
     t.expect(told["results"]["lda"]["accuracy"] == 1.0 and told["motion_samples"] == [100, 200], f"{told['motion_samples']}")
-    text = t.run(*ask, cwd=folder).stdout
-    t.expect("100 to 200 samples a slide; norm.M grows with them" in text, text)
-    text = t.run(*ask, "--norm", "rms", cwd=folder).stdout
-    t.expect("100 to 200 samples a slide\n" in text, text)
+    for norm in ("l2", "rms"):
+        text = t.run(*ask, "--norm", norm, cwd=folder).stdout
+        t.expect("100 to 200 samples a slide; norm.M" in text and "Sh.M and Hfrq.M" in text and "--window-s" in text, text)
+    t.expect("samples a slide" not in t.run(*ask, "--window-s", "2", cwd=folder).stdout, "windows are equally long")
     t.expect("samples a slide" not in t.run("evaluate", "../slides/clean.h5", "--learner", "lda", "--train-fraction", "0.5", cwd=folder).stdout,
              "of slides that last equally long nothing is said")
 
