@@ -150,13 +150,13 @@ std::string rate_words(double period_s) {
 Status one_rate(const Dataset& dataset, const std::optional<std::string>& exploration) {
   const std::vector<std::size_t> trials = chosen_of(dataset, exploration);
   std::vector<std::vector<std::int64_t>> times;
-  for (const std::size_t i : trials) times.push_back(dataset.records[i].t_ns);
+  for (const std::size_t i : trials) times.push_back(motion_times(dataset, i));
   const double period_s = common_period_s(times);
   const auto odd = std::ranges::find_if_not(
-      trials, [&](std::size_t i) { return may_have_period(dataset.records[i].t_ns, period_s); });
+      trials, [&](std::size_t i) { return may_have_period(motion_times(dataset, i), period_s); });
   if (odd == trials.end() || period_s == 0.0) return {};
   const auto own_s = [&](std::size_t i) {
-    return sampled_time(dataset.records[i].t_ns).period_s();
+    return sampled_time(motion_times(dataset, i)).period_s();
   };
   const std::size_t other =
       std::ranges::max(trials, {}, [&](std::size_t i) { return std::abs(own_s(i) - own_s(*odd)); });
@@ -175,7 +175,7 @@ Status check_rate(const Dataset& dataset, const std::optional<std::string>& expl
                   double period_s) {
   if (period_s == 0.0) return {};  // not known
   for (const std::size_t i : chosen_of(dataset, exploration)) {
-    const std::vector<std::int64_t>& t_ns = dataset.records[i].t_ns;
+    const std::vector<std::int64_t> t_ns = motion_times(dataset, i);
     if (may_have_period(t_ns, period_s)) continue;
     return fail(Errc::invalid_argument, "recorded at another rate than the training trials",
                 dataset.trials[i].file, rate_words(period_s),

@@ -106,6 +106,15 @@ SampledTime sampled_time(const std::vector<std::int64_t>& t_ns) {
   return out;
 }
 
+std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i) {
+  const std::vector<Phase>& phase = dataset.trials[i].phase;
+  const std::vector<std::int64_t>& t_ns = dataset.records[i].t_ns;
+  std::vector<std::int64_t> out;
+  for (std::size_t k = 0; k < t_ns.size(); ++k)
+    if (phase[k] == Phase::motion) out.push_back(t_ns[k]);
+  return out.size() < 2 ? t_ns : out;
+}
+
 bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
   const auto alike = [period_s](double own_s) {
     return own_s <= to_seconds(Duration(shortest_ns)) ||

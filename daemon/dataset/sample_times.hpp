@@ -1,8 +1,11 @@
 #pragma once
 // What the times of samples tell of their rate.
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "daemon/dataset/dataset.hpp"
 
 namespace weft::daemon {
 
@@ -21,6 +24,10 @@ struct SampledTime {
 /// that stamps in whole milliseconds make none. Of samples that were read in batches, with little
 /// or nothing between them, whole batches are compared: the gap before one is when it was sampled.
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
+
+/// Times of trial `i` in phase M, which windows and the spectrum are of; of all its samples where
+/// it has fewer than two there. Phases before and after may be recorded at another rate.
+std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i);
 
 /// By how much the rate of one recording may differ from that of others that it is compared with:
 /// beyond it features mean something else.

@@ -94,7 +94,8 @@ Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<
 
 double common_rate_hz(const Dataset& dataset) {
   std::vector<std::vector<std::int64_t>> times;
-  for (const TrialRecord& record : dataset.records) times.push_back(record.t_ns);
+  for (std::size_t i = 0; i < dataset.records.size(); ++i)
+    times.push_back(motion_times(dataset, i));
   const double period_s = common_period_s(times);
   return period_s > 0 ? 1 / period_s : 0;
 }

@@ -27,8 +27,8 @@ Status find_channels(const CsvReader& csv, std::string_view prefix, std::vector<
                      std::vector<std::size_t>& channels);
 std::optional<std::size_t> find_column(const CsvReader& csv, std::string_view name);
 
-/// The sample rate that all trials have in common, as common_period_s() tells it; 0 when their
-/// times do not tell.
+/// The sample rate that the phases M of all trials have in common, as common_period_s() tells it; 0
+/// when their times do not tell.
 double common_rate_hz(const Dataset& dataset);
 
 /// Adds a trial to a set whose trials must all have as many taxels as the first.

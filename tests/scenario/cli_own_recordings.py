@@ -207,6 +207,24 @@ def lossy(t, d):
         t.succeeds("classify", "m.model", name, cwd=folder)
 
 
+def motion_rates(t, d):
+    """Trials of one rate but in phase M, which everything is about, are of two."""
+    folder = d / "motion"
+    folder.mkdir()
+    rows = [[f"{label}{k}.csv", label, str(k)] for label in ("felt", "foil") for k in range(4)]
+    for i, (name, label, _) in enumerate(rows):
+        noise, time, lines = random.Random(i), 0, ["t_s,phase,ch1"]
+        for phase, samples, step in (("P", 200, 0.01), ("M", 100, 0.01 if label == "felt" else 0.02), ("E", 200, 0.01)):
+            for _ in range(samples):
+                lines.append(f"{time:.2f},{phase},{1000 + noise.gauss(0, 5):.3f}")
+                time += step
+        (folder / name).write_text("\n".join(lines) + "\n")
+    imported(t, folder, "m", rows)
+    t.refuses("train", "m.h5", "-o", "bad.model", cwd=folder, says=["different sampling rates", "100.00 Hz", "50.00 Hz"])
+    made = imported(t, folder, "foil", rows[4:])
+    t.expect(abs(made["taxel_rate_hz"] - 50) < 0.1, f"rate of M: {made['taxel_rate_hz']}")
+
+
 def in_batches(t, d):
     """Samples that an adapter hands over in eights are of the rate at which they were taken."""
     folder = d / "batches"
@@ -326,6 +344,7 @@ def main():
         rates(t, d)
         paused(t, d)
         lossy(t, d)
+        motion_rates(t, d)
         in_batches(t, d)
         presses(t, d)
         sounds(t, d)
