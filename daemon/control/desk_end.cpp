@@ -14,14 +14,21 @@ void RunDesk::tell_end(Run& run) {
     if (!each.listener.expired()) each.told(run.view);
 }
 
+/// How a run without a summary ended.
+std::string_view RunDesk::outcome_of(const Run& run) {
+  if (run.state() == RunState::finishing) return "stopped";  // asked for, while the bench came up
+  return run.orders->ends_run() ? "aborted" : "failed";
+}
+
 void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
   run.thread.join();  // this was its last word
   StoredRun& stored = run.view.stored;
+  const std::string_view cut_short = outcome_of(run);
+  // What goes on and does not take the rig moves nothing, and cleans nothing up.
+  const bool ends_as_before = !run.took_rig && !stored.outcome.empty();
   if (summary) {
     stored.outcome = recipes::to_string(summary->outcome);
-    // What only concludes a campaign that had ended before moves nothing, and cleans nothing up.
-    if (run.took_rig || stored.cleanup.empty())
-      stored.cleanup = recipes::to_string(summary->cleanup);
+    if (!ends_as_before) stored.cleanup = recipes::to_string(summary->cleanup);
     stored.rig_fact = recipes::to_string(summary->rig);
     stored.error = summary->error ? to_string(*summary->error) : "";
     stored.dataset_error = summary->dataset_error ? to_string(*summary->dataset_error) : "";
@@ -30,12 +37,14 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     run.view.trials_done = summary->trials_complete;
     run.view.takes_rejected = summary->takes_rejected;
   } else {
-    const bool stops = run.state() == RunState::finishing;  // asked for, while the bench came up
-    stored.outcome = stops ? "stopped" : run.orders->ends_run() ? "aborted" : "failed";
-    stored.cleanup = "skipped";
+    // That somebody ended it is told in any case.
+    if (!ends_as_before || cut_short != "failed") stored.outcome = cut_short;
+    if (!ends_as_before) {
+      stored.cleanup = "skipped";
+      stored.dataset_error.clear();
+    }
     stored.rig_fact = "unknown";
     stored.error = to_string(summary.error());
-    stored.dataset_error.clear();
     count_trials(run);  // of what was told the disk may have refused some, or more is on record
     stored.dataset_sha256 = certified_dataset(stored.folder);
   }
@@ -54,7 +63,7 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
   tell_end(run);
   // What goes on may lack something of its own; a recipe was checked when it was put in line.
   const bool costs_all = run.checked || !stored.resume;
-  if (!summary && costs_all && !run.took_rig && stored.outcome == "failed") hold_after(run);
+  if (!summary && costs_all && !run.took_rig && cut_short == "failed") hold_after(run);
   begin_next();
 }
 

@@ -221,6 +221,7 @@ class RunDesk {
   static PlanKnown known_of(const recipes::Plan& plan);
   void plan_known(Run& run, const PlanKnown& plan);
   void tell_end(Run& run);
+  static std::string_view outcome_of(const Run& run);
   static void refuse_faults(Run& run);
   [[nodiscard]] Result<CampaignRequest> request_of(const StoredRun& run) const;
   void apply(Run& run, const RunStep& step, std::string_view by);

@@ -148,16 +148,21 @@ CampaignSummary summary_of(const std::filesystem::path& folder, const recipes::P
   return summary;
 }
 
+/// It may have died before its log was.
+Status folded_in(const std::filesystem::path& campaign) {
+  auto file = CampaignWriter::reopen(campaign);
+  if (!file) return pass(file.error());
+  return (*file)->finish();
+}
+
 }  // namespace
 
-Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
-                                  const RigFile& rig, const CampaignPast& past) {
+CampaignSummary concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
+                          const RigFile& rig, const CampaignPast& past) {
   CampaignSummary summary = summary_of(folder, plan, rig, past);
-  // It may have died before its log was folded in.
-  auto file = CampaignWriter::reopen(summary.campaign_file);
-  if (!file) return pass(file.error());
-  if (Status ok = (*file)->finish(); !ok) return pass(ok.error());
-  if (Status ok = conclude(folder, summary); !ok) return pass(ok.error());
+  Status kept = folded_in(summary.campaign_file);
+  if (kept) kept = conclude(folder, summary);
+  if (!kept) without_dataset(folder, kept.error(), summary);
   return summary;
 }
 

@@ -34,9 +34,10 @@ void without_dataset(const std::filesystem::path& folder, const Error& why,
 /// refused.
 void fail_where_trials_lack(CampaignSummary& summary);
 
-/// Of a campaign whose every trial is on record, but whose process died before it had told.
-Result<CampaignSummary> concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
-                                  const RigFile& rig, const CampaignPast& past);
+/// Of a campaign whose every trial is on record, but which was not concluded. Where that cannot be
+/// now either, `dataset_error` says why.
+CampaignSummary concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
+                          const RigFile& rig, const CampaignPast& past);
 
 /// Of one that came to its end before. Errors: read_certificate()'s.
 Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,

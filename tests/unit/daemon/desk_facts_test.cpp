@@ -107,6 +107,20 @@ TEST_CASE("a data set that cannot be written changes nothing of how the bench en
   }
   DeskBench bench(folder, test::tiny_recipe(1));
   CHECK_FALSE(bench.desk->get(id)->stored.dataset_error.empty());
+  for (int i = 0; i < 2; ++i) {
+    REQUIRE(bench.desk->recover(id, "test"));
+    const RunView again = bench.ended(id);
+    CHECK(again.machine.state == RunState::interrupted);
+    CHECK(facts_of(again) == Facts{"complete", "done", "safe", "", ""});
+    CHECK(again.stored.dataset_error.find(in_the_way.string()) != std::string::npos);
+  }
+  bench.rig_file_is_broken = true;
+  REQUIRE(bench.desk->recover(id, "test"));
+  const RunView refused = bench.ended(id);
+  CHECK(facts_of(refused) == Facts{"complete", "done", "safe", refused.stored.error, ""});
+  CHECK(refused.stored.error.find("not JSON") != std::string::npos);
+  CHECK_FALSE(refused.stored.dataset_error.empty());
+  bench.rig_file_is_broken = false;
   fs::remove_all(in_the_way);
   REQUIRE(bench.desk->recover(id, "test"));
   const RunView whole = bench.ended(id);
