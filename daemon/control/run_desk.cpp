@@ -35,6 +35,16 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
   return folder;
 }
 
+/// Whether what was recorded has no data set, and may get one yet. A folder that is not to be seen
+/// may come back.
+bool may_be_concluded(const CampaignRequest& request, const Result<CampaignSummary>& summary) {
+  if (summary && !summary->dataset_error) return false;
+  std::error_code unseen;
+  const bool is_away =
+      summary && !std::filesystem::exists(request.out / campaign_file_name, unseen);
+  return is_away || is_only_end_left(request);
+}
+
 }  // namespace
 
 RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(around)), store_(store) {
@@ -177,6 +187,8 @@ void RunDesk::begin_next() {
     return run != nullptr && may_begin(*run);
   });
   if (next == line_.runs.end()) return;
+  store_is_gone_ = !store_.in_place();  // what it did would be forgotten; tick() looks again
+  if (store_is_gone_) return;
   Run& run = *numbered(*next);
   const bool plan_is_known = run.limits.arming.count() != 0;  // else it is from before a restart
   if (!plan_is_known) run.limits = Deadlines::of(0, 600);     // until its thread has looked
@@ -224,10 +236,9 @@ void RunDesk::begin_next() {
       if (!request) return pass(request.error());
       return around_.perform(*request, hooks);
     });
-    const bool is_unconcluded = !summary || summary->dataset_error;
     const bool may_be_left = !around_.one_run && (request || resumes);
     const bool left = may_be_left && (resumes ? !request || is_anything_left(*request)
-                                              : is_unconcluded && is_only_end_left(*request));
+                                              : may_be_concluded(*request, summary));
     give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });
@@ -326,6 +337,7 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
 
 void RunDesk::tick() {
   keep_again();
+  if (std::exchange(store_is_gone_, false)) begin_next();
   note_repeated(repeated_stops_.over(around_.now()));
   constexpr std::chrono::seconds set_otherwise{1};
   const auto ahead = wall_ahead();

@@ -247,6 +247,7 @@ class RunDesk {
   RunLine line_;
   RigStanding standing_;
   bool standing_kept_ = true, line_kept_ = true;
+  bool store_is_gone_ = false;  ///< which keeps a run from its beginning
   RepeatedStops repeated_stops_;
   std::deque<RunStore::Line> notes_;       // not in the journal yet
   std::int64_t asks_ = 0;                  ///< so many names of asks are taken, in other lives too

@@ -130,6 +130,33 @@ TEST_CASE("a data set that cannot be written changes nothing of how the bench en
   CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
 }
 
+TEST_CASE("while the daemon's folder is away nothing of the line begins, and nothing is lost") {
+  const TemporaryFolder folder;
+  const fs::path away = folder.path().string() + "-away";
+  DeskBench bench(folder, test::tiny_recipe(1));
+  bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+    if (line.done == line.planned) fs::rename(folder.path(), away);
+  };
+  const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
+  const RunView cut = bench.ended(first);
+  CHECK(facts_of(cut) == Facts{"complete", "done", "safe", "", ""});
+  CHECK_FALSE(cut.stored.dataset_error.empty());
+  CHECK(cut.machine.state == RunState::interrupted);  // its data set can be made yet
+  bench.desk->tick();
+  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
+  CHECK_FALSE(bench.desk->line().held());
+  CHECK_FALSE(fs::exists(folder.path()));
+  bench.at_line = {};
+  fs::rename(away, folder.path());
+  bench.desk->tick();
+  CHECK(bench.ended(second).stored.outcome == "complete");
+  REQUIRE(bench.desk->recover(first, "test"));
+  const RunView whole = bench.ended(first);
+  CHECK(whole.machine.state == RunState::ended);
+  CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
+  CHECK_FALSE(whole.stored.dataset_sha256.empty());
+}
+
 TEST_CASE("a run that never began is withdrawn from a rig as it stands") {
   const TemporaryFolder folder;
   DeskBench bench(folder);
