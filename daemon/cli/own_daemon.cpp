@@ -66,6 +66,7 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
     if (!served)
       console.err << "weft: nobody else can look at this run or stop it: "
                   << to_string(served.error()) << std::endl;
+    return Status{};
   };
   return campaign(alone);
 }

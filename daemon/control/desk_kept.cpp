@@ -15,6 +15,26 @@ void RunDesk::keep(Run& run) {
   run.kept = store_.update(stored).has_value();
 }
 
+Status RunDesk::take_rig(Run& run) {
+  run.took_rig = true;
+  around_.post([this, &run] {
+    run.view.stored.rig_untaken = false;
+    keep(run);
+    run.view.stored.rig_untaken = !run.kept;
+    give_leave(run, run.kept);
+  });
+  run.leave.wait(Run::Leave::awaited);
+  if (run.leave == Run::Leave::given) return {};
+  run.took_rig = false;
+  return fail(Errc::io, "that the run takes the rig could not be written down, so it did not",
+              around_.data.string(), {}, {}, "weft status says what keeps the daemon from it");
+}
+
+void RunDesk::give_leave(Run& run, bool given) {
+  run.leave = given ? Run::Leave::given : Run::Leave::refused;
+  run.leave.notify_all();
+}
+
 void RunDesk::keep_standing() {
   standing_kept_ = store_.keep(standing_).has_value();
 }

@@ -41,6 +41,8 @@ struct RunDesk::Run {
   bool at_work = false;                ///< the thread has not told its end
   std::atomic<bool> checked = false;   ///< set by the thread: what it was asked for can be done
   std::atomic<bool> took_rig = false;  ///< likewise
+  enum class Leave : std::uint8_t { awaited, given, refused };
+  std::atomic<Leave> leave = Leave::awaited;  ///< to take the rig; the thread waits for it
   struct Curious {
     Recovery choice;
     PreviewTold told;

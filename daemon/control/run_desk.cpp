@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "daemon/control/caught.hpp"
 #include "daemon/control/desk_run.hpp"
@@ -71,8 +72,10 @@ RunDesk::RunDesk(Surroundings around, RunStore& store) : around_(std::move(aroun
 
 RunDesk::~RunDesk() {
   for (const auto& run : runs_) run->looker.request_stop();
-  for (const auto& run : runs_)
+  for (const auto& run : runs_) {
+    give_leave(*run, false);
     if (run->thread.joinable()) run->orders->give({Order::abort, "shutdown"});
+  }
   for (const auto& run : runs_)
     if (run->thread.joinable()) run->thread.join();
   note_repeated(repeated_stops_.all());
@@ -195,10 +198,12 @@ void RunDesk::begin_next() {
   // By now this may be another rig's desk, on which a resume will be refused.
   if (!run.view.stored.resume) run.view.stored.rig = around_.rig;
   run.view.stored.bench = to_string(bench_kind_of(around_.rig));
+  run.view.stored.rig_untaken = true;
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
   run.orders.emplace();
   run.at_work = true;
   run.checked = run.took_rig = false;
+  run.leave = Run::Leave::awaited;
   run.thread = std::jthread([this, &run, plan_is_known, resumes = run.view.stored.resume,
                              request = request_of(run.view.stored)] {
     CampaignHooks hooks;
@@ -213,7 +218,7 @@ void RunDesk::begin_next() {
     hooks.orders = &*run.orders;
     hooks.onlooker = around_.onlooker;
     hooks.pace = around_.pace;
-    hooks.rig_taken = [&run] { run.took_rig = true; };
+    hooks.rig_taken = [this, &run] { return take_rig(run); };
     hooks.moment = [this, &run](const RunMoment& moment) {
       around_.post([this, &run, moment] { moved(run, moment); });
     };
@@ -252,6 +257,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
   if (changes) {
     const bool waited = run.view.stored.state == RunState::queued;
     run.view.stored.state = step.next.state;
+    if (run.is_over()) run.view.stored.rig_untaken = false;  // not before: it may die in between
     const json payload{{"state", to_string(step.next.state)}};
     keep(run);
     note(run.view.stored.id(), "state", by, payload.dump());

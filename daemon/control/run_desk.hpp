@@ -233,6 +233,9 @@ class RunDesk {
   void tell(Run& run, std::string_view by);
   [[nodiscard]] RunView shown(const Run& run) const;
   void keep(Run& run);
+  /// On the run's thread: nothing moves before it is written down that the run has the rig.
+  Status take_rig(Run& run);
+  static void give_leave(Run& run, bool given);
   bool count_trials(Run& run);
   void name_time(RunView& view) const;
   [[nodiscard]] std::chrono::nanoseconds wall_ahead() const;

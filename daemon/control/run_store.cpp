@@ -8,8 +8,6 @@
 #include <charconv>
 #include <system_error>
 
-#include "daemon/run/resume.hpp"
-
 namespace weft::daemon::control {
 namespace {
 
@@ -22,7 +20,7 @@ CREATE TABLE IF NOT EXISTS run (
   error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0,
   recovered TEXT NOT NULL DEFAULT '', bench TEXT NOT NULL DEFAULT '',
   trials_done INTEGER, trials_planned INTEGER, recipe_sha256 TEXT NOT NULL DEFAULT '',
-  dataset_error TEXT NOT NULL DEFAULT ''
+  dataset_error TEXT NOT NULL DEFAULT '', rig_untaken INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
@@ -65,10 +63,6 @@ constexpr std::array facts{RigStanding::Fact::safe, RigStanding::Fact::unknown,
 /// The fact of a rig that an emergency stop has latched.
 constexpr std::string_view emergency_name = "estop";
 
-bool was_under_way(RunState state) {
-  return state != RunState::queued && state != RunState::ended && state != RunState::interrupted;
-}
-
 /// Nothing where the recipe's is taken.
 Result<std::optional<std::uint64_t>> seed_from(const std::string& text) {
   if (text.empty()) return std::optional<std::uint64_t>();
@@ -106,6 +100,7 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   if (!row.is_null(18)) run.trials_planned = row.integer(18);
   run.recipe_sha256 = row.text(19);
   run.dataset_error = row.text(20);
+  run.rig_untaken = row.integer(21) != 0;
   return run;
 }
 
@@ -125,6 +120,8 @@ constexpr std::array later_columns{
                 "ALTER TABLE run ADD COLUMN recipe_sha256 TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"run", "dataset_error",
                 "ALTER TABLE run ADD COLUMN dataset_error TEXT NOT NULL DEFAULT ''"},
+    LaterColumn{"run", "rig_untaken",
+                "ALTER TABLE run ADD COLUMN rig_untaken INTEGER NOT NULL DEFAULT 0"},
     LaterColumn{"hand_over", "attempts",
                 "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0"}};
 
@@ -199,30 +196,6 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file) {
   return store;
 }
 
-Status RunStore::take_stock() {
-  auto runs = load();
-  if (!runs) return pass(runs.error());
-  const auto before = standing();
-  if (!before) return pass(before.error());
-  for (StoredRun& run : *runs) {
-    if (!was_under_way(run.state)) continue;
-    const bool was_arming = run.state == RunState::arming;
-    run.state = RunState::interrupted;
-    run.outcome = "interrupted";
-    run.cleanup = "skipped";
-    run.rig_fact = "unknown";
-    run.error.clear();
-    run.dataset_error.clear();
-    run.trials_done.reset();  // more may have been recorded since
-    if (was_arming && !run.resume) run.trials_done = 0;
-    run.dataset_sha256 = certified_dataset(run.folder);
-    if (before->fact != RigStanding::Fact::latched)
-      if (Status ok = keep({RigStanding::Fact::unknown, run.id()}); !ok) return ok;
-    if (Status ok = update(run); !ok) return ok;
-  }
-  return {};
-}
-
 Result<RigStanding> RunStore::standing() {
   auto query = database_.prepare("SELECT fact, why FROM rig");
   if (!query) return pass(query.error());
@@ -287,7 +260,7 @@ Result<std::vector<StoredRun>> RunStore::load() {
   auto query = database_.prepare(
       "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
       "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
-      "recipe_sha256, dataset_error FROM run ORDER BY number");
+      "recipe_sha256, dataset_error, rig_untaken FROM run ORDER BY number");
   if (!query) return pass(query.error());
   std::vector<StoredRun> out;
   for (;;) {
@@ -381,15 +354,15 @@ Result<std::string> RunStore::recipe_text(std::string_view sha256) {
 Status RunStore::update(const StoredRun& run) {
   auto change = writing(
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
-      "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=?, dataset_error=? "
-      "WHERE number=?");
+      "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=?, dataset_error=?, "
+      "rig_untaken=? WHERE number=?");
   if (!change) return pass(change.error());
   const std::string folder = kept_folder(run.folder);
   change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
   change->bind(4, run.rig_fact).bind(5, run.error).bind(6, run.dataset_sha256).bind(7, folder);
   change->bind(8, std::int64_t{run.resume}).bind(9, run.recovered).bind(10, run.bench);
   change->bind(11, run.trials_done).bind(12, run.trials_planned);
-  change->bind(13, run.dataset_error).bind(14, run.number);
+  change->bind(13, run.dataset_error).bind(14, std::int64_t{run.rig_untaken}).bind(15, run.number);
   return change->run();
 }
 

@@ -46,6 +46,8 @@ struct StoredRun {
   bool resume = false;  ///< somebody asked to go on with what its folder holds
   /// What somebody decided about it after it was interrupted: "", "discard" or "keep-partial".
   std::string recovered;
+  /// It is under way, and has not taken the rig yet: its death would leave that as it was.
+  bool rig_untaken = false;
 
   [[nodiscard]] std::string id() const;  ///< "R-000318"
 };
@@ -69,8 +71,8 @@ class RunStore {
  public:
   /// Opens or makes the file. A run's folder is kept by its way from the file's own folder where it
   /// lies in that: both may be moved together. Runs that were under way when the daemon died become
-  /// `interrupted`, and the rig unknown, unless it was latched. Errors: io, corrupt; wrong_state,
-  /// when another daemon has it.
+  /// `interrupted`, and the rig unknown, unless it was latched, or they had not taken it. Errors:
+  /// io, corrupt; wrong_state, when another daemon has it.
   static Result<RunStore> open(const std::filesystem::path& file);
 
   /// Errors: io, where the file was moved or removed meanwhile. Nothing is written down then: it

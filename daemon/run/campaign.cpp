@@ -365,7 +365,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (const std::string advice = (*session)->advice(); !advice.empty() && hooks.device_log)
     hooks.device_log({{}, LogLevel::warning, "bench", advice});
   Run run(checked, **session, hooks, request.error_check);
-  if (hooks.rig_taken) hooks.rig_taken();
+  if (hooks.rig_taken)
+    if (Status taken = hooks.rig_taken(); !taken) return pass(taken.error());
   if (Status up = run.bring_up(); !up) return pass(up.error());
   Result<Recorder> recorder = *past ? reopened(campaign_file, **past, **session)
                                     : created(campaign_file, checked, **session, rig);

@@ -129,8 +129,8 @@ struct CampaignHooks {
   /// could confirm them.
   RunOrders* orders = nullptr;
   /// Before anything is said to a device, on the run's thread. A run that ends without it has left
-  /// the rig as it was.
-  std::function<void()> rig_taken;
+  /// the rig as it was. Where it fails nothing is said, and the run ends with its error.
+  std::function<Status()> rig_taken;
   /// At each change of the engine's step, on the run's thread.
   std::function<void(const RunMoment&)> moment;
   /// Every live vote of a recipe that has one, likewise.

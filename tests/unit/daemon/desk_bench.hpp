@@ -55,6 +55,8 @@ struct DeskBench {
   control::RunStore store;
   /// What every run's thread does at each line of its progress.
   std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
+  /// Likewise, once it has the rig and before anything moves.
+  std::function<void()> at_rig = {};
   bool no_bench_comes_up = false;
   bool rig_file_is_broken = false;
   std::unique_ptr<control::RunDesk> desk;
@@ -86,6 +88,11 @@ struct DeskBench {
     hooks.progress = [this, &hooks, told = hooks.progress](const TrialProgress& line) {
       told(line);
       if (at_line) at_line(line, *hooks.orders);
+    };
+    hooks.rig_taken = [this, taken = hooks.rig_taken] {
+      Status leave = taken();
+      if (leave && at_rig) at_rig();
+      return leave;
     };
     return run_campaign(wanted, hooks);
   }

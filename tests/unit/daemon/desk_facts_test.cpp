@@ -157,6 +157,23 @@ TEST_CASE("while the daemon's folder is away nothing of the line begins, and not
   CHECK_FALSE(whole.stored.dataset_sha256.empty());
 }
 
+TEST_CASE("a run of which it cannot be kept that it has the rig does not take it") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder, test::tiny_recipe(1));
+  bool has_rig = false;
+  bench.at_rig = [&] { has_rig = true; };
+  const std::string id = bench.submit().stored.id();  // its thread asks, and is answered below
+  const fs::path file = folder / "weftd.sqlite", away = folder / "away.sqlite";
+  fs::rename(file, away);
+  const RunView run = bench.ended(id);
+  fs::rename(away, file);
+  CHECK_FALSE(has_rig);
+  CHECK(run.stored.outcome == "failed");
+  CHECK(run.stored.error.find("could not be written down") != std::string::npos);
+  CHECK(run.stored.rig_fact == "safe");
+  CHECK(bench.desk->standing() == RigStanding{});
+}
+
 TEST_CASE("a run that never began is withdrawn from a rig as it stands") {
   const TemporaryFolder folder;
   DeskBench bench(folder);

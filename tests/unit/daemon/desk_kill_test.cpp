@@ -24,7 +24,7 @@ class LastWords {
   LastWords& operator=(const LastWords&) = delete;
   ~LastWords() { munmap(shared_, sizeof(Facts)); }
   struct Facts {
-    std::atomic<bool> submitted, complete;
+    std::atomic<bool> submitted, has_rig, complete;
   };
   [[nodiscard]] Facts& facts() const { return *static_cast<Facts*>(shared_); }
 
@@ -33,21 +33,13 @@ class LastWords {
       mmap(nullptr, sizeof(Facts), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
 };
 
-/// A desk opened, a run submitted and waited for, in a child that dies at the point. True when it
-/// died; false when it came to the end of all that.
-bool killed_at_desk(const TemporaryFolder& folder, test::KillPoint point, const LastWords& told) {
+/// Work done in a child that dies at the point. True when it died; false when it came to the end of
+/// all that, with the status 0.
+bool killed_in(test::KillPoint point, const std::function<int()>& work) {
   const pid_t child = fork();
   if (child == 0) {
     test::killing::begin(point);
-    DeskBench bench(folder, tiny_recipe(1));
-    const auto run = bench.desk->submit({bench.request.recipe, {}, {}, "test"});
-    if (!run) _exit(2);
-    told.facts().submitted = true;
-    const std::string id = run->stored.id();
-    const auto over = [&] { return bench.desk->get(id)->machine.state == RunState::ended; };
-    if (!bench.posted.run_until(over)) _exit(3);
-    told.facts().complete = bench.desk->get(id)->stored.outcome == "complete";
-    _exit(told.facts().complete ? 0 : 4);
+    _exit(work());
   }
   int status = 0;
   REQUIRE(child > 0);
@@ -56,6 +48,22 @@ bool killed_at_desk(const TemporaryFolder& folder, test::KillPoint point, const 
   INFO("status " << status);
   REQUIRE((killed || (WIFEXITED(status) && WEXITSTATUS(status) == 0)));
   return killed;
+}
+
+/// A desk opened, a run submitted and waited for.
+bool killed_at_desk(const TemporaryFolder& folder, test::KillPoint point, const LastWords& told) {
+  return killed_in(point, [&] {
+    DeskBench bench(folder, tiny_recipe(1));
+    bench.at_rig = [&told] { told.facts().has_rig = true; };
+    const auto run = bench.desk->submit({bench.request.recipe, {}, {}, "test"});
+    if (!run) return 2;
+    told.facts().submitted = true;
+    const std::string id = run->stored.id();
+    const auto over = [&] { return bench.desk->get(id)->machine.state == RunState::ended; };
+    if (!bench.posted.run_until(over)) return 3;
+    told.facts().complete = bench.desk->get(id)->stored.outcome == "complete";
+    return told.facts().complete ? 0 : 4;
+  });
 }
 
 const Dataset& untouched_run() {
@@ -80,7 +88,9 @@ void look_again(const TemporaryFolder& folder, const LastWords& told) {
   RunView run = bench.ended(id);
   if (told.facts().complete) REQUIRE(run.machine.state == RunState::ended);
   if (run.machine.state == RunState::interrupted) {
-    CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, id});
+    const RigStanding unknown{RigStanding::Fact::unknown, id};
+    if (told.facts().has_rig) CHECK(bench.desk->standing() == unknown);
+    if (bench.desk->standing() != unknown) CHECK(bench.desk->standing() == RigStanding{});
     const auto recovered = bench.desk->recover(id, "test");
     if (!recovered) FAIL(to_string(recovered.error()));
     run = bench.ended(id);
@@ -112,6 +122,46 @@ TEST_CASE(
   }
   WARN("SIMULATED, " << points - 1 << " writes of a daemon, killed at each");
   CHECK(points > 60);
+}
+
+TEST_CASE("a daemon killed while a run only concludes leaves rig and run as they were") {
+  const TemporaryFolder folder;
+  const auto in_the_way = folder / "R-000001" / "dataset.h5";
+  const std::string id = "R-000001";
+  {
+    DeskBench bench(folder, tiny_recipe(1));
+    bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+      if (line.done == line.planned) std::filesystem::create_directories(in_the_way / "a folder");
+    };
+    REQUIRE(bench.ended(bench.submit().stored.id()).machine.state == RunState::interrupted);
+  }
+  std::uint64_t points = 0;
+  for (bool killed = true; killed; ++points) {
+    INFO("write " << points + 1);
+    killed = killed_in({points + 1, points % 2 == 1}, [&] {
+      DeskBench bench(folder, tiny_recipe(1));
+      if (!bench.desk->recover(id, "test")) return 2;
+      const auto over = [&] { return bench.desk->get(id)->machine.state == RunState::interrupted; };
+      return bench.posted.run_until(over) ? 0 : 3;
+    });
+    DeskBench bench(folder, tiny_recipe(1));
+    if (bench.desk->line().held()) REQUIRE(bench.desk->withdraw(id, "test"));  // it waited
+    const RunView run = *bench.desk->get(id);
+    CHECK(bench.desk->standing() == RigStanding{});
+    CHECK(run.machine.state == RunState::interrupted);
+    CHECK(run.stored.outcome == "complete");
+    CHECK(run.stored.cleanup == "done");
+    CHECK(run.stored.rig_fact == "safe");
+    CHECK(run.stored.dataset_error.find(in_the_way.string()) != std::string::npos);
+    CHECK(run.trials_done == 2);
+  }
+  CHECK(points > 10);
+  std::filesystem::remove_all(in_the_way);
+  DeskBench bench(folder, tiny_recipe(1));
+  REQUIRE(bench.desk->recover(id, "test"));
+  const RunView whole = bench.ended(id);
+  CHECK(whole.machine.state == RunState::ended);
+  CHECK(whole.stored.cleanup == "done");
 }
 
 }  // namespace desk_kill_test

@@ -260,7 +260,10 @@ TEST_CASE("A complete campaign without its hand-over is gone on with to it, and 
   CHECK(preview->will[0].find("hand the campaign over") != std::string::npos);
   bool taken = false;
   CampaignHooks hooks;
-  hooks.rig_taken = [&] { taken = true; };
+  hooks.rig_taken = [&] {
+    taken = true;
+    return Status{};
+  };
   const auto summary = run_campaign(campaign.request, hooks);
   REQUIRE(summary);
   CHECK(summary->outcome == recipes::Outcome::complete);

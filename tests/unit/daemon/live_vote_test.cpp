@@ -176,7 +176,10 @@ TEST_CASE("a model that is broken behind its head is found out before the rig is
   CHECK(bench.refusal(false).find("cut short") != std::string::npos);
   bool taken = false;
   CampaignHooks hooks;
-  hooks.rig_taken = [&] { taken = true; };
+  hooks.rig_taken = [&] {
+    taken = true;
+    return Status{};
+  };
   CHECK_FALSE(run_campaign(bench.request, hooks));
   CHECK_FALSE(taken);
 }

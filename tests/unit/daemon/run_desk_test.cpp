@@ -138,6 +138,30 @@ TEST_CASE("a memory of runs from before there was the wish to resume is read, wi
   CHECK_FALSE(store.load().value().front().resume);
 }
 
+TEST_CASE("of a run from before it was kept who has the rig, that is unknown") {
+  const TemporaryFolder folder;
+  const bool is_old = GENERATE(true, false);
+  StoredRun run;
+  run.state = RunState::arming;
+  run.rig_untaken = true;
+  {
+    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+    REQUIRE(store.add(run));
+    REQUIRE(store.update(run));
+  }
+  if (is_old) {
+    auto file = sqlite::Database::open(folder / "weftd.sqlite", sqlite::Mode::read_write);
+    REQUIRE(file->execute("ALTER TABLE run DROP COLUMN rig_untaken"));
+  }
+  RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+  const RigStanding unknown{RigStanding::Fact::unknown, run.id()};
+  CHECK(store.standing().value() == (is_old ? unknown : RigStanding{}));
+  const StoredRun found = store.load().value().front();
+  CHECK(found.state == RunState::interrupted);
+  CHECK(found.rig_fact == (is_old ? "unknown" : "safe"));
+  CHECK_FALSE(found.rig_untaken);
+}
+
 TEST_CASE("a run that is refused before it has touched the rig leaves it as it was") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
