@@ -77,7 +77,7 @@ class BenchActions {
   std::uint32_t command(StageAxis axis, const Command& command);
   /// Readings and when they came.
   [[nodiscard]] recipes::WatchInput newest() const;
-  /// It is on its way to a place or down to the cloth, or was a moment ago.
+  /// Where z is on its way, or was a moment ago: 1 down, -1 up, 0 neither.
   int z_heading(TimePoint now);
 
   Loop* loop_;
