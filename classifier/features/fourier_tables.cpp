@@ -7,7 +7,8 @@ namespace weft::classifier::fourier {
 namespace {
 
 // exp(-2 pi i part / whole)
-void append_turn(std::vector<double>& out, std::size_t part, std::size_t whole) {
+template <class Doubles>
+void append_turn(Doubles& out, std::size_t part, std::size_t whole) {
   const double angle =
       -2.0 * std::numbers::pi * static_cast<double>(part) / static_cast<double>(whole);
   out.push_back(std::cos(angle));
@@ -16,8 +17,8 @@ void append_turn(std::vector<double>& out, std::size_t part, std::size_t whole) 
 
 }  // namespace
 
-std::vector<double> twiddles(std::size_t radix, std::size_t part) {
-  std::vector<double> out;
+simd::AlignedDoubles twiddles(std::size_t radix, std::size_t part) {
+  simd::AlignedDoubles out;
   out.reserve(2 * (radix - 1) * part + 2 * part);
   for (std::size_t j = 0; j < part; ++j)
     for (std::size_t power = 1; power < radix; ++power) append_turn(out, power * j, radix * part);

@@ -52,9 +52,9 @@ class Spectrum {
   // there is neither chirp nor kernel. None of both, and roots of `length`, where the signals are
   // so short that terms are summed one by one.
   std::size_t radix_ = 0, part_ = 0;
-  std::vector<double> twiddle_;
+  simd::AlignedDoubles twiddle_;
   std::vector<double> root_;     // cos and sin of 2 pi k / radix
-  std::vector<double> chirp_;    // exp(-i pi j^2 / length)
+  simd::AlignedDoubles chirp_;   // exp(-i pi j^2 / length)
   simd::AlignedDoubles kernel_;  // transform of the conjugate chirp / elements, in its own order
   std::vector<std::uint32_t> place_;
 };

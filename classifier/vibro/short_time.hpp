@@ -56,7 +56,8 @@ class ShortTimeSpectrum {
 
  private:
   FrameSize size_;
-  std::vector<double> hann_, twiddle_;
+  std::vector<double> hann_;
+  simd::AlignedDoubles twiddle_;
   std::vector<std::uint32_t> place_;
   std::vector<double> last_hops_;
   simd::AlignedDoubles by_hop_;  // [hop x columns_]: sample j of every hop, zeros before and behind
