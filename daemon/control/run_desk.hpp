@@ -186,6 +186,11 @@ class RunDesk {
  private:
   struct Run;
   void begin_next();
+  [[nodiscard]] Run* next_in_line() const;
+  void begin(Run& run);
+  /// What its thread calls; most of it is done by the desk's.
+  CampaignHooks hooks_of(Run& run, bool plan_is_known);
+  void went_on(Run& run, const TrialProgress& line);
   void take_up_line();
   /// By somebody's wish, with a line of the journal: as it was where that cannot be kept.
   struct Wish {

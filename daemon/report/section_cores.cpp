@@ -11,7 +11,7 @@ namespace {
 
 using classifier::Reduction;
 
-constexpr std::size_t cores_shown = 7;
+constexpr std::size_t cores_beside_paper = 7;
 
 std::string printed_features(const CoreLine& line) {
   const paper::Core* core = paper_core(line);
@@ -28,12 +28,12 @@ std::string printed_inputs(const CoreLine& line) {
                          : "<span class=\"paper\">" + std::to_string(core->inputs) + "</span>";
 }
 
-std::string core_table(const std::vector<CoreLine>& lines) {
+std::string table_beside_paper(const std::vector<CoreLine>& lines) {
   HtmlTable table(
       {"core", "top four features", "<span class=\"paper\">paper, real fabrics</span>", "features",
        "<span class=\"paper\">paper</span>", "least p", "delta", "C", "gamma", "CV errors"},
       3);
-  for (const CoreLine& line : shown_cores(lines, cores_shown))
+  for (const CoreLine& line : shown_cores(lines, cores_beside_paper))
     table.row(
         {escape(line.a + " vs " + line.b), first_features_html(line), printed_features(line),
          std::to_string(line.info->inputs), printed_inputs(line),
@@ -61,7 +61,7 @@ std::string core_section(const ReportInput& input) {
     const classifier::Evaluation* e = result.find(Reduction::pvalue);
     if (e == nullptr) continue;
     const std::vector<CoreLine> lines = core_lines(e->model);
-    out += figure(core_table(lines),
+    out += figure(table_beside_paper(lines),
                   "<b>" + escape(result.exploration) +
                       ".</b> Cores of the first split (compare Table III): the paper\u2019s three "
                       "pairs, then those with the most cross-validation errors. " +
