@@ -4,123 +4,31 @@
 #include "daemon/run/resume.hpp"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
+#include <nlohmann/json.hpp>
 
 #include "daemon/certificate/certificate.hpp"
-#include "daemon/certificate/verify.hpp"
-#include "daemon/dataset/hdf5_file.hpp"
-#include "daemon/recorder/campaign_past.hpp"
 #include "daemon/recorder/sqlite.hpp"
 #include "daemon/run/campaign_folder.hpp"
 #include "daemon/version/software_version.hpp"
-#include "tests/unit/daemon/kill_points.hpp"
-#include "tests/unit/daemon/trial_bench.hpp"
+#include "tests/unit/daemon/resumed_campaign.hpp"
 
 namespace resume_test {
 
 using namespace weft;
 using namespace weft::daemon;
 using nlohmann::json;
+using test::check_holds;
+using test::check_whole;
 using test::killed_at;
 using test::KillPoint;
-using test::request_in;
+using test::loaded;
+using test::request_for;
+using test::resumed;
+using test::run;
+using test::stopped_after_two;
 using test::TemporaryFolder;
 
 namespace {
-
-CampaignRequest request_for(const TemporaryFolder& folder, int repetitions = 2) {
-  CampaignRequest request = request_in(folder, test::tiny_recipe(repetitions));
-  request.error_check = false;
-  return request;
-}
-
-CampaignSummary run(const CampaignRequest& request, const CampaignHooks& hooks = {}) {
-  const auto summary = run_campaign(request, hooks);
-  if (!summary) FAIL(to_string(summary.error()));
-  return *summary;
-}
-
-CampaignSummary stopped_after_two(const CampaignRequest& request) {
-  CampaignHooks hooks;
-  std::atomic<bool> stop = false;
-  hooks.stop = &stop;
-  hooks.progress = [&](const TrialProgress& line) { stop = line.done == 2; };
-  return run(request, hooks);
-}
-
-CampaignSummary resumed(CampaignRequest request) {
-  request.resume = true;
-  return run(request);
-}
-
-Dataset loaded(const std::filesystem::path& file, bool all = false) {
-  auto dataset = load_campaign(file, {.all_outcomes = all});
-  if (!dataset) FAIL(to_string(dataset.error()));
-  return std::move(*dataset);
-}
-
-const Dataset& undisturbed(int repetitions) {
-  static std::map<int, Dataset> known;
-  if (!known.contains(repetitions)) {
-    const TemporaryFolder folder;
-    known.emplace(repetitions, loaded(run(request_for(folder, repetitions)).campaign_file));
-  }
-  return known.at(repetitions);
-}
-
-void check_holds(const std::filesystem::path& path) {
-  const auto report = verify(path);
-  REQUIRE(report);
-  for (const VerifyFinding& finding : report->findings)
-    UNSCOPED_INFO(finding.where + ": " + finding.what);
-  CHECK(report->holds());
-}
-
-/// Of a campaign that was gone on with to its end.
-void check_whole(const std::filesystem::path& out, int kills, int repetitions = 2) {
-  const Dataset& untouched = undisturbed(repetitions);
-  check_holds(out);
-  CHECK(verify(out)->certified);
-  const Dataset all = loaded(out / "campaign.sqlite", true);
-  std::map<std::uint32_t, int> complete, cut_short;
-  for (const TrialRecord& record : all.records)
-    ++(record.outcome == TrialOutcome::complete ? complete : cut_short)[record.spec.index];
-  CHECK(complete.size() == untouched.trials.size());
-  for (const auto& [index, times] : complete) CHECK(times == 1);
-  int repeated = 0;
-  for (const auto& [index, times] : cut_short) repeated += times;
-  CHECK(repeated <= kills);
-  CHECK(test::difference(untouched, loaded(out / "campaign.sqlite")) == "");
-  const auto exported = read_hdf5(out / "dataset.h5");
-  REQUIRE(exported);
-  CHECK(test::difference(untouched, *exported) == "");
-}
-
-/// Stopped after two trials and certified while somebody has the file open: its header says that
-/// there is a log, which is empty. `old`: made before there was the table log_expected.
-std::filesystem::path certified_beside_a_reader(const CampaignRequest& request, bool old) {
-  CampaignHooks hooks;
-  std::atomic<bool> stop = false;
-  std::optional<sqlite::Database> reader;
-  hooks.stop = &stop;
-  hooks.progress = [&](const TrialProgress& line) {
-    stop = line.done == 2;
-    if (reader) return;
-    auto opened = sqlite::Database::open(request.out / "campaign.sqlite", sqlite::Mode::read_only);
-    REQUIRE(opened);
-    reader = std::move(*opened);
-    REQUIRE(reader->prepare("SELECT count(*) FROM trial")->step());
-  };
-  const CampaignSummary summary = run(request, hooks);
-  constexpr std::size_t write_version_at = 18;
-  CHECK(test::read_file(summary.campaign_file)[write_version_at] == 2);  // a write-ahead log
-  if (!old) return summary.campaign_file;
-  REQUIRE(sqlite::Database::open(summary.campaign_file, sqlite::Mode::read_write)
-              ->execute("DROP TABLE log_expected; PRAGMA wal_checkpoint(TRUNCATE)"));
-  REQUIRE(write_certificate(summary.campaign_file, summary.dataset_file));
-  return summary.campaign_file;
-}
 
 /// One killed run: the file as it is, then what becomes of it. False when nothing was killed.
 bool survives(KillPoint point) {
@@ -230,35 +138,6 @@ TEST_CASE("a resume that is stopped before what is left changes nothing, and can
   check_whole(request.out, 1);
 }
 
-TEST_CASE("a resume that ends in its replay leaves a campaign that was read at its end certified") {
-  const bool from_before_logs_were_expected = GENERATE(false, true);
-  const bool killed = GENERATE(false, true);
-  CAPTURE(from_before_logs_were_expected, killed);
-  const TemporaryFolder folder;
-  CampaignRequest request = request_for(folder);
-  const auto file = certified_beside_a_reader(request, from_before_logs_were_expected);
-  const std::string before = test::read_file(file);
-  check_holds(request.out);
-  request.resume = true;
-  CampaignHooks hooks;
-  std::atomic<bool> stop = false;
-  hooks.stop = &stop;
-  hooks.progress = [&](const TrialProgress& line) {
-    if (line.done != 1) return;
-    if (killed) raise(SIGKILL);
-    stop = true;
-  };
-  if (killed)
-    REQUIRE(killed_at(request, {}, hooks) == true);
-  else
-    static_cast<void>(run_campaign(request, hooks));
-  CHECK((test::read_file(file) == before));
-  check_holds(request.out);
-  CHECK(verify(request.out)->certified);
-  resumed(request);
-  check_whole(request.out, 1);
-}
-
 TEST_CASE("a resume refuses another recipe, rig or seed, a bench of another past, and damage") {
   const TemporaryFolder folder;
   CampaignRequest request = request_for(folder);
@@ -335,32 +214,6 @@ TEST_CASE(
   CHECK(test::read_file(request.out / "dataset.aside-1.h5") == before);
   resumed(request);
   check_whole(request.out, 2);
-}
-
-TEST_CASE("a resume beside somebody who reads the file without a pause leaves all as it was") {
-  const TemporaryFolder folder;
-  CampaignRequest request = request_for(folder);
-  const auto file = stopped_after_two(request).campaign_file;
-  const std::string before = test::read_file(file);
-  request.resume = true;
-  {
-    auto reader = sqlite::Database::open(file, sqlite::Mode::read_only);
-    REQUIRE(reader);
-    auto chunks = reader->prepare("SELECT data FROM chunk");
-    REQUIRE(chunks);
-    REQUIRE(chunks->step());
-    const auto played = run_campaign(request, {});
-    REQUIRE(played);
-    CHECK(played->outcome == recipes::Outcome::failed);
-    CHECK(played->rig == recipes::RigFact::safe);
-    REQUIRE(played->dataset_error);
-    CHECK(to_string(*played->dataset_error).find("locked") != std::string::npos);
-  }
-  CHECK((test::read_file(file) == before));
-  CHECK(verify(request.out)->certified);
-  check_holds(request.out);
-  resumed(request);
-  check_whole(request.out, 1);
 }
 
 TEST_CASE("a resumed campaign that lost its log says so") {

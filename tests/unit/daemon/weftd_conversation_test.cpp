@@ -1,12 +1,10 @@
-// One client's conversation with the daemon's own methods, without sockets: what is refused, and
-// what is never refused.
+// One client's conversation with the daemon's own methods: what is refused, and what is never
+// refused.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/api/services.hpp"
-#include "daemon/server/conversation.hpp"
-#include "tests/unit/daemon/desk_bench.hpp"
+#include "tests/unit/daemon/weftd_talk.hpp"
 
 namespace weftd_conversation_test {
 
@@ -14,85 +12,9 @@ using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::server;
 using nlohmann::json;
+using test::introduction;
+using test::Talk;
 using test::TemporaryFolder;
-
-namespace {
-
-/// A daemon whose clock is the test's, and one client of it.
-struct Talk {
-  explicit Talk(Peer peer = {true, "ada", access::Role::admin}) {
-    services.hub = &hub;
-    services.leases = &leases;
-    services.desk = bench.desk.get();
-    services.log = &bench.store;
-    services.rig = bench.request.rig;
-    services.rig_name = "bench";
-    services.recipes = services.data = folder.path();
-    services.now = [this] { return now; };
-    services.utc_us = [] { return std::int64_t{0}; };
-    services.sessions = &shared.sessions;
-    services.pace = &pace;
-    services.change_errand = [](const auto& work, const auto&) {
-      work()();
-      return true;
-    };
-    api::add_methods(methods, services);
-    methods.add({"later.say", "", {}, {}, {}, ""},
-                rpc::Handler([this](const rpc::Call&, rpc::Responder respond) {
-                  unanswered.push_back(std::move(respond));
-                }));
-    shared.methods = &methods;
-    shared.hub = &hub;
-    shared.answered = &answered;
-    shared.readiness_json = [this] { return api::readiness_json(services); };
-    shared.now = services.now;
-    shared.halt = [this](const rpc::Caller& caller) { bench.desk->halt(caller.session); };
-    shared.emergency_stop = [this](const rpc::Caller& caller) {
-      bench.desk->emergency_stop(caller.session);
-    };
-    shared.token_owner = [](std::string_view token) -> Result<TokenOwner> {
-      if (token == "good") return TokenOwner{"token:ada", access::Role::operator_};
-      return fail(Errc::wrong_state, "no good");
-    };
-    client = std::make_unique<Conversation>(
-        shared, std::move(peer), "s-1",
-        [this](std::string line) { said.push_back(json::parse(line)); });
-  }
-  json hear(const std::string& line) {
-    said.clear();
-    client->hear(line);
-    return said.empty() ? json() : said.back();
-  }
-  json ask(const std::string& method, const json& params = json::object()) {
-    return hear(json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}.dump());
-  }
-  static std::string kind_of(const json& answer) {
-    return answer.at("error").at("data").at("kind");
-  }
-  bool is_latched() const {
-    return bench.desk->standing().fact == control::RigStanding::Fact::latched;
-  }
-  void reset() { REQUIRE(bench.desk->reset("looked at it", "test")); }
-  std::vector<control::RunStore::Line> lines() { return bench.store.tail("", 10'000).value(); }
-
-  TemporaryFolder folder;
-  test::DeskBench bench{folder, test::tiny_recipe(1)};
-  Clock now{};
-  Hub hub;
-  access::Leases leases{"e1"};
-  access::IdempotencyCache answered;
-  BenchPace pace = 0;
-  Shared shared;
-  api::Services services;
-  rpc::Methods methods;
-  std::vector<rpc::Responder> unanswered;
-  std::vector<json> said;
-  std::unique_ptr<Conversation> client;
-};
-
-const json introduction{{"client", "test"}};
-
-}  // namespace
 
 TEST_CASE("A stop is done while as many calls wait for their answers as may") {
   Talk talk;
@@ -273,156 +195,6 @@ TEST_CASE("Who asks too fast over the port is refused for a while, and may stop 
   CHECK(talk.ask("rig.halt").contains("result"));
   talk.now += std::chrono::milliseconds(1);
   CHECK(talk.ask("lease.list").contains("result"));
-}
-
-TEST_CASE("An answer that is longer than a line may be is refused, and says how to ask for less") {
-  Talk talk;
-  talk.methods.add({"much.say", "", {}, {}, {}, ""}, [](const rpc::Call&) -> rpc::Outcome {
-    return "\"" + std::string(Conversation::most_answer_bytes, 'x') + "\"";
-  });
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
-  const json answer = talk.ask("much.say");
-  CHECK(talk.kind_of(answer) == "answer.too_long");
-  CHECK_THAT(answer["error"]["data"]["hint"].get<std::string>(), Catch::Contains("most"));
-}
-
-TEST_CASE("The journal comes in pages that a line can hold, whole") {
-  Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
-  constexpr std::size_t count = 3000;
-  const std::string payload = json{{"text", std::string(900, 'x')}}.dump();
-  REQUIRE(talk.bench.store.together([&]() -> Status {
-    for (std::size_t i = 0; i < count; ++i)
-      if (Status ok = talk.bench.store.journal(0, "", "note", "test", payload); !ok) return ok;
-    return {};
-  }));
-  const json tail = talk.ask("log.tail", {{"most", 10'000}}).at("result");
-  CHECK(tail.dump().size() < std::size_t{1100} << 10);
-  CHECK(tail["lines"].size() + tail["left_off"].get<std::size_t>() == count);
-  CHECK(tail["lines"].back()["sequence"] == count);
-  CHECK(tail["lines"].front()["sequence"] == count - tail["lines"].size() + 1);
-  std::size_t found = 0, pages = 0;
-  for (json from = 1; !from.is_null(); ++pages) {
-    const json page = talk.ask("log.query", {{"most", 10'000}, {"from", from}}).at("result");
-    for (const json& line : page["lines"]) REQUIRE(line["sequence"] == ++found);
-    from = page["next"];
-  }
-  CHECK(found == count);
-  CHECK(pages == 3);
-}
-
-TEST_CASE("Runs are listed in pages, the oldest first") {
-  Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
-  talk.bench.desk->halt("test");  // nothing begins
-  for (int i = 0; i < 5; ++i) talk.bench.submit();
-  const auto page = [&](const json& params) { return talk.ask("run.list", params).at("result"); };
-  const json first = page({{"most", 3}});
-  CHECK(first["runs"].size() == 3);
-  CHECK(first["next"] == "R-000004");
-  const json last = page({{"most", 3}, {"from", first["next"]}});
-  REQUIRE(last["runs"].size() == 2);
-  CHECK(last["runs"][0]["run"] == "R-000004");
-  CHECK(last["next"].is_null());
-  CHECK(page({{"state", "ended"}})["runs"].empty());
-  CHECK(talk.kind_of(talk.ask("run.list", {{"most", 0}})) == "param.range");
-  CHECK(talk.kind_of(talk.ask("run.list", {{"from", "R-9"}})) == "not_found");
-  CHECK(talk.ask("data.list").at("result").at("next").is_null());
-}
-
-TEST_CASE("A run is told with who changed it, and who put it in line") {
-  Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
-  talk.bench.desk->halt("test");
-  const std::string run = talk.bench.submit().stored.id();
-  CHECK(talk.ask("run.get", {{"run", run}}).at("result").at("by") == "test");
-  const json gone = talk.ask("run.withdraw", {{"run", run}}).at("result");
-  CHECK(gone["by"] == "s-1 (ada)");
-  CHECK(gone["submitted_by"] == "test");
-}
-
-TEST_CASE("The topic of a lease is its state: who holds it, and the last that was done with it") {
-  Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
-  const auto snapshot = [&] {
-    return json::parse(talk.hub.open({{"lease:*"}, Mode::latest}).snapshot_json)
-        .at("lease:rig:bench");
-  };
-  const auto has_only = [&](const char* what) {
-    const json now = snapshot();
-    std::size_t found = 0;
-    for (const char* each : {"acquired", "renewed", "released", "broken", "expired"})
-      found += now.contains(each) ? 1 : 0;
-    return found == 1 && now.contains(what);
-  };
-  const std::string first = talk.ask("lease.acquire").at("result").at("lease");
-  CHECK(has_only("acquired"));
-  CHECK(snapshot()["held"]["lease"] == first);
-  talk.now += std::chrono::seconds(2);
-  talk.ask("lease.renew", {{"lease", first}});
-  CHECK(has_only("renewed"));
-  talk.ask("lease.renew", {{"lease", first}});
-  talk.ask("lease.release", {{"lease", first}});
-  CHECK(has_only("released"));
-  CHECK_FALSE(snapshot().contains("held"));
-  CHECK(snapshot()["by"] == "s-1 (ada)");
-  talk.ask("lease.acquire");
-  CHECK(has_only("acquired"));
-  talk.now += std::chrono::hours(1);
-  for (const access::Lease& lease : talk.leases.expire(talk.now))
-    api::tell_expired(talk.services, lease);
-  CHECK(has_only("expired"));
-  CHECK(snapshot()["by"] == "auto:time");
-  std::vector<std::string> kinds;
-  for (const auto& line : talk.lines()) kinds.push_back(line.kind);
-  CHECK(kinds == std::vector<std::string>{"lease.acquired", "lease.renewed", "lease.released",
-                                          "lease.acquired", "lease.expired"});
-}
-
-TEST_CASE("Why a lease was broken is answered, told to all and kept") {
-  Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
-  const std::string lease = talk.ask("lease.acquire").at("result").at("lease");
-  const std::string why = "its owner has gone home";
-  CHECK(talk.ask("lease.break", {{"lease", lease}, {"reason", why}}).at("result").at("reason") ==
-        why);
-  const json told = json::parse(talk.hub.open({{"lease:*"}, Mode::latest}).snapshot_json);
-  CHECK(told.at("lease:rig:bench").at("broken").at("reason") == why);
-  CHECK(talk.lines().back().kind == "lease.broken");
-  CHECK(json::parse(talk.lines().back().payload_json).at("reason") == why);
-}
-
-TEST_CASE(
-    "A recipe that cannot be written has a line that says so, and the folder's loss is told") {
-  Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
-  const auto blockers = [&] {
-    std::vector<std::string> kinds;
-    const json ready = talk.ask("system.ready").at("result");
-    for (const json& one : ready.at("blockers")) kinds.push_back(one.at("kind"));
-    return kinds;
-  };
-  CHECK(std::ranges::count(blockers(), "recipes.unreadable") == 0);
-  talk.services.recipes = talk.folder / "gone";
-  CHECK(std::ranges::count(blockers(), "recipes.unreadable") == 1);
-  const json recipe = json::parse(test::tiny_recipe(1));
-  CHECK(talk.ask("recipe.put", {{"recipe", "new"}, {"content", recipe}}).contains("error"));
-  const auto lines = talk.lines();
-  REQUIRE(lines.size() == 2);
-  CHECK(lines[0].kind == "recipe.put");
-  CHECK(lines[1].kind == "recipe.not_put");
-  CHECK_THAT(lines[1].payload_json, Catch::Contains("error"));
-}
-
-TEST_CASE("Stops are told as what changes something") {
-  Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
-  std::size_t found = 0;
-  const json document = talk.ask("rpc.discover").at("result");
-  for (const json& method : document.at("methods"))
-    if (method["name"] == "rig.halt" || method["name"] == "rig.estop")
-      found += method["x-changes"] == true ? 1 : 0;
-  CHECK(found == 2);
 }
 
 }  // namespace weftd_conversation_test
