@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <numeric>
-#include <optional>
+#include <limits>
+#include <span>
 
 #include "protocols/base/time.hpp"
 
@@ -12,98 +11,211 @@ namespace weft::daemon {
 namespace {
 
 constexpr std::int64_t shortest_ns = 100'000;  // less says when samples were read, not when taken
+constexpr std::int64_t longest_wait_ns = 500'000'000;  // no adapter holds samples back for longer
+constexpr double usual_waits = 5;                      // nor for so many of its usual waits
 
-/// Time, and how many samples were taken in it.
-struct Piece {
-  std::int64_t ns = 0;
-  std::size_t samples = 1;
-  [[nodiscard]] double period_ns() const {
-    return static_cast<double>(ns) / static_cast<double>(samples);
-  }
+/// From one sample that was read without another waiting behind it to the next such one.
+struct Step {
+  double ns = 0;
+  double samples = 1;
+  [[nodiscard]] double period_ns() const { return ns / samples; }
+};
+using Run = std::vector<Step>;  // without a pause
+
+/// What the steps of all runs are like.
+struct Usual {
+  double wait_ns = 0;
+  double period_ns = 0;
+  double short_period_ns = 0;  // one in ten is shorter
 };
 
-std::vector<std::int64_t> intervals_of(const std::vector<std::int64_t>& t_ns) {
-  std::vector<std::int64_t> out;
-  for (std::size_t i = 1; i < t_ns.size(); ++i) out.push_back(t_ns[i] - t_ns[i - 1]);
-  return out;
-}
-
-/// What `quarters` of four keep within; of one or more.
 template <typename T>
-T quartile(std::vector<T> values, std::size_t quarters) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(quarters * values.size() / 4);
+T quantile(std::vector<T> values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
   std::ranges::nth_element(values, at);
   return *at;
 }
 
-/// What an interval from one batch to the next is longer than, where samples were read in batches:
-/// three times those within. Such intervals come again and again and most of the time is in them,
-/// not in a few: that is how pauses differ. Nothing where each sample was read for itself.
-std::optional<std::int64_t> batch_gap_ns(const std::vector<std::int64_t>& intervals) {
-  constexpr std::size_t most_samples = 32, fewest_batches = 5;
-  const std::int64_t within = quartile(intervals, 1);
-  std::vector<std::int64_t> gaps;
-  std::ranges::copy_if(intervals, std::back_inserter(gaps),
-                       [within](std::int64_t ns) { return ns > 3 * within; });
-  if (gaps.size() < fewest_batches) return std::nullopt;
-  if (within > shortest_ns && gaps.size() * most_samples < intervals.size()) return std::nullopt;
-  const auto sum = [](const auto& all) {
-    return std::accumulate(all.begin(), all.end(), std::int64_t{0});
-  };
-  const std::int64_t in_gaps = quartile(gaps, 1) * static_cast<std::int64_t>(gaps.size());
-  if (in_gaps <= sum(intervals) - sum(gaps)) return std::nullopt;
-  return 3 * within;
-}
+using Stretch = std::span<const std::int64_t>;
 
-/// The time before each batch, in which its samples were taken. The last one may be cut.
-std::vector<Piece> batches_of(const std::vector<std::int64_t>& t_ns,
-                              const std::vector<std::int64_t>& intervals, std::int64_t gap_ns) {
-  std::vector<std::size_t> starts{0};
-  for (std::size_t i = 0; i < intervals.size(); ++i)
-    if (intervals[i] > gap_ns) starts.push_back(i + 1);
-  std::vector<Piece> out;
-  for (std::size_t b = 1; b + 1 < starts.size(); ++b)
-    out.push_back({t_ns[starts[b]] - t_ns[starts[b - 1]], starts[b + 1] - starts[b]});
+std::vector<Stretch> between_pauses(const std::vector<std::int64_t>& t_ns) {
+  std::vector<std::int64_t> intervals;
+  for (std::size_t i = 1; i < t_ns.size(); ++i) intervals.push_back(t_ns[i] - t_ns[i - 1]);
+  if (intervals.empty()) return {};
+  const double most_ns = std::max<double>(
+      longest_wait_ns, usual_waits * static_cast<double>(quantile(intervals, 0.5)));
+  std::vector<Stretch> out;
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i <= t_ns.size(); ++i) {
+    if (i < t_ns.size() && static_cast<double>(intervals[i - 1]) <= most_ns) continue;
+    if (i - begin > 1) out.push_back(Stretch(t_ns).subspan(begin, i - begin));
+    begin = i;
+  }
   return out;
 }
 
-/// The interval in the middle, or the mean where this one does not tell; 0: neither does.
-double middle_s(const std::vector<std::int64_t>& t_ns) {
-  const std::vector<std::int64_t> intervals = intervals_of(t_ns);
-  if (intervals.empty()) return 0;
-  const std::int64_t middle = quartile(intervals, 2);
-  if (middle <= shortest_ns || batch_gap_ns(intervals)) return sampled_time(t_ns).period_s();
-  return to_seconds(Duration(middle));
+/// Samples of a batch, or read after a stall, follow each other within less than a third of the
+/// mean interval: of these the last was waited for. Whether the last of all was is not seen in
+/// batches.
+Run steps_of(Stretch t_ns, double mean_ns) {
+  std::vector<std::size_t> waited_for;
+  for (std::size_t i = 0; i + 1 < t_ns.size(); ++i)
+    if (static_cast<double>(t_ns[i + 1] - t_ns[i]) > mean_ns / 3) waited_for.push_back(i);
+  if (waited_for.size() + 1 == t_ns.size()) waited_for.push_back(t_ns.size() - 1);
+  Run out;
+  for (std::size_t k = 1; k < waited_for.size(); ++k) {
+    const std::size_t from = waited_for[k - 1], to = waited_for[k];
+    out.push_back({static_cast<double>(t_ns[to] - t_ns[from]), static_cast<double>(to - from)});
+  }
+  return out;
+}
+
+Usual usual_of(const std::vector<Run>& runs) {
+  std::vector<double> waits_ns, periods_ns;
+  for (const Run& run : runs)
+    for (const Step& step : run) {
+      waits_ns.push_back(step.ns);
+      periods_ns.push_back(step.period_ns());
+    }
+  if (waits_ns.empty()) return {};
+  return {quantile(waits_ns, 0.5), quantile(periods_ns, 0.5), quantile(periods_ns, 0.1)};
+}
+
+/// Runs that are cut where much more time went by than their samples take.
+std::vector<Run> cut_at_pauses(const std::vector<Run>& runs) {
+  const Usual usual = usual_of(runs);
+  std::vector<Run> out;
+  for (const Run& run : runs) {
+    out.emplace_back();
+    for (const Step& step : run)
+      if (step.ns - step.samples * usual.period_ns > usual_waits * usual.wait_ns)
+        out.emplace_back();
+      else
+        out.back().push_back(step);
+  }
+  std::erase_if(out, [](const Run& run) { return run.empty(); });
+  return out;
+}
+
+std::vector<Run> runs_of(const std::vector<std::int64_t>& t_ns) {
+  const std::vector<Stretch> stretches = between_pauses(t_ns);
+  Step all{0, 0};
+  for (const Stretch stretch : stretches) {
+    all.ns += static_cast<double>(stretch.back() - stretch.front());
+    all.samples += static_cast<double>(stretch.size() - 1);
+  }
+  std::vector<Run> out;
+  for (const Stretch stretch : stretches) out.push_back(steps_of(stretch, all.period_ns()));
+  return cut_at_pauses(out);
+}
+
+Step sum_of(const std::vector<Run>& runs) {
+  Step out{0, 0};
+  for (const Run& run : runs)
+    for (const Step& step : run) {
+      out.ns += step.ns;
+      out.samples += step.samples;
+    }
+  return out;
+}
+
+/// Stamps against numbers, of one run, each about its mean.
+struct Points {
+  explicit Points(const Run& run) : t_ns{0}, number{0} {
+    for (const Step& step : run) {
+      t_ns.push_back(t_ns.back() + step.ns);
+      number.push_back(number.back() + step.samples);
+    }
+    for (std::vector<double>* values : {&t_ns, &number}) {
+      double mean = 0;
+      for (const double v : *values) mean += v / static_cast<double>(values->size());
+      for (double& v : *values) v -= mean;
+    }
+  }
+  std::vector<double> t_ns, number;
+};
+
+/// How late each stamp is of the straight lines through all runs, of one slope [ns].
+std::vector<std::vector<double>> lateness_of(const std::vector<Run>& runs) {
+  std::vector<Points> points(runs.begin(), runs.end());
+  double of_time = 0, of_number = 0;
+  for (const Points& p : points)
+    for (std::size_t i = 0; i < p.number.size(); ++i) {
+      of_time += p.t_ns[i] * p.number[i];
+      of_number += p.number[i] * p.number[i];
+    }
+  std::vector<std::vector<double>> out;
+  for (Points& p : points) {
+    for (std::size_t i = 0; i < p.number.size(); ++i)
+      p.t_ns[i] -= of_time / of_number * p.number[i];
+    out.push_back(std::move(p.t_ns));
+  }
+  return out;
+}
+
+double range_of(const std::vector<double>& values) {
+  const auto [low, high] = std::ranges::minmax(values);
+  return high - low;
+}
+
+/// A clock's step, or the wait for a batch, makes a stamp late by a usual wait or a period at most.
+/// Where stamps scatter, and some steps are shorter than usual by a, they are off by about 6 a.
+bool lost_frames(const std::vector<Run>& runs) {
+  const Usual usual = usual_of(runs);
+  const double most_ns = 1.25 * std::min(usual.wait_ns, sum_of(runs).period_ns()) +
+                         6 * (usual.period_ns - usual.short_period_ns);
+  return std::ranges::any_of(lateness_of(runs), [most_ns](const std::vector<double>& late_ns) {
+    return range_of(late_ns) > most_ns;
+  });
+}
+
+/// Periods of this length that the steps last, a whole number each. Steps that are late and those
+/// that make up for it even out.
+double whole_periods(const std::vector<Run>& runs, double period_ns) {
+  double out = 0;
+  for (const Run& run : runs)
+    for (const Step& step : run) out += std::round(step.ns / period_ns);
+  return out;
 }
 
 }  // namespace
 
 SampledTime& SampledTime::operator+=(const SampledTime& other) {
-  seconds += other.seconds;
+  ns += other.ns;
   intervals += other.intervals;
   return *this;
 }
 
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns) {
-  const std::vector<std::int64_t> intervals = intervals_of(t_ns);
-  if (intervals.empty()) return {};
-  std::vector<Piece> pieces;
-  if (const auto gap_ns = batch_gap_ns(intervals))
-    pieces = batches_of(t_ns, intervals, *gap_ns);
-  else
-    for (const std::int64_t ns : intervals) pieces.push_back({ns});
-  std::vector<double> periods_ns;
-  for (const Piece& piece : pieces) periods_ns.push_back(piece.period_ns());
-  const double usual_ns = quartile(std::move(periods_ns), 3);
-  SampledTime out;
-  std::int64_t sampled_ns = 0;
-  for (const Piece& piece : pieces) {
-    if (usual_ns > 0 && piece.period_ns() > 1.5 * usual_ns) continue;
-    sampled_ns += piece.ns;
-    out.intervals += static_cast<double>(piece.samples);
+  const std::vector<Run> runs = runs_of(t_ns);
+  if (runs.empty()) return {};
+  Step all = sum_of(runs);
+  if (lost_frames(runs)) {
+    constexpr int passes = 2;  // the first is of the usual step, which scatter makes longer
+    double period_ns = usual_of(runs).period_ns;
+    for (int i = 0; i < passes; ++i) {
+      all.samples = whole_periods(runs, period_ns);
+      period_ns = all.period_ns();
+    }
   }
-  out.seconds = to_seconds(Duration(sampled_ns));
-  return out;
+  return {all.ns, all.samples};
+}
+
+double missing_samples(const std::vector<std::int64_t>& t_ns) {
+  constexpr std::size_t parts = 8;
+  const std::vector<Run> runs = runs_of(t_ns);
+  if (runs.size() != 1) return std::numeric_limits<double>::infinity();
+  const std::vector<double> late_ns = lateness_of(runs).front();
+  std::vector<double> means_ns;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const std::size_t begin = part * late_ns.size() / parts;
+    const std::size_t end = (part + 1) * late_ns.size() / parts;
+    double sum = 0;
+    for (std::size_t i = begin; i < end; ++i) sum += late_ns[i];
+    if (end > begin) means_ns.push_back(sum / static_cast<double>(end - begin));
+  }
+  return range_of(means_ns) / sum_of(runs).period_ns();
 }
 
 std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i) {
@@ -116,27 +228,15 @@ std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i) {
 }
 
 bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
-  const auto alike = [period_s](double own_s) {
-    return own_s <= to_seconds(Duration(shortest_ns)) ||
-           std::abs(own_s / period_s - 1.0) <= rate_tolerance;
-  };
-  return alike(sampled_time(t_ns).period_s()) || alike(middle_s(t_ns));
+  const double own_s = sampled_time(t_ns).period_s();
+  return own_s <= to_seconds(Duration(shortest_ns)) ||
+         std::abs(own_s / period_s - 1.0) <= rate_tolerance;
 }
 
 double common_period_s(const std::vector<std::vector<std::int64_t>>& recordings) {
   SampledTime all;
-  std::vector<double> middles_s;
-  for (const std::vector<std::int64_t>& t_ns : recordings) {
-    all += sampled_time(t_ns);
-    if (const double own_s = middle_s(t_ns); own_s > 0) middles_s.push_back(own_s);
-  }
-  const auto suits_each = [&recordings](double period_s) {
-    return std::ranges::all_of(
-        recordings, [period_s](const auto& t_ns) { return may_have_period(t_ns, period_s); });
-  };
-  if (middles_s.empty() || suits_each(all.period_s())) return all.period_s();
-  const double middle = quartile(std::move(middles_s), 2);
-  return suits_each(middle) ? middle : all.period_s();
+  for (const std::vector<std::int64_t>& t_ns : recordings) all += sampled_time(t_ns);
+  return all.period_s();
 }
 
 }  // namespace weft::daemon

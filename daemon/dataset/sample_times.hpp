@@ -1,5 +1,11 @@
 #pragma once
 // What the times of samples tell of their rate.
+//
+// The model: a sensor's clock is even, and a sample is stamped late or on time: by the step of a
+// coarse clock, the wait for a batch, a reader's stall. Lateness does not add up, so that stamps
+// return to the straight line of the samples' numbers, and its slope is the period. Where they
+// leave it for good, samples are missing, a whole number each time. What is longer than any
+// adapter holds samples back is a pause: after it a line begins anew.
 
 #include <cstddef>
 #include <cstdint>
@@ -9,21 +15,25 @@
 
 namespace weft::daemon {
 
-/// Time that was sampled, and in how many intervals.
+/// Time that was sampled, and in how many intervals, those of lost frames among them.
 struct SampledTime {
-  double seconds = 0;
+  double ns = 0;
   double intervals = 0;
 
   /// From sample to sample; 0 where the times do not tell.
-  [[nodiscard]] double period_s() const { return intervals > 0 ? seconds / intervals : 0; }
+  [[nodiscard]] double period_s() const { return intervals > 0 ? ns / intervals / 1e9 : 0; }
   SampledTime& operator+=(const SampledTime& other);
 };
 
-/// Of one recording, without its pauses: between phases nothing is recorded, and frames get lost. A
-/// pause is longer than one and a half times what three quarters of the intervals keep within, so
-/// that stamps in whole milliseconds make none. Of samples that were read in batches, with little
-/// or nothing between them, whole batches are compared: the gap before one is when it was sampled.
+/// Of one recording, without its pauses, to the step of its stamps over its duration. Frames that
+/// were lost evenly (one in six, always) in stamps of whole periods cannot be told from a coarse
+/// clock, and are taken for one; of what is left of fewer than half the frames, or of more than a
+/// tenth lost where stamps scatter by a quarter of the period, the rate may be off.
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
+
+/// By how many periods stamps leave the straight line, single late ones averaged out: 0.5 or more
+/// where a sample or more is missing; infinite at a pause, or where the times tell no period.
+double missing_samples(const std::vector<std::int64_t>& t_ns);
 
 /// Times of trial `i` in phase M, which windows and the spectrum are of; of all its samples where
 /// it has fewer than two there. Phases before and after may be recorded at another rate.
@@ -33,15 +43,11 @@ std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i);
 /// beyond it features mean something else.
 inline constexpr double rate_tolerance = 0.05;
 
-/// Whether a recording may be of this period [s]: by its mean, or by the interval in the middle,
-/// which a reader that stalled and caught up does not move; of samples read in batches it says
-/// nothing. True where its times tell nothing.
+/// Whether a recording may be of this period [s]. True where its times tell nothing.
 bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s);
 
-/// The period that recordings have in common [s], each given by its times: that of their mean where
-/// each may have it. Where not, the median of the intervals in the middle of each, which frames
-/// that some of them lost do not move, if it suits each; else the mean. 0 where the times tell
-/// nothing.
+/// The period that recordings have in common [s], each given by its times: their mean, each of the
+/// weight of its intervals. 0 where the times tell nothing.
 double common_period_s(const std::vector<std::vector<std::int64_t>>& recordings);
 
 }  // namespace weft::daemon

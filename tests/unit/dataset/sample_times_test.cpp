@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 
 namespace weft::daemon::sample_times_test {
 namespace {
@@ -33,6 +34,138 @@ std::vector<std::int64_t> in_batches(std::size_t batch, double within_ms, int sa
   return times(intervals_ms, samples);
 }
 
+constexpr double seconds = 6.0;
+constexpr double tick_s = 0.015625;  // of Windows
+
+using Times = std::vector<std::int64_t>;
+
+Times in_ns(const std::vector<double>& t_s) {
+  Times out;
+  for (const double t : t_s) out.push_back(std::llround(1e9 * t));
+  return out;
+}
+
+// Even samples that a clock of this step stamps.
+Times ticked(double rate_hz, double step_s, double begin_s = 0.003) {
+  std::vector<double> out;
+  for (int i = 0; i < rate_hz * seconds; ++i)
+    out.push_back(std::floor((begin_s + i / rate_hz) / step_s) * step_s);
+  return in_ns(out);
+}
+
+// Samples of 100 Hz of which this share is lost, stamped with normal scatter.
+Times lossy(double share, double scatter_s, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<double> lot;
+  std::normal_distribution<double> late_s(0.1, std::max(scatter_s, 1e-12));
+  std::vector<double> out;
+  for (int i = 0; i < 100 * seconds; ++i)
+    if (lot(engine) >= share) out.push_back(i / 100.0 + (scatter_s > 0 ? late_s(engine) : 0.0));
+  std::ranges::sort(out);
+  return in_ns(out);
+}
+
+// Samples of 100 Hz by a reader that stalls for 50 ms at this share of them, and catches up.
+Times stalling(double share, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<double> lot;
+  std::vector<double> out;
+  double busy_s = 0;
+  for (int i = 0; i < 100 * seconds; ++i) {
+    const double due_s = i / 100.0;
+    if (lot(engine) < share) busy_s = std::max(busy_s, due_s + 0.05);
+    out.push_back(std::max({due_s, busy_s, out.empty() ? 0.0 : out.back() + 0.0002}));
+  }
+  return in_ns(out);
+}
+
+// What an adapter gives that hands over all samples each so often, read with 1 ms of scatter.
+Times polled(double rate_hz, double every_s, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<double> scatter_s(0.0, 0.001);
+  std::vector<double> out;
+  double poll = -1;
+  for (int i = 0; i < rate_hz * seconds; ++i) {
+    const double own = std::floor(i / rate_hz / every_s);
+    out.push_back(own == poll ? out.back() + 0.0001 : (own + 1) * every_s + scatter_s(engine));
+    poll = own;
+  }
+  return in_ns(out);
+}
+
+double rate_hz(const Times& t_ns) {
+  return 1 / sampled_time(t_ns).period_s();
+}
+
+bool may_be_together(const Times& a, const Times& b) {
+  const double period_s = common_period_s({a, a, b, b});
+  return may_have_period(a, period_s) && may_have_period(b, period_s);
+}
+
+TEST_CASE("a coarse clock does not change the rate") {
+  for (const double hz : {50.0, 55.0, 60.0, 62.0, 100.0, 115.0, 120.0, 125.0, 180.0})
+    for (const double begin_s : {0.0, 0.003, 0.011}) {
+      CAPTURE(hz, begin_s);
+      CHECK(rate_hz(ticked(hz, tick_s, begin_s)) == Approx(hz).epsilon(0.005));
+    }
+  for (const double hz : {300.0, 390.0, 700.0, 833.0, 900.0, 950.0, 980.0, 1000.0})
+    CHECK(rate_hz(ticked(hz, 0.001)) == Approx(hz).epsilon(0.005));
+  for (const double hz : {75.0, 85.0, 90.0, 95.0})
+    CHECK(rate_hz(ticked(hz, 0.01)) == Approx(hz).epsilon(0.005));
+  for (const double hz : {100.0, 115.0, 120.0, 125.0, 180.0, 200.0})
+    CHECK(rate_hz(polled(hz, 0.016, 3)) == Approx(hz).epsilon(0.005));
+}
+
+TEST_CASE("two rates are two in coarse stamps as well") {
+  CHECK_FALSE(may_be_together(ticked(300, 0.001), ticked(390, 0.001)));
+  CHECK_FALSE(may_be_together(ticked(700, 0.001), ticked(1000, 0.001)));
+  CHECK_FALSE(may_be_together(ticked(50, tick_s), ticked(60, tick_s)));
+  CHECK_FALSE(may_be_together(ticked(75, 0.01), ticked(100, 0.01)));
+  CHECK(may_be_together(ticked(60, tick_s), ticked(60, 1e-6)));
+}
+
+TEST_CASE("stalls, scatter and lost frames leave the rate") {
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    CAPTURE(seed);
+    for (const double share : {0.01, 0.02, 0.05, 0.1})
+      CHECK(rate_hz(stalling(share, seed)) == Approx(100).epsilon(0.005));
+    for (const double scatter_s : {0.001, 0.003, 0.006})
+      CHECK(rate_hz(lossy(0, scatter_s, seed)) == Approx(100).epsilon(0.01));
+    for (const double share : {0.02, 0.05, 0.1, 0.2, 0.26, 0.3, 0.4}) {
+      CHECK(rate_hz(lossy(share, 0, seed)) == Approx(100).epsilon(0.005));
+      CHECK(rate_hz(lossy(share, 0.0005, seed)) == Approx(100).epsilon(0.005));
+    }
+  }
+}
+
+TEST_CASE("strokes that were recorded on contact are no batches") {
+  for (const std::size_t samples : {8U, 25U, 30U})
+    for (const double every_s : {1.8, 2.5}) {
+      std::vector<double> t_s;
+      for (int stroke = 0; stroke < 10; ++stroke)
+        for (std::size_t i = 0; i < samples; ++i)
+          t_s.push_back(stroke * every_s + static_cast<double>(i) / 37);
+      CAPTURE(samples, every_s);
+      CHECK(rate_hz(in_ns(t_s)) == Approx(37));
+    }
+}
+
+TEST_CASE("a missing sample is told from a late one") {
+  const auto without = [](Times t_ns, std::ptrdiff_t at, std::ptrdiff_t samples) {
+    t_ns.erase(t_ns.begin() + at, t_ns.begin() + at + samples);
+    return t_ns;
+  };
+  const Times batches = in_batches(8, 0.2, 400), scattered = lossy(0, 0.0025, 1);
+  CHECK(missing_samples(times({10}, 400)) < 0.01);
+  CHECK(missing_samples(batches) < 0.01);
+  CHECK(missing_samples(scattered) < 0.3);
+  CHECK(missing_samples(stalling(0.02, 1)) < 0.3);
+  CHECK(missing_samples(without(times({10}, 400), 200, 1)) > 0.5);
+  CHECK(missing_samples(without(scattered, 300, 1)) > 0.5);
+  CHECK(missing_samples(without(batches, 160, 8)) > 0.5);
+  CHECK(std::isinf(missing_samples(without(times({10}, 400), 200, 100))));
+}
+
 TEST_CASE("the period of samples is that between pauses") {
   CHECK(sampled_time(times({10}, 100)).period_s() == 0.01);
   const SampledTime once = sampled_time(paused(times({10}, 100), {50}));
@@ -40,7 +173,9 @@ TEST_CASE("the period of samples is that between pauses") {
   CHECK(once.intervals == 98);
   CHECK(sampled_time(paused(times({10}, 300), {50, 100, 250})).period_s() == 0.01);
   CHECK(sampled_time(paused(times({10}, 60), {10, 20, 50})).period_s() == 0.01);
-  CHECK(sampled_time(times({10, 10, 10, 10, 20}, 101)).period_s() == 0.01);  // frames lost
+  CHECK(sampled_time(times({10, 10, 20, 10, 10, 10, 10, 10, 10, 20, 20}, 101)).period_s() ==
+        Approx(0.01));                                                        // frames lost
+  CHECK(sampled_time(times({10, 10, 10, 10, 20}, 101)).period_s() == 0.012);  // a clock's step
 }
 
 TEST_CASE("stamps in whole milliseconds, or of samples that were read together, make no pause") {
@@ -66,7 +201,7 @@ TEST_CASE("samples that were read in batches have the rate at which they were ta
   CHECK(sampled_time(stalled).period_s() == Approx(0.01).epsilon(0.01));
 }
 
-TEST_CASE("a recording may be of the rate of its mean interval, or of the one in the middle") {
+TEST_CASE("a recording may be of the rate that its times tell, whatever came late") {
   auto stalled = times({10}, 200);
   for (std::size_t i = 50; i < 90; ++i) stalled[i] = stalled[90];  // read late, all at once
   CHECK(may_have_period(stalled, 0.01));
@@ -78,10 +213,10 @@ TEST_CASE("a recording may be of the rate of its mean interval, or of the one in
   CHECK(may_have_period({7}, 0.01));
 }
 
-TEST_CASE("the period in common is the mean one, or what lost frames leave of it") {
+TEST_CASE("the period in common is the mean one, lost frames counted") {
   const auto clean = times({10}, 400);
   const auto lossy = times({10, 10, 20, 10, 30, 10, 20}, 280);  // a mean of 16 ms
-  CHECK_FALSE(sampled_time(lossy).period_s() < 0.0115);
+  CHECK(sampled_time(lossy).period_s() == Approx(0.01));
   CHECK(common_period_s({clean, clean, lossy, lossy}) == 0.01);
   CHECK(common_period_s({clean, lossy, in_batches(8, 0.5, 400)}) == Approx(0.01).epsilon(0.01));
   CHECK(common_period_s({times({8, 9, 9, 8, 9}, 101), times({9, 8, 8, 9, 9}, 101)}) ==
