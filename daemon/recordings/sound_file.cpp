@@ -6,6 +6,8 @@
 #include <array>
 #include <fstream>
 #include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
 #endif
 
@@ -15,37 +17,114 @@ namespace weft::daemon {
 
 namespace {
 
-// libsndfile takes what there is of a WAV file that was cut. Its first bytes say how long it is,
-// but where it was written into a pipe: arecord and SoX put about 2^31 there (0x7ffff024,
-// 0x7fffff24, 0x80000024), others set all bits. A last byte of padding may be missing.
+enum class ByteOrder { little, big };
+
+/// Where the samples of a file begin, and how long its header says that they are [bytes].
+struct SampleChunk {
+  std::uintmax_t begin = 0, bytes = 0;
+};
+
+/// The fields of a sound file's header, by their place.
+class SoundHeader {
+ public:
+  explicit SoundHeader(const std::filesystem::path& path) : in_(path, std::ios::binary) {}
+
+  std::string name(std::uintmax_t at) {
+    std::array<char, 4> out{};
+    return read(at, out.data(), out.size()) ? std::string(out.begin(), out.end()) : std::string();
+  }
+
+  std::optional<std::uintmax_t> number(std::uintmax_t at, std::size_t bytes, ByteOrder order) {
+    std::array<char, 8> field{};
+    if (!read(at, field.data(), bytes)) return std::nullopt;
+    std::uintmax_t out = 0;
+    for (std::size_t i = 0; i < bytes; ++i) {
+      const std::size_t most_first = order == ByteOrder::big ? i : bytes - 1 - i;
+      out = out << 8U | static_cast<unsigned char>(field[most_first]);
+    }
+    return out;
+  }
+
+ private:
+  bool read(std::uintmax_t at, char* out, std::size_t bytes) {
+    in_.clear();
+    in_.seekg(static_cast<std::streamoff>(at));
+    return bool(in_.read(out, static_cast<std::streamsize>(bytes)));
+  }
+
+  std::ifstream in_;
+};
+
+// Chunk by chunk: a name, a length, and so many bytes, an even number of them. RF64 has the length
+// of its samples in `ds64`, after that of the file.
+std::optional<SampleChunk> find_samples(SoundHeader& header, std::string_view chunk,
+                                        ByteOrder order) {
+  constexpr std::uintmax_t first_chunk = 12, chunk_head = 8, in_ds64 = 0xffffffff;
+  std::optional<std::uintmax_t> long_bytes;
+  for (std::uintmax_t at = first_chunk;;) {
+    const std::string name = header.name(at);
+    const auto bytes = header.number(at + 4, 4, order);
+    if (!bytes) return std::nullopt;
+    const std::uintmax_t begin = at + chunk_head;
+    if (name == chunk)
+      return SampleChunk{begin, *bytes == in_ds64 && long_bytes ? *long_bytes : *bytes};
+    if (name == "ds64") long_bytes = header.number(begin + 8, 8, order);
+    at = begin + *bytes + *bytes % 2;
+  }
+}
+
+std::optional<SampleChunk> samples_of(SoundHeader& header) {
+  const std::string kind = header.name(0);
+  if (kind == "RIFF" || kind == "RF64") return find_samples(header, "data", ByteOrder::little);
+  if (kind == "RIFX") return find_samples(header, "data", ByteOrder::big);
+  if (kind == "FORM") return find_samples(header, "SSND", ByteOrder::big);
+  if (kind != ".snd") return std::nullopt;
+  const auto begin = header.number(4, 4, ByteOrder::big);
+  const auto bytes = header.number(8, 4, ByteOrder::big);
+  return begin && bytes ? std::optional(SampleChunk{*begin, *bytes}) : std::nullopt;
+}
+
+// What arecord and SoX write into a pipe (0x7ffff000, 0x7fffff00, 0x80000000, of AIFF 0x7f000000,
+// each a few bytes more), and all bits set.
+bool writer_knew(std::uintmax_t bytes) {
+  return bytes < 0x7f000000 || bytes > 0xffffffff;
+}
+
+// Whether a WAV, AIFF or AU file has all samples that its header promises. The count of the whole
+// file is often wrong, and chunks behind the samples do not matter.
 Status check_length(const std::filesystem::path& path) {
-  constexpr std::uintmax_t before_count = 8, unknown = 0x7fff0000;
-  std::array<unsigned char, before_count> head{};
-  std::ifstream in(path, std::ios::binary);
-  if (!in.read(reinterpret_cast<char*>(head.data()), head.size())) return {};
-  if (std::string_view(reinterpret_cast<const char*>(head.data()), 4) != "RIFF") return {};
-  std::uintmax_t count = 0;
-  for (std::size_t i = 0; i < 4; ++i) count |= std::uintmax_t{head[4 + i]} << (8 * i);
+  SoundHeader header(path);
+  const auto samples = samples_of(header);
   std::error_code unread;
   const std::uintmax_t bytes = std::filesystem::file_size(path, unread);
-  if (unread || count >= unknown || count + before_count <= bytes + 1) return {};
+  if (!samples || unread || !writer_knew(samples->bytes)) return {};
+  if (samples->bytes == 0 && bytes > samples->begin)
+    return fail(Errc::corrupt, "the header of the sound file was not finished", path.string(),
+                "the length of the samples",
+                "0, with " + std::to_string(bytes - samples->begin) + " bytes behind it",
+                "The recorder was stopped before it wrote the length; write it anew, "
+                "as with: sox --ignore-length OLD NEW");
+  if (samples->begin <= bytes && samples->bytes <= bytes - samples->begin) return {};
   return fail(Errc::corrupt, "the sound file is cut short", path.string(),
-              std::to_string(count + before_count) + " bytes", std::to_string(bytes));
+              std::to_string(samples->begin + samples->bytes) + " bytes", std::to_string(bytes));
 }
 
 }  // namespace
 
 Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
   constexpr sf_count_t most_samples = sf_count_t{1} << 28U;
-  if (!std::filesystem::is_regular_file(path))
-    return fail(Errc::not_found, "no such sound file", path.string());
+  std::error_code unread;
+  if (!std::filesystem::is_regular_file(path, unread))
+    return fail(Errc::not_found, "no such sound file", path.string(), {},
+                unread ? unread.message() : "");
+  // libsndfile takes what there is of a file that was cut.
+  if (auto whole = check_length(path); !whole) return pass(whole.error());
   SF_INFO info{};
   const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> file(sf_open(path.c_str(), SFM_READ, &info),
                                                          &sf_close);
   if (!file)
     return fail(Errc::parse, "not a sound file", path.string(), "WAV or the like",
                 sf_strerror(nullptr), "A table needs a name that ends in .csv");
-  if (auto whole = check_length(path); !whole) return pass(whole.error());
   if (info.channels < 1 || info.frames < 1 || info.samplerate < 1 ||
       info.frames > most_samples / info.channels)
     return fail(Errc::parse, "a sound file of an impossible size", path.string(),
