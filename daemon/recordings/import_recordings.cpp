@@ -8,6 +8,7 @@
 
 #include "daemon/dataset/csv.hpp"
 #include "daemon/dataset/manifest.hpp"
+#include "daemon/dataset/sample_times.hpp"
 #include "daemon/recordings/sound_file.hpp"
 
 namespace weft::daemon {
@@ -37,28 +38,48 @@ struct TimedRate {
   double tolerance_hz = 0.0;  // by which `measured_hz` may be off
 };
 
-// The rate of times that are even but for how they are written; the place names the line. Both ends
-// may be off by as much as the worst time between them, over all of the duration.
-Result<TimedRate> even_rate(const std::vector<double>& times) {
-  constexpr std::size_t first_line = 2;
+// Where the most time went by from one sample to the next.
+struct LongestInterval {
+  double s = 0.0;
+  std::string where;
+};
+
+// Since the first one; nothing beyond what 64 bits hold.
+std::vector<std::int64_t> in_ns(const std::vector<double>& times) {
+  constexpr double most_ns = 9e18;
+  std::vector<std::int64_t> out;
+  for (const double t : times) {
+    const double t_ns = 1e9 * (t - times.front());
+    if (!(std::abs(t_ns) < most_ns)) return {};
+    out.push_back(std::llround(t_ns));
+  }
+  return out;
+}
+
+// Few decimals of the times tell the rate to a hundredth, a slow one to four digits.
+TimedRate timed_rate(double rate_hz, double tolerance_hz) {
+  const double grain = rate_hz >= 1 ? 0.01 : std::pow(10.0, std::floor(std::log10(rate_hz)) - 3);
+  return {rate_hz, std::round(rate_hz / grain) * grain, tolerance_hz};
+}
+
+// The rate of times that are even but for how they are written: both ends may be off by as much as
+// the worst time between them, over all of the duration. Where some are later than by half a step,
+// as if read in batches, no sample may be missing.
+Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInterval& longest) {
   const double duration_s = times.back() - times.front();
   const double step_s = duration_s / static_cast<double>(times.size() - 1);
   double worst_s = 0.0;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const double due_s = times.front() + static_cast<double>(i) * step_s;
-    worst_s = std::max(worst_s, std::abs(times[i] - due_s));
-    if (worst_s <= 0.5 * step_s) continue;
-    return fail(Errc::parse, "the samples are not evenly spaced",
-                "line " + std::to_string(i + first_line),
-                "a time within half a step of " + std::to_string(due_s) + " s",
-                std::to_string(times[i]) + " s",
-                "Cut the recording where samples are missing, or resample it");
-  }
-  // Few decimals of the times tell the rate to a hundredth, a slow one to four digits.
-  const double rate_hz = 1 / step_s;
-  const double grain = rate_hz >= 1 ? 0.01 : std::pow(10.0, std::floor(std::log10(rate_hz)) - 3);
-  return TimedRate{rate_hz, std::round(rate_hz / grain) * grain,
-                   rate_hz * 2 * worst_s / duration_s};
+  for (std::size_t i = 0; i < times.size(); ++i)
+    worst_s =
+        std::max(worst_s, std::abs(times[i] - times.front() - static_cast<double>(i) * step_s));
+  if (worst_s <= 0.5 * step_s) return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
+  const std::vector<std::int64_t> t_ns = in_ns(times);
+  if (missing_samples(t_ns) < 0.5)
+    return timed_rate(1 / sampled_time(t_ns).period_s(), 1 / duration_s);
+  return fail(Errc::parse, "the samples are not evenly spaced", longest.where,
+              "a sample each " + std::to_string(step_s) + " s",
+              "one after " + std::to_string(longest.s) + " s",
+              "Cut the recording where samples are missing, or resample it");
 }
 
 // The tables of one set are of one rate where their times do not tell otherwise: that of the first,
@@ -81,8 +102,11 @@ class TableRates {
     TimedRate own;
   };
 
+  // Clocks of two sensors of one model are off by 100 ppm each.
   static bool may_be_one(const TimedRate& a, const TimedRate& b) {
-    return std::abs(a.measured_hz - b.measured_hz) <= a.tolerance_hz + b.tolerance_hz;
+    constexpr double of_clocks = 2e-4;
+    return std::abs(a.measured_hz - b.measured_hz) <=
+           a.tolerance_hz + b.tolerance_hz + of_clocks * a.measured_hz;
   }
 
   [[nodiscard]] TimedRate common() const {
@@ -113,6 +137,7 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
   if (out.channels.empty()) return csv->complaint("a table without a channel");
   out.samples.resize(out.channels.size());
   std::vector<double> times;
+  LongestInterval longest;
   for (;;) {
     const auto more = csv->next();
     if (!more) return pass(more.error());
@@ -122,12 +147,12 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
       if (!value) return pass(value.error());
       (c == time_column ? times : out.samples[channel++]).push_back(*value);
     }
+    const double since_s = times.size() > 1 ? times.back() - times[times.size() - 2] : 0.0;
+    if (since_s > longest.s) longest = {since_s, csv->where()};
   }
   if (times.size() < 2 || !(times.back() > times.front()))
     return csv->complaint("the times do not tell the sampling rate");
-  auto timed = even_rate(times);
-  if (!timed) return pass(timed.error(), path.string());
-  return timed;
+  return even_rate(times, longest);
 }
 
 Status read_sound(const std::filesystem::path& path, Recording& out) {
