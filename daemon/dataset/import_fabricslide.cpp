@@ -40,7 +40,7 @@ Status read_stroke(const std::filesystem::path& path, classifier::Trial& trial,
 /// `Denim_F120_V-10mmps_0.csv`.
 Status read_name(const std::string& name, FabricslideGroup group, classifier::Trial& trial,
                  TrialRecord& record) {
-  static const std::regex pattern(R"((.+)_F([0-9.]+)_V-?([0-9.]+)mmps_([0-9]{1,9})\.csv)");
+  static const std::regex pattern(R"((.+)_F([0-9.]+)_V-?([0-9.]+)mmps_([0-9]{1,9})\.[cC][sS][vV])");
   std::smatch parts;
   if (!std::regex_match(name, parts, pattern))
     return fail(Errc::parse, "not a name of this layout", name,
@@ -72,7 +72,7 @@ Result<std::vector<std::filesystem::path>> matching_files(const std::filesystem:
   std::filesystem::directory_iterator entry(folder, error);
   for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
     const std::filesystem::path& path = entry->path();
-    if (path.extension() == ".csv" && fnmatch(filter.c_str(), path.filename().c_str(), 0) == 0)
+    if (is_csv_name(path) && fnmatch(filter.c_str(), path.filename().c_str(), 0) == 0)
       files.push_back(path);
   }
   if (error)

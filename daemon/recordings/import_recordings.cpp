@@ -301,7 +301,7 @@ Result<RecordingSet> import_hapmat(const std::filesystem::path& folder) {
   RecordingSet set{"hapmat", "hapmat", BenchKind::real, {}};
   TableRates rates;
   for (const auto& path : files_in(folder)) {
-    if (path.extension() != ".csv") continue;
+    if (!is_csv_name(path)) continue;
     Recording own{path.filename().string(), path.stem().string(), "1", {}, {}};
     const auto timed = read_table(path, "time", "1", own);
     if (!timed) return pass(timed.error());

@@ -29,7 +29,7 @@ std::string stroke(int channels = 16) {
 TEST_CASE("names of the public layout give fabric and repetition, in a fixed order") {
   const TemporaryFolder folder;
   write_file(folder / "Denim_F120_V-10mmps_1.csv", stroke());
-  write_file(folder / "Denim_F120_V10mmps_0.csv", stroke());
+  write_file(folder / "Denim_F120_V10mmps_0.CSV", stroke());
   write_file(folder / "Beige_Cotton_F250_V-150mmps_0.csv", stroke());
   write_file(folder / "LICENSE", "not data");
   const auto dataset = import_fabricslide(folder.path());
@@ -41,7 +41,7 @@ TEST_CASE("names of the public layout give fabric and repetition, in a fixed ord
   CHECK(dataset->trials[0].label == "Beige_Cotton");
   CHECK(dataset->trials[1].group == "1");
   CHECK(dataset->records[1].spec.repetition == 1);
-  CHECK(dataset->trials[2].file == "Denim_F120_V10mmps_0.csv");
+  CHECK(dataset->trials[2].file == "Denim_F120_V10mmps_0.CSV");
   CHECK(dataset->trials[0].row(1)[15] == 161);
   CHECK(dataset->trials[0].phase[0] == Phase::motion);
   CHECK(dataset->records[0].t_ns[1] - dataset->records[0].t_ns[0] == 28000000);

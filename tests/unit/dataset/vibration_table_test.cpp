@@ -82,5 +82,14 @@ TEST_CASE("two sensors of one model are of one rate, though their clocks differ 
   CHECK_FALSE(imported(folder, {table(even(400)), table(even(401))}));
 }
 
+TEST_CASE("a table of HapMat is one by its name in letters of either case") {
+  const TemporaryFolder folder;
+  write_file(folder / "Felt.CSV", "time,X\n0,1\n0.005,2\n");
+  write_file(folder / "Silk.csv", "time,X\n0,1\n0.005,2\n");
+  const auto set = import_hapmat(folder.path());
+  REQUIRE(set);
+  CHECK(set->recordings.size() == 2);
+}
+
 }  // namespace
 }  // namespace weft::daemon::vibration_table_test
