@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <utility>
 #include <vector>
 
 #include "classifier/features/windows.hpp"
@@ -34,25 +33,45 @@ class Recordings {
       rows_.resize(number.size());
       rows_[of_[r]].insert(alike_[r]);
     }
+    copies_.resize(rows_.size());
+    find_copies();
   }
 
   [[nodiscard]] std::size_t alike(std::size_t row) const { return alike_[row]; }
   [[nodiscard]] std::size_t of(std::size_t row) const { return of_[row]; }
-
-  bool are_copies(std::size_t a, std::size_t b) {
-    if (a == b) return false;
-    const auto [at, is_new] = copies_.emplace(std::minmax(a, b), false);
-    if (!is_new) return at->second;
-    std::vector<std::size_t> common;
-    std::ranges::set_intersection(rows_[a], rows_[b], std::back_inserter(common));
-    at->second = 2 * common.size() > std::min(rows_[a].size(), rows_[b].size());
-    return at->second;
+  [[nodiscard]] const std::set<std::size_t>& copies(std::size_t recording) const {
+    return copies_[recording];
   }
 
  private:
-  std::vector<std::size_t> alike_, of_;      // per row
-  std::vector<std::set<std::size_t>> rows_;  // per recording: its different rows
-  std::map<std::pair<std::size_t, std::size_t>, bool> copies_;
+  // Who has more than half of a recording's rows has one of any half of them: those that fewest
+  // recordings have are looked up, so that a window of silence in all is not.
+  void find_copies() {
+    std::map<std::size_t, std::vector<std::size_t>> holders;
+    for (std::size_t a = 0; a < rows_.size(); ++a)
+      for (const std::size_t row : rows_[a]) holders[row].push_back(a);
+    for (std::size_t a = 0; a < rows_.size(); ++a) {
+      std::vector<std::size_t> rarest(rows_[a].begin(), rows_[a].end());
+      std::ranges::stable_sort(rarest, {}, [&](std::size_t row) { return holders[row].size(); });
+      rarest.resize((rarest.size() + 1) / 2);
+      std::set<std::size_t> others;
+      for (const std::size_t row : rarest) others.insert(holders[row].begin(), holders[row].end());
+      for (const std::size_t b : others)
+        if (a != b && have_most_in_common(a, b)) {
+          copies_[a].insert(b);
+          copies_[b].insert(a);
+        }
+    }
+  }
+
+  [[nodiscard]] bool have_most_in_common(std::size_t a, std::size_t b) const {
+    std::vector<std::size_t> common;
+    std::ranges::set_intersection(rows_[a], rows_[b], std::back_inserter(common));
+    return 2 * common.size() > std::min(rows_[a].size(), rows_[b].size());
+  }
+
+  std::vector<std::size_t> alike_, of_;               // per row
+  std::vector<std::set<std::size_t>> rows_, copies_;  // per recording: its different rows
 };
 
 // A training row for each recording that has one like it, by the first row like them.
@@ -60,12 +79,14 @@ using Trained = std::map<std::size_t, std::map<std::size_t, std::size_t>>;
 
 // The twin of a test row: one of another label if there is any.
 std::optional<std::size_t> twin_of(std::size_t row, const FeatureMatrix& matrix,
-                                   const Trained& trained, Recordings& recordings) {
+                                   const Trained& trained, const Recordings& recordings) {
   const auto like_it = trained.find(recordings.alike(row));
   if (like_it == trained.end()) return std::nullopt;
   std::optional<std::size_t> out;
-  for (const auto& [recording, twin] : like_it->second) {
-    if (!recordings.are_copies(recordings.of(row), recording)) continue;
+  for (const std::size_t copy : recordings.copies(recordings.of(row))) {
+    const auto at = like_it->second.find(copy);
+    if (at == like_it->second.end()) continue;
+    const std::size_t twin = at->second;
     if (matrix.labels[twin] != matrix.labels[row]) return twin;
     if (!out) out = twin;
   }
@@ -75,7 +96,7 @@ std::optional<std::size_t> twin_of(std::size_t row, const FeatureMatrix& matrix,
 }  // namespace
 
 Twins twins_of(const FeatureMatrix& matrix, std::span<const Split> splits) {
-  Recordings recordings(matrix);
+  const Recordings recordings(matrix);
   Twins out;
   for (const Split& split : splits) {
     Trained trained;

@@ -54,5 +54,23 @@ TEST_CASE("windows of silence that two recordings have in common make no copies 
   CHECK(twins_of(matrix, std::vector<Split>{{{0, 1}, {2, 3}}}).found == 0);  // one recording
 }
 
+TEST_CASE("copies are found among many that have a window of silence in common") {
+  constexpr std::size_t others = 60, copies = 12;
+  std::vector<std::vector<double>> values;
+  std::vector<std::string> files;
+  std::vector<Split> splits(1);
+  for (std::size_t k = 0; k < others + copies; ++k)
+    for (std::size_t w = 0; w < 4; ++w) {
+      (k % 2 == 0 ? splits[0].train : splits[0].test).push_back(files.size());
+      const double own = static_cast<double>(k < others ? k : others);
+      values.push_back(w == 0 ? std::vector{0.0, 0.0} : std::vector{own + 1, double(w)});
+      files.push_back(std::to_string(k) + "#w" + std::to_string(w));
+    }
+  FeatureMatrix matrix = rows(values);
+  matrix.files = files;
+  CHECK(twins_of(matrix, splits).found == 4 * copies / 2);
+  CHECK(twins_of(matrix, splits).test == std::to_string(others + 1) + "#w0");
+}
+
 }  // namespace
 }  // namespace weft::classifier::twins_test
