@@ -237,7 +237,7 @@ std::map<TrialKey, std::size_t> trials_by_key(const Dataset& dataset, const std:
 }
 
 // Features of several explorations side by side.
-Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
+Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice, bool one_exploration) {
   if (choice.window_s != 0.0)
     return fail(Errc::invalid_argument, "windows of two explorations have nothing in common",
                 "--window-s");
@@ -250,6 +250,8 @@ Result<ChosenTrials> load_joined(Dataset dataset, const TrialChoice& choice) {
     if (trials.back().empty())
       return fail(Errc::not_found, "no trial has this exploration", "--exploration",
                   joined(explorations_of(dataset)), name);
+    if (one_exploration)
+      if (Status same = one_rate(dataset, name); !same) return pass(same.error());
   }
   std::erase_if(trials.front(), [&](const auto& entry) {
     return !std::ranges::all_of(trials, [&](const auto& t) { return t.contains(entry.first); });
@@ -309,7 +311,7 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (auto ok = check_given(choice.given, kind_of(*dataset)); !ok)
     return pass(ok.error(), path.string());
   if (may_join && choice.exploration.find('+') != std::string::npos) {
-    auto out = load_joined(std::move(*dataset), choice);
+    auto out = load_joined(std::move(*dataset), choice, one_exploration);
     if (!out) return pass(out.error(), path.string());
     return out;
   }

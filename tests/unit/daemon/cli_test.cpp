@@ -207,7 +207,15 @@ TEST_CASE("features of two explorations stand side by side, for commands that ma
   const auto model = load_trials(path, choice, true);
   choice.exploration = "M1+M3";
   const auto missing = load_trials(path, choice, true, true);
+  dataset.records[1].outcome = TrialOutcome::complete;  // another of M1, twice as fast
+  dataset.records[1].spec.repetition = 1;
+  for (std::int64_t& t : dataset.records[1].t_ns) t /= 2;
+  REQUIRE(write_hdf5(dataset, path));
+  choice.exploration = "M1+M2";
+  const auto two_rates = load_trials(path, choice, true, true);
   std::filesystem::remove(path);
+  REQUIRE_FALSE(two_rates);
+  CHECK(two_rates.error().message == "the trials have different sampling rates");
   REQUIRE(both);
   CHECK(both->features.size() == 1);
   REQUIRE(both->features.names.size() == 24);
