@@ -48,6 +48,7 @@ void check_recordings(const fs::path& file, VerifyReport& report) {
   if (!set) return report.findings.push_back({file.filename().string(), to_string(set.error())});
   report.dataset_sha256 = recordings_sha256(*set);
   report.planned = report.complete = report.attempts = set->recordings.size();
+  report.of = "recordings";
 }
 
 void check_dataset(const fs::path& file, const Certificate* certificate, VerifyReport& report) {

@@ -43,6 +43,7 @@ struct VerifyReport {
   bool finished = false;  ///< the campaign came to its end
   bool blank = false;     ///< the campaign file was made, and nothing was written into it
   std::size_t planned = 0, complete = 0, attempts = 0;  ///< trials of the campaign file
+  std::string of = "trials";                            ///< what a data set alone holds
   std::uint64_t lost_samples = 0;                       ///< in gaps that are on record
   std::string dataset_sha256;
   std::string software_version;

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 std::string state_text(const VerifyReport& report) {
   if (report.blank) return "Nothing was ever written into the campaign file.\n";
-  if (report.campaign.empty()) return thousands(report.attempts) + " trials.\n";
+  if (report.campaign.empty()) return thousands(report.attempts) + " " + report.of + ".\n";
   return thousands(report.complete) + " of " + thousands(report.planned) +
          " planned trials are complete, in " + thousands(report.attempts) + " attempts; " +
          thousands(report.lost_samples) + " samples lost in gaps on record" +
