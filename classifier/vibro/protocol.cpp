@@ -98,7 +98,9 @@ PlacesOf places_of(const ProtocolOptions& options) {
                           options.protocol == Protocol::blocks ? options.blocks : 1,
                           options.step_s);
     // Another draw for every recording of one seed.
-    const std::size_t own = std::hash<std::string>()(recording.file);
+    const auto copied = options.drawn_as.find(recording.file);
+    const std::size_t own = std::hash<std::string>()(
+        copied == options.drawn_as.end() ? recording.file : copied->second);
     return random_places(recording, options.window_s, options.per_recording, options.seed ^ own);
   };
 }

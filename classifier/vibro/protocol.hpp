@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,9 @@ struct ProtocolOptions {
   std::vector<std::string> train_groups = {};  ///< groups; empty: all that do not test
   std::vector<std::string> test_groups = {};   ///< groups; empty as well: each in turn
   std::uint64_t seed = 1;
+  /// random: recordings that are drawn from as that of another file is, as they are copies of it:
+  /// else no window of one would be one of the other.
+  std::map<std::string, std::string> drawn_as = {};
 };
 
 /// Where the windows of a recording lie under a protocol. Pure; `options` is copied.

@@ -103,6 +103,10 @@ std::string words_of(const RecordingsPlan& plan) {
          " contiguous parts of each recording, each left out in turn";
 }
 
+std::size_t parts_of(const RecordingsPlan& plan) {
+  return plan.protocol.protocol == vibro::Protocol::blocks ? plan.protocol.blocks : 1;
+}
+
 std::string leak_words(const vibro::Leak& leak, const classifier::Twins& twins) {
   std::string out;
   if (leak.largest > 0.0) out += "LEAK: " + leak_sentence(leak) + "; the figures are too good.\n";
@@ -290,8 +294,11 @@ struct Windows {
 
 Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan) {
   const double begun = steady_wall_seconds();
-  auto windows = vibro::cut_and_extract(set.recordings, plan.protocol.window_s,
-                                        vibro::places_of(plan.protocol), plan.features);
+  vibro::ProtocolOptions protocol = plan.protocol;
+  for (const std::vector<std::string>& names : copies_in(set))
+    for (const std::string& copy : names) protocol.drawn_as[copy] = names.front();
+  auto windows = vibro::cut_and_extract(set.recordings, protocol.window_s,
+                                        vibro::places_of(protocol), plan.features);
   if (!windows) return pass(windows.error());
   const double features_s = steady_wall_seconds() - begun;
   auto splits = vibro::split_windows(*windows, plan.protocol);
@@ -313,7 +320,7 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
       {"protocol", words_of(plan)},
       {"leak", leak_words(windows.leak, windows.twins)}};
   if (!windows.set.too_short.empty())
-    facts.emplace_back("left out", too_short_words(windows.set.too_short));
+    facts.emplace_back("left out", too_short_words(windows.set.too_short, parts_of(plan)));
   if (!windows.never_tested.empty())
     facts.emplace_back("never tested", never_tested_words(windows.never_tested, "recordings"));
   const auto page = vibro_evaluation_html(
@@ -354,7 +361,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const std::string text =
       bench_banner(set->kind) + args.dataset.string() + " (" + std::string(to_string(set->kind)) +
       "): " + what + "\n" + words_of(*plan) + "\n" +
-      (too_short.empty() ? "" : too_short_words(too_short) + "\n") +
+      (too_short.empty() ? "" : too_short_words(too_short, parts_of(*plan)) + "\n") +
       (windows->never_tested.empty()
            ? ""
            : "never tested: " + never_tested_words(windows->never_tested, "recordings") + "\n") +

@@ -64,6 +64,8 @@ def copies_of_recordings(t, d, rows):
     t.expect(leaky["twins"]["found"] == 2 * 25 and leaky["twins"]["test"] == "felt0.csv#w0", f"twins: {leaky['twins']}")
     t.expect("No sample of a test window" in t.run("evaluate", "clean.h5", *ask, cwd=d).stdout, "nothing is seen")
     text = t.run("evaluate", "copied.h5", *ask, cwd=d).stdout
+    drawn = t.succeeds("evaluate", "copied.h5", "--method", "LDA", "--protocol", "random", cwd=d)["twins"]
+    t.expect(drawn["found"] > 0 and "again.csv" in drawn["test"] + drawn["train"], f"twins where windows are drawn: {drawn}")
     t.expect("LEAK: 50 of 225 tests" in text and "No sample of a test window" not in text, text)
 
 
@@ -118,6 +120,11 @@ def short_recordings(t, d, rows):
     t.expect(told["too_short"] == ["short.csv"], f"evaluate: {told['too_short']}")
     text = t.run("evaluate", "some.h5", "--method", "LDA", "--leave-one-group-out", cwd=d).stdout
     t.expect("8 recordings, " in text and "short.csv (felt)" in text, text)
+    # A window fits into the whole recording, but not into a fifth of it.
+    write_vibration(d / "brief.csv", 1, 98, seconds=4)
+    imported(t, d, "parts", rows + [["brief.csv", "felt", "4"]], "--format", "recordings")
+    text = t.run("evaluate", "parts.h5", "--method", "LDA", "--window-s", "1", cwd=d).stdout
+    t.expect("no window fits into one of the 5 parts of it (--blocks; fewer are longer): brief.csv (felt)" in text, text)
     # A label of which nothing is left is not passed over.
     imported(t, d, "gone", rows + [["short.csv", "silk", "1"]], "--format", "recordings")
     t.refuses("train", "gone.h5", "-o", "bad.model", cwd=d, says=["silk", "as long as a window", "--window-s"])
