@@ -10,6 +10,7 @@ namespace supervisor_test {
 
 using namespace weft;
 using namespace weft::daemon;
+using test::Guarded;
 using test::TrialBench;
 
 namespace {
@@ -100,29 +101,6 @@ namespace {
 // MGMSG_MOT_MOVE_ABSOLUTE with a position, APT16 p. 50
 const Bytes move_absolute{0x53, 0x04, 0x06, 0x00, 0xD0, 0x01};
 const Bytes set_velocity{0x13, 0x04, 0x0E, 0x00, 0xD0, 0x01};
-
-/// The limits of a plan that is already checked, for guards that a good bench would never trip.
-struct Guarded {
-  explicit Guarded(const std::string& recipe) : bench(recipe) {}
-  Guarded(const std::string& recipe, const nlohmann::json& rig) : bench(recipe, rig) {}
-
-  void start() {
-    supervisor.emplace(bench.checked.plan, bench.sim.host_time, *bench.sim.bench, *bench.recording,
-                       bench.hooks());
-    supervisor->start();
-  }
-  void run_to(recipes::Step step) {
-    bench.sim.loop.run_until(
-        [&] { return supervisor->result() || supervisor->state().step == step; });
-    REQUIRE(supervisor->state().step == step);
-  }
-  void finish() {
-    bench.sim.loop.run_until([&] { return supervisor->result().has_value(); });
-  }
-
-  TrialBench bench;
-  std::optional<Supervisor> supervisor;
-};
 
 }  // namespace
 
@@ -297,93 +275,11 @@ TEST_CASE("a stage that goes a tenth of its speed is found while it slides") {
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
 
-namespace {
-
-/// A recipe for one slide whose text was changed, on bench17 changed likewise.
-std::string changed(std::string text, const std::string& from, const std::string& to) {
-  for (std::size_t at = text.find(from); at != std::string::npos;
-       at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
-  return text;
-}
-
-std::string with_keys(const std::string& keys, const std::string& fabric = "denim") {
-  return changed(test::short_recipe(fabric), "\"repetitions\":1", "\"repetitions\":1," + keys);
-}
-
-}  // namespace
-
 TEST_CASE("a dwell of nothing waits for the force all the same") {
-  Guarded g(with_keys(R"("settle":{"dwell_s":0})"));
+  Guarded g(test::with_keys(R"("settle":{"dwell_s":0})"));
   g.start();
   g.run_to(recipes::Step::holding);
   CHECK(g.bench.sim.bench->snapshot().wrench.force_n[2] == Approx(5).margin(0.3));
-}
-
-TEST_CASE("a fast way down and a slow one onto the cloth are no following error") {
-  for (const char* const approach :
-       {R"("approach":{"speed_mm_s":4})", R"("approach":{"seat_speed_mm_s":0.05})",
-        R"("approach":{"speed_mm_s":4,"seat_speed_mm_s":0.02})"}) {
-    CAPTURE(approach);
-    Guarded g(with_keys(approach));
-    g.start();
-    g.run_to(recipes::Step::resting);
-    CHECK_FALSE(g.bench.trial_error);
-  }
-}
-
-TEST_CASE("a way down on stages that accelerate slowly is no following error") {
-  for (const double acceleration_mm_s2 : {2, 5})
-    for (const double speed_mm_s : {2, 4}) {
-      CAPTURE(acceleration_mm_s2, speed_mm_s);
-      nlohmann::json rig = test::bench17();
-      rig["limits"]["acceleration_mm_s2"] = acceleration_mm_s2;
-      for (const char* role : {"x", "y", "z"})
-        test::device_of(rig, role)["config"].erase("acceleration_mm_s2");
-      Guarded g(with_keys(R"("approach":{"speed_mm_s":)" + std::to_string(speed_mm_s) + "}"), rig);
-      g.start();
-      g.run_to(recipes::Step::resting);
-      CHECK_FALSE(g.bench.trial_error);
-    }
-}
-
-TEST_CASE(
-    "a sensor that loses its zero on the way down is not believed beyond the probe's weight") {
-  nlohmann::json rig = test::bench17();
-  rig["limits"]["force_cap_N"] = 7;
-  for (const double amount_n : {-2.9, 2.9}) {
-    CAPTURE(amount_n);
-    Guarded g(test::short_recipe("denim"), rig);
-    g.start();
-    g.run_to(recipes::Step::approaching);
-    const TimePoint then = g.bench.sim.loop.now() + std::chrono::seconds(1);
-    g.bench.sim.loop.run_until([&] { return g.bench.sim.loop.now() >= then; });
-    REQUIRE(g.supervisor->state().step == recipes::Step::approaching);
-    const nlohmann::json hit{{"device", "ft"}, {"fault", "bias_jump"}, {"amount", amount_n}};
-    REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
-    g.finish();
-    REQUIRE(g.bench.trial_error);
-    CHECK(g.bench.trial_error->message == "the force jumped");
-  }
-}
-
-TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a jump is one") {
-  nlohmann::json rig = test::bench17();
-  rig["limits"]["force_cap_N"] = 3.2;
-  const std::string gentle = changed(with_keys(R"("approach":{"speed_mm_s":4})", "nylon"),
-                                     "\"force_N\":5", "\"force_N\":2.5");
-  Guarded good(gentle, rig);
-  good.start();
-  good.finish();
-  CHECK(good.supervisor->result()->outcome == recipes::Outcome::complete);
-  Guarded struck(gentle, rig);
-  struck.start();
-  struck.run_to(recipes::Step::sliding);
-  const nlohmann::json hit{{"device", "ft"}, {"fault", "bias_jump"}, {"amount", -1.5}};
-  REQUIRE(struck.bench.sim.rig->inject(hit.dump(), struck.bench.sim.loop.now()));
-  struck.finish();
-  REQUIRE(struck.bench.trial_error);
-  CHECK(struck.bench.trial_error->message == "the force jumped");
 }
 
 }  // namespace supervisor_test

@@ -19,6 +19,17 @@ std::string short_recipe(const std::string& fabric, int seed) {
          phases(R"([{"dx_mm":0,"dy_mm":6},{"dx_mm":6,"dy_mm":0}])") + "}}";
 }
 
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos;
+       at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+std::string with_keys(const std::string& keys, const std::string& fabric) {
+  return changed(short_recipe(fabric), "\"repetitions\":1", "\"repetitions\":1," + keys);
+}
+
 json bench17() {
   json rig = json::parse(read_file(source / "sim/rigs/bench17.json"));
   rig["simulation"]["fabrics"] = (source / "sim/fabrics.json").string();

@@ -17,6 +17,10 @@ inline const std::filesystem::path source = WEFT_SOURCE_DIR;
 
 /// One trial of each exploration, with a slide of 6 mm a leg.
 std::string short_recipe(const std::string& fabric, int seed = 1);
+/// A text with every `from` in it made `to`.
+std::string changed(std::string text, const std::string& from, const std::string& to);
+/// short_recipe() with more keys: `"settle":{"dwell_s":0}`.
+std::string with_keys(const std::string& keys, const std::string& fabric = "denim");
 /// bench17, its cloth table findable from anywhere.
 nlohmann::json bench17();
 /// The device of a rig that has this role.
@@ -61,6 +65,29 @@ struct TrialBench {
 
  private:
   Result<std::unique_ptr<Link>> link(const DeviceEntry& entry);
+};
+
+/// The same under its supervisor.
+struct Guarded {
+  explicit Guarded(const std::string& recipe) : bench(recipe) {}
+  Guarded(const std::string& recipe, const nlohmann::json& rig) : bench(recipe, rig) {}
+
+  void start() {
+    supervisor.emplace(bench.checked.plan, bench.sim.host_time, *bench.sim.bench, *bench.recording,
+                       bench.hooks());
+    supervisor->start();
+  }
+  void run_to(recipes::Step step) {
+    bench.sim.loop.run_until(
+        [&] { return supervisor->result() || supervisor->state().step == step; });
+    REQUIRE(supervisor->state().step == step);
+  }
+  void finish() {
+    bench.sim.loop.run_until([&] { return supervisor->result().has_value(); });
+  }
+
+  TrialBench bench;
+  std::optional<Supervisor> supervisor;
 };
 
 }  // namespace weft::daemon::test
