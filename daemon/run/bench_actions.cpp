@@ -103,12 +103,12 @@ void BenchActions::stand_still(StageAxis axis) {
 
 void BenchActions::begin(const recipes::MoveTo& order) {
   descent_.reset();
-  motion_ = Motion{order.ticket, {}};
+  motion_ = Motion{order.ticket, {}, ZWay::none};
   for (const recipes::AxisMove& move : order.moves) {
     motion_->moves.push_back({move.axis, command(move.axis, MoveCommand{move.target, move.speed})});
     const double from = bench_->snapshot().stage[recipes::index(move.axis)].position;
     watch_.moved(move.axis, from, move.target, move.speed, loop_->now());
-    if (move.axis == StageAxis::z) z_heading_ = move.target > from ? 1 : -1;
+    if (move.axis == StageAxis::z) motion_->z_way = z_way(from, move.target);
   }
 }
 
@@ -129,7 +129,6 @@ void BenchActions::send_bias() {
 void BenchActions::begin(const recipes::Descend& order) {
   motion_.reset();
   descent_ = order;
-  z_heading_ = 1;
 }
 
 void BenchActions::stop() {
@@ -177,6 +176,7 @@ void BenchActions::look_at_descent() {
   descent_.reset();
   stand_still(StageAxis::z);
   if (touched)
+  touched_z_m_ = z.position;
     tell_(recipes::ContactFound{ticket, z.position});
   else
     tell_(recipes::MotionDone{ticket});
@@ -224,14 +224,20 @@ std::optional<Error> BenchActions::still_awaited() const {
                "Look at what touches or shakes the plate, then at the sensor's cable or network"};
 }
 
-// Under the force loop z makes its way by what it feels, and the cloth keeps the probe.
-int BenchActions::z_heading(TimePoint now) {
-  const bool under_way =
-      descent_ || (motion_ && std::ranges::any_of(motion_->moves, [](const Awaited& awaited) {
-                     return awaited.axis == StageAxis::z;
-                   }));
-  if (under_way) z_travels_until_ = now + z_comes_to_rest;
-  return now <= z_travels_until_ ? z_heading_ : 0;
+// Back from the set point to rest, z stays at or under where the cloth bore the probe.
+BenchActions::ZWay BenchActions::z_way(double from, double target) const {
+  if (target > from) return ZWay::down;
+  return touched_z_m_ && target >= *touched_z_m_ ? ZWay::none : ZWay::off_the_cloth;
+}
+
+// Under the force loop z makes its way by what it feels, and the cloth keeps the probe. Told to
+// stop or to turn, z goes on for a moment: both may be while it comes back.
+void BenchActions::look_at_z_way(recipes::WatchInput& watched, TimePoint now) {
+  const ZWay way = motion_ ? motion_->z_way : ZWay::none;
+  if (descent_ || way == ZWay::down) may_land_until_ = now + z_comes_to_rest;
+  if (way == ZWay::off_the_cloth) may_lift_until_ = now + z_comes_to_rest;
+  watched.may_land = now <= may_land_until_;
+  watched.may_lift = now <= may_lift_until_;
 }
 
 std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContext& context) {
@@ -250,7 +256,7 @@ std::optional<recipes::GuardTrip> BenchActions::look_at_guards(const GuardContex
   readings.free_bytes = context.free_bytes;
   recipes::WatchInput watched = newest();
   watched.zero_moves = context.zero_moves;
-  watched.z_heading = z_heading(now);
+  look_at_z_way(watched, now);
   readings.history = watch_.step(watched, now);
   return recipes::evaluate(guard_limits_, readings, now);
 }

@@ -60,9 +60,11 @@ class BenchActions {
     StageAxis axis;
     std::uint32_t move_id;  ///< 0: refused, it never comes
   };
+  enum class ZWay : std::uint8_t { none, down, off_the_cloth };
   struct Motion {
     recipes::Ticket ticket;
     std::vector<Awaited> moves;
+    ZWay z_way;
   };
   struct Biasing {
     recipes::Ticket ticket = 0;
@@ -77,8 +79,9 @@ class BenchActions {
   std::uint32_t command(StageAxis axis, const Command& command);
   /// Readings and when they came.
   [[nodiscard]] recipes::WatchInput newest() const;
-  /// Where z is on its way, or was a moment ago: 1 down, -1 up, 0 neither.
-  int z_heading(TimePoint now);
+  [[nodiscard]] ZWay z_way(double from, double target) const;
+  /// Whether the probe may land, or be lifted off, by where z goes or went a moment ago.
+  void look_at_z_way(recipes::WatchInput& watched, TimePoint now);
 
   Loop* loop_;
   Bench* bench_;
@@ -86,8 +89,8 @@ class BenchActions {
   Duration period_{};
   recipes::GuardLimits guard_limits_;
   recipes::GuardWatch watch_;
-  int z_heading_ = 0;  ///< of the last way along z: 1 down, -1 up
-  TimePoint z_travels_until_{};
+  std::optional<double> touched_z_m_;  ///< at the end of the last way down
+  TimePoint may_land_until_{}, may_lift_until_{};
   std::optional<Motion> motion_;
   std::optional<recipes::Descend> descent_;
   std::optional<Biasing> biasing_;

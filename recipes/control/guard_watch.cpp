@@ -132,8 +132,8 @@ void GuardWatch::look_at_wrench(const WatchInput& input) {
   const bool comparable = believed_ && !input.zero_moves && limits_.wrench_jump_n > 0 &&
                           now.at - wrench_->at <= limits_.wrench_gap;
   seen_.wrench_jump_n = comparable ? distance(now.value, believed_->value) : 0;
-  const bool far = comparable && seen_.wrench_jump_n > limits_.wrench_jump_n &&
-                   !is_landing(now, input.z_heading);
+  const bool far =
+      comparable && seen_.wrench_jump_n > limits_.wrench_jump_n && !is_landing(now, input);
   seen_.wrench_jumps = far ? seen_.wrench_jumps + 1 : 0;
   wrench_ = now;
   if (!far) believed_ = now;
@@ -141,10 +141,10 @@ void GuardWatch::look_at_wrench(const WatchInput& input) {
 
 // Stiff cloth does so within a few micrometres, between two readings. It may swing beyond the
 // weight for a reading or two, which end nothing.
-bool GuardWatch::is_landing(const Reading& now, int z_heading) const {
+bool GuardWatch::is_landing(const Reading& now, const WatchInput& input) const {
   const auto step = [&](std::size_t i) { return now.value[i] - believed_->value[i]; };
-  const double load_n = z_heading * step(2);
-  return load_n > 0 && load_n <= limits_.landing_n &&
+  const double load_n = step(2);
+  return (load_n > 0 ? input.may_land : input.may_lift) && std::abs(load_n) <= limits_.landing_n &&
          std::hypot(step(0), step(1)) <= limits_.wrench_jump_n;
 }
 

@@ -28,7 +28,8 @@ struct WatchInput {
   Joints position;
   std::array<std::optional<TimePoint>, axis_count> stage_at{};
   bool zero_moves = false;  ///< the sensor is taking its zero: its readings may jump
-  int z_heading = 0;  ///< 1: down, the probe may come to lie on the cloth; -1: up, and leave it
+  bool may_land = false;    ///< z goes down: the probe may come to lie on the cloth
+  bool may_lift = false;    ///< z goes up off the cloth, and the probe may leave it
 };
 
 class GuardWatch {
@@ -65,7 +66,7 @@ class GuardWatch {
 
   void look_at_wrench(const WatchInput& input);
   /// The cloth has taken the probe's weight over, or given it back.
-  [[nodiscard]] bool is_landing(const Reading& now, int z_heading) const;
+  [[nodiscard]] bool is_landing(const Reading& now, const WatchInput& input) const;
   void look_at_taxels(const WatchInput& input);
   void look_at_speed(Axis axis, double position, TimePoint at);
   void integrate(Axis axis, TimePoint now);

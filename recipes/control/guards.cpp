@@ -21,8 +21,8 @@ constexpr std::array<GuardRule, guard_count> rules{{
      "has noise"},
     {Guard::wrench_jump, "wrench_jump", GuardAction::hold,
      "a reading is 0.4 of the force cap away from the last one believed, unless a load of up to "
-     "1.2 x the probe's weight comes while z goes down, or goes while z goes up; the third in a "
-     "row fails the trial"},
+     "1.2 x the probe's weight comes while z goes down, or goes while z goes up off the cloth, "
+     "each until 0.25 s after; the third in a row fails the trial"},
     {Guard::travel, "travel", GuardAction::end_campaign,
      "a stage reports a position outside limits.travel_mm or limits.tilt_deg"},
     {Guard::stage_speed, "stage_speed", GuardAction::end_campaign,

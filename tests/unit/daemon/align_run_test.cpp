@@ -124,6 +124,20 @@ TEST_CASE("An alignment on stages that accelerate slowly is no following error")
   CHECK(aligned(request).done.outcome == recipes::Outcome::complete);
 }
 
+TEST_CASE("An alignment under a cap of less than two weights of its probe feels no jump") {
+  const TemporaryFolder folder;
+  for (int seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    AlignRequest request;
+    request.rig = askew_rig(folder, 0.1 * seed, -0.07 * seed);
+    request.seed = static_cast<std::uint64_t>(seed);
+    json rig = json::parse(test::read_file(request.rig));
+    rig["limits"]["force_cap_N"] = 3.2;
+    test::write_file(request.rig, rig.dump());
+    CHECK(aligned(request).done.outcome == recipes::Outcome::complete);
+  }
+}
+
 TEST_CASE("weft align prints the tilt found and left, marked as simulated") {
   const TemporaryFolder folder;
   const std::string rig = askew_rig(folder, 0.5, -0.25).string();

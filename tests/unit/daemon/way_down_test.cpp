@@ -88,4 +88,22 @@ TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a j
   CHECK(struck.bench.trial_error->message == "the force jumped");
 }
 
+TEST_CASE("a sensor that loses the probe's weight while z goes back to rest is not believed") {
+  nlohmann::json rig = test::bench17();
+  rig["limits"]["force_cap_N"] = 4;
+  Guarded g(test::changed(test::with_keys(R"("approach":{"speed_mm_s":0.1})"), "\"force_N\":5",
+                          "\"force_N\":2.5"),
+            rig);
+  g.start();
+  g.run_to(recipes::Step::releasing);
+  const TimePoint then = g.bench.sim.loop.now() + std::chrono::milliseconds(300);
+  g.bench.sim.loop.run_until([&] { return g.bench.sim.loop.now() >= then; });
+  REQUIRE(g.supervisor->state().step == recipes::Step::releasing);
+  const nlohmann::json hit{{"device", "ft"}, {"fault", "bias_jump"}, {"amount", -2.2}};
+  REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
+  g.finish();
+  REQUIRE(g.bench.trial_error);
+  CHECK(g.bench.trial_error->message == "the force jumped");
+}
+
 }  // namespace way_down_test

@@ -299,21 +299,25 @@ TEST_CASE("A stage that stands on a slow way down after a fast one is found") {
 }
 
 TEST_CASE("The probe's weight may come upon the cloth at once while z travels, and no more") {
-  const auto jumps = [](std::array<double, 3> step_n, int z_heading) {
+  enum Way { down, up, turning, none };
+  const auto jumps = [](std::array<double, 3> step_n, Way way) {
     Bench b;
     b.cycle();
-    b.input.z_heading = z_heading;
+    b.input.may_land = way == down || way == turning;
+    b.input.may_lift = way == up || way == turning;
     b.input.force_n = step_n;
     b.cycle();
     return b.seen.wrench_jumps;
   };
-  CHECK(jumps({0, 0, 3.9}, 1) == 0);
-  CHECK(jumps({0, 0, -3.9}, -1) == 0);  // and go again
-  CHECK(jumps({0, 0, -3.9}, 1) == 1);
-  CHECK(jumps({0, 0, 3.9}, -1) == 1);
-  CHECK(jumps({0, 0, 4.1}, 1) == 1);
-  CHECK(jumps({0, 2.6, 3.9}, 1) == 1);
-  CHECK(jumps({0, 0, 2.6}, 0) == 1);  // the cloth keeps it
+  CHECK(jumps({0, 0, 3.9}, down) == 0);
+  CHECK(jumps({0, 0, -3.9}, up) == 0);  // and go again
+  CHECK(jumps({0, 0, -3.9}, down) == 1);
+  CHECK(jumps({0, 0, 3.9}, up) == 1);
+  CHECK(jumps({0, 0, 3.9}, turning) == 0);
+  CHECK(jumps({0, 0, -3.9}, turning) == 0);
+  CHECK(jumps({0, 0, 4.1}, turning) == 1);
+  CHECK(jumps({0, 2.6, 3.9}, down) == 1);
+  CHECK(jumps({0, 0, 2.6}, none) == 1);  // the cloth keeps it
 }
 
 TEST_CASE("Values that are not numbers end nothing here: the guards on single readings see them") {
