@@ -64,6 +64,7 @@ recipes::WatchLimits watch_limits(const recipes::RigLimits& rig) {
   limits.wrench_jump_n = jump_share * rig.force_cap_n;
   limits.landing_n = landing_share * rig.probe_weight_n;
   limits.wrench_gap = from_seconds(jump_gap_readings / rig.wrench_rate_hz);
+  limits.order_age = recipes::order_age(rig.cycle_hz);
   for (const StageAxis axis : recipes::all_axes) {
     const bool linear = recipes::is_linear(axis);
     limits.max_speed[recipes::index(axis)] = linear ? rig.max_speed_mps : rig.max_tilt_speed_radps;
@@ -175,8 +176,8 @@ void BenchActions::look_at_descent() {
     return drive(StageAxis::z, descent_->speed_mps);
   descent_.reset();
   stand_still(StageAxis::z);
-  if (touched)
   touched_z_m_ = z.position;
+  if (touched)
     tell_(recipes::ContactFound{ticket, z.position});
   else
     tell_(recipes::MotionDone{ticket});

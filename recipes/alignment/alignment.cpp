@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "protocols/base/units.hpp"
-#include "recipes/control/servo.hpp"
 #include "recipes/engine/motion.hpp"
 
 namespace weft::recipes {
@@ -258,7 +257,7 @@ class Aligner {
 
   void descend(AlignStep step, double lowest_m, double speed_mps, double way_m) {
     const Range& z = plan_.limits.geometry.travel[index(Axis::z)];
-    enter(step, move_s(way_m, reached_speed(speed_mps, plan_.limits.max_acceleration_mps2)));
+    enter(step, move_s(way_m, driven_speed(plan_.limits, speed_mps)));
     emit(Descend{state_.ticket, std::min(lowest_m, z.max), speed_mps, plan_.contact_force_n});
   }
 

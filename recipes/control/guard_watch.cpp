@@ -75,7 +75,7 @@ void GuardWatch::driven(Axis axis, double velocity, Duration horizon, TimePoint 
     plan.lead = 0;
   }
   const double acceleration = limits_.max_acceleration[index(axis)];
-  const double speed = reached_speed(std::abs(velocity), acceleration, horizon);
+  const double speed = reached_speed(std::abs(velocity), acceleration, limits_.order_age, horizon);
   plan.speed = std::copysign(speed, velocity);
   plan.peak_speed = std::max(plan.peak_speed, speed);
   plan.until = now + horizon;
@@ -102,7 +102,7 @@ void GuardWatch::integrate(Axis axis, TimePoint now) {
   const Ramped driven = ramped(plan.pace, plan.speed, acceleration, driven_s);
   const Ramped stopping = ramped(driven.pace, 0, acceleration, elapsed_s - driven_s);
   plan.pace = stopping.pace;
-  plan.lead = (plan.lead + driven.way + stopping.way) * kept;
+  plan.lead = plan.lead * kept + driven.way + stopping.way;
   plan.peak_speed = std::max(plan.peak_speed * kept, driven_s > 0 ? std::abs(plan.speed) : 0);
   plan.past_speed *= kept;
   plan.since = now;

@@ -16,6 +16,7 @@ struct WatchLimits {
   Duration wrench_gap{};     ///< readings further apart may differ by anything
   std::array<double, axis_count> max_speed{};         ///< [m/s] or [rad/s]; 0: not looked at
   std::array<double, axis_count> max_acceleration{};  ///< [m/s2] or [rad/s2], > 0
+  Duration order_age{};                               ///< of velocities, see servo.hpp
 };
 
 /// One cycle's view of the bench.

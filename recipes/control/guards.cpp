@@ -29,8 +29,8 @@ constexpr std::array<GuardRule, guard_count> rules{{
      "a stage's reports are further apart than 1.1 x its top speed and 0.25 s of it explain"},
     {Guard::following_error, "following_error", GuardAction::end_campaign,
      "a stage is behind its command by 0.3 s of its speed, two ramps and 0.2 mm; driven by "
-     "velocities, 20 um and up to 0.3 s of its speed off what its ramps and the 100 ms of a "
-     "velocity explain"},
+     "velocities, 20 um and up to 0.3 s of its speed, or 0.075 s of that before it was last told "
+     "to stop, off what its ramps, the 100 ms of a velocity and the age of its readings explain"},
     {Guard::stale_wrench, "stale_wrench", GuardAction::end_campaign,
      "no wrench for ten of its periods and 0.1 s"},
     {Guard::stale_stage, "stale_stage", GuardAction::end_campaign,

@@ -13,10 +13,23 @@ namespace weft::recipes {
 /// A velocity ends after this time, whatever the rate of the cycle.
 inline constexpr Duration servo_horizon = std::chrono::milliseconds(100);
 
+/// How old the reading is, in the middle, from which an order is counted that is sent again in each
+/// cycle: it is of the cycle before, and the order stands for a cycle.
+inline Duration order_age(double cycle_hz) {
+  return from_seconds(1.5 / cycle_hz);
+}
+
 /// What a stage that is driven with `speed` reaches: it is sent no further than `speed` takes it
-/// within the horizon and goes no faster than it can stop by there. All in m or rad, and > 0.
-inline double reached_speed(double speed, double acceleration, Duration horizon = servo_horizon) {
-  return std::min(speed, std::sqrt(2 * acceleration * speed * to_seconds(horizon)));
+/// within the horizon from where it was `age` ago, and goes no faster than it can stop by there.
+/// All in m or rad, and > 0.
+inline double reached_speed(double speed, double acceleration, Duration age,
+                            Duration horizon = servo_horizon) {
+  const double way = speed * to_seconds(horizon);
+  const double lost = acceleration * to_seconds(age);
+  // The positive v of v^2 / 2a = way - v age.
+  const double reached =
+      2 * acceleration * way / (lost + std::sqrt(lost * lost + 2 * acceleration * way));
+  return std::min(speed, reached);
 }
 
 }  // namespace weft::recipes

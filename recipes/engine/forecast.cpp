@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "recipes/control/servo.hpp"
 #include "recipes/engine/motion.hpp"
 #include "recipes/engine/operator_steps.hpp"
 
@@ -31,9 +30,6 @@ struct Moves {
   double acceleration_mps2;
   [[nodiscard]] double operator()(double distance_m, double speed_mps) const {
     return move_duration_s(distance_m, speed_mps, acceleration_mps2) + confirm_s;
-  }
-  [[nodiscard]] double driven(double distance_m, double speed_mps) const {
-    return (*this)(distance_m, reached_speed(speed_mps, acceleration_mps2));
   }
 };
 
@@ -121,8 +117,8 @@ double trial_duration_s(const Plan& plan, const Exploration& exploration, Vec2 f
   const Approach& approach = plan.approach;
   const Moves move{limits.max_acceleration_mps2};
   return transfer_s(plan, from_m, exploration.start_m) + bias_s +
-         move.driven(limits.clearance_m - cloth_height_m, approach.speed_mps) +
-         move.driven(seat_travel_m, approach.seat_speed_mps) +
+         move(limits.clearance_m - cloth_height_m, driven_speed(limits, approach.speed_mps)) +
+         move(seat_travel_m, driven_speed(limits, approach.seat_speed_mps)) +
          move(limits.rest_travel_m, approach.seat_speed_mps) + press_s + plan.settle.dwell_s +
          recording_s(plan, exploration) + move(release_travel_m, approach.speed_mps) +
          move(limits.clearance_m - cloth_height_m, approach.transfer_speed_mps);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "recipes/control/servo.hpp"
 #include "recipes/engine/machine.hpp"
 
 namespace weft::recipes {
@@ -127,7 +126,7 @@ void Machine::record(Step step, Phase phase) {
 
 void Machine::descend(Step step, double speed_mps, double stop_force_n) {
   const double target = lowest_z_m(plan_.limits);
-  const double reached_mps = reached_speed(speed_mps, plan_.limits.max_acceleration_mps2);
+  const double reached_mps = driven_speed(plan_.limits, speed_mps);
   enter(step, move_timeout_s(move_s(target - plan_.limits.clear_z_m(), reached_mps)));
   emit(Descend{state_.ticket, target, speed_mps, stop_force_n});
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "recipes/control/servo.hpp"
+
 namespace weft::recipes {
 namespace {
 
@@ -68,6 +70,10 @@ Result<std::vector<AxisMove>> leg_moves(const Plan& plan, const PathLeg& leg, do
 double lowest_z_m(const RigLimits& limits) {
   return std::min(limits.geometry.surface_z_m + plate_height_tolerance_m + limits.level_rise_m(),
                   limits.geometry.travel[index(Axis::z)].max);
+}
+
+double driven_speed(const RigLimits& limits, double speed_mps) {
+  return reached_speed(speed_mps, limits.max_acceleration_mps2, order_age(limits.cycle_hz));
 }
 
 double move_timeout_s(double expected_s) {

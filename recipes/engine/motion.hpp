@@ -35,6 +35,9 @@ std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints);
 /// Errors: those of over(), on a rig with a level.
 Result<std::vector<AxisMove>> leg_moves(const Plan& plan, const PathLeg& leg, double speed_mps);
 
+/// What z reaches on a way down that is driven with `speed_mps`.
+double driven_speed(const RigLimits& limits, double speed_mps);
+
 /// How long a move that should take `expected_s` may take before its step has failed.
 double move_timeout_s(double expected_s);
 

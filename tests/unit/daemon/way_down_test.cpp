@@ -88,6 +88,18 @@ TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a j
   CHECK(struck.bench.trial_error->message == "the force jumped");
 }
 
+TEST_CASE("in a slow scan cycle no stage of a good campaign is found off its command") {
+  for (const double acceleration_mm_s2 : {3, 4, 6, 20}) {
+    CAPTURE(acceleration_mm_s2);
+    nlohmann::json rig = accelerating(acceleration_mm_s2);
+    rig["control"]["cycle_hz"] = 10;
+    Guarded g(test::with_keys(R"("approach":{"speed_mm_s":1})"), rig);
+    g.start();
+    g.finish();
+    CHECK(g.supervisor->result()->outcome == recipes::Outcome::complete);
+  }
+}
+
 TEST_CASE("a sensor that loses the probe's weight while z goes back to rest is not believed") {
   nlohmann::json rig = test::bench17();
   rig["limits"]["force_cap_N"] = 4;
