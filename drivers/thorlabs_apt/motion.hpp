@@ -46,10 +46,25 @@ struct Motion {
   }
 };
 
+/// What a stage that is under way does before it turns to another target.
+struct Braking {
+  double way = 0;
+  double time_s = 0;
+};
+
+/// From `speed`, for `unheard` of which the command has not reached it. In SI.
+constexpr Braking braking(double speed, double acceleration, Duration unheard) {
+  const double ramp_s = speed / acceleration;
+  return {speed * (to_seconds(unheard) + 0.5 * ramp_s), to_seconds(unheard) + ramp_s};
+}
+
 /// How long a trapezoidal move over `distance` may take: its ideal time d/v + v/a, half as much
-/// again, and two seconds for the controller to settle. Arguments are positive, in SI.
-constexpr Duration move_time_limit(double distance, double speed, double acceleration) {
-  return from_seconds(1.5 * (distance / speed + speed / acceleration) + 2.0);
+/// again, and two seconds for the controller to settle. What the stage brakes before may lead it
+/// away from its target. Arguments are positive, in SI.
+constexpr Duration move_time_limit(double distance, double speed, double acceleration,
+                                   const Braking& before = {}) {
+  const double way_s = (distance + before.way) / speed;
+  return from_seconds(1.5 * (before.time_s + way_s + speed / acceleration) + 2.0);
 }
 
 }  // namespace weft::drivers

@@ -19,6 +19,8 @@ constexpr Duration home_watch_period = std::chrono::milliseconds(50);
 constexpr Duration stall_limit = std::chrono::seconds(3);
 /// At least once a second (APT16 p. 98).
 constexpr Duration keep_alive_period = std::chrono::milliseconds(500);
+/// A stage hears a command so late, on a slow line.
+constexpr Duration command_latency = std::chrono::milliseconds(75);
 constexpr std::uint8_t enable = 1;
 constexpr auto stop_now = static_cast<std::uint8_t>(StopMode::immediate);
 constexpr auto stop_profiled = static_cast<std::uint8_t>(StopMode::profiled);
@@ -121,8 +123,9 @@ Result<std::uint32_t> StageDriver::run(const MoveCommand& move) {
                     settings_.with_unit(to_si(settings_.travel_high_counts)),
                 settings_.with_unit(move.target));
   const double distance = std::abs(move.target - to_si(last_.position_counts));
-  const std::uint32_t id = begin(MotionKind::move, *target,
-                                 move_time_limit(distance, move.speed, settings_.acceleration));
+  const Duration limit = move_time_limit(distance, move.speed, settings_.acceleration, braking());
+  note_speed(move.speed);
+  const std::uint32_t id = begin(MotionKind::move, *target, limit);
   put_velocity(*velocity);
   put_absolute(*target);
   if (!flush()) return link_failed();
@@ -144,6 +147,7 @@ Result<std::uint32_t> StageDriver::run(const ServoCommand& servo) {
   const double target =
       std::clamp<double>(std::round(last_.position_counts + reach_counts),
                          settings_.travel_low_counts, settings_.travel_high_counts);
+  note_speed(std::abs(servo.velocity));
   if (motion_.awaited()) end_motion();
   motion_.kind = MotionKind::servo;
   motion_.target_counts = static_cast<std::int32_t>(target);
@@ -178,6 +182,21 @@ Result<std::int32_t> StageDriver::speed_counts(double speed) const {
   return fail(Errc::range, "the speed is outside the stage's limits", {},
               "above 0, up to " + settings_.with_unit(settings_.max_speed) + "/s",
               settings_.with_unit(speed) + "/s");
+}
+
+bool StageDriver::stands() const {
+  return motion_.kind == MotionKind::none && stops_under_way_ == 0 &&
+         (last_.status_bits & status::any_motion) == 0;
+}
+
+// Several commands may have gone out while it brakes, so that the last one's speed says nothing.
+Braking StageDriver::braking() const {
+  if (stands()) return {};
+  return drivers::braking(fastest_, settings_.acceleration, now() - last_at_ + command_latency);
+}
+
+void StageDriver::note_speed(double speed) {
+  fastest_ = stands() ? speed : std::max(fastest_, speed);
 }
 
 std::uint32_t StageDriver::begin(MotionKind kind, std::int32_t target_counts, Duration limit) {

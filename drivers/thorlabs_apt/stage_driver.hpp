@@ -39,6 +39,11 @@ class StageDriver final : public DriverBase {
   std::uint32_t begin(MotionKind kind, std::int32_t target_counts, Duration limit);
   void end_motion();
   bool end_servo();
+  /// Nothing moves it, by its status and by what it was sent since.
+  [[nodiscard]] bool stands() const;
+  /// Before it heeds a command of now.
+  [[nodiscard]] Braking braking() const;
+  void note_speed(double speed);
 
   void handle(const protocols::apt::Message& message, TimePoint arrival);
   void on_info(const protocols::apt::Message& message);
@@ -102,6 +107,7 @@ class StageDriver final : public DriverBase {
   std::uint32_t confirmed_id_ = 0;
   std::uint32_t sequence_ = 0;
   std::int32_t velocity_counts_ = 0;  ///< what the controller was told last
+  double fastest_ = 0;                ///< that it was sent with since it stood [m/s] or [rad/s]
   std::uint32_t stops_under_way_ = 0;
   std::uint32_t unacknowledged_ = 0;
   bool arming_ = false;

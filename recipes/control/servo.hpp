@@ -32,4 +32,10 @@ inline double reached_speed(double speed, double acceleration, Duration age,
   return std::min(speed, reached);
 }
 
+/// How far a stage that is driven with `speed` [m/s] may still go after the reading at which it was
+/// told to stop or to turn [m]: to the end of the last order, by which it can stop.
+inline double run_on_m(double speed) {
+  return speed * to_seconds(servo_horizon);
+}
+
 }  // namespace weft::recipes

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "recipes/control/servo.hpp"
 #include "recipes/engine/machine.hpp"
 
 namespace weft::recipes {
@@ -10,6 +11,16 @@ namespace {
 /// The cloth bears the probe from this share of its weight on: the rest is for sensor noise.
 constexpr double seated_share = 0.9;
 constexpr double bias_timeout_s = 10;
+
+/// How far z may be past where its way down was told to end.
+double past_the_end_m(const Approach& approach) {
+  return run_on_m(std::max(approach.speed_mps, approach.seat_speed_mps));
+}
+
+/// From the clear height down to where a way down is given up.
+double deepest_way_m(const RigLimits& limits) {
+  return lowest_z_m(limits) - limits.clear_z_m();
+}
 
 bool is_recording(Step step) {
   return step == Step::resting || step == Step::holding || step == Step::sliding ||
@@ -71,8 +82,10 @@ void Machine::lower_to_rest(double touch_z_m) {
   const Range& travel = plan_.limits.geometry.travel[index(Axis::z)];
   if (!travel.contains(state_.rest_z_m))
     return fail_trial(rest_out_of_travel(place(), state_.rest_z_m));
+  // z still brakes from its way down, and may have to come back.
   const double speed = plan_.approach.seat_speed_mps;
-  enter(Step::lowering, move_timeout_s(move_s(plan_.limits.rest_travel_m, speed)));
+  const double way_m = plan_.limits.rest_travel_m + past_the_end_m(plan_.approach);
+  enter(Step::lowering, move_timeout_s(move_s(way_m, speed)));
   move({{Axis::z, state_.rest_z_m, speed}});
 }
 
@@ -107,9 +120,10 @@ void Machine::start_leg() {
 void Machine::release() {
   emit(SetPhase{Phase::none});
   emit(ReleaseForce{});
-  // Where the force has taken z is not known to a plan.
+  // Where the force has taken z is not known to a plan, but not above the clear height.
   const double speed = plan_.approach.speed_mps;
-  enter(Step::releasing, move_timeout_s(full_travel_s(plan_.limits, Axis::z, speed)));
+  const double way_m = deepest_way_m(plan_.limits) + past_the_end_m(plan_.approach);
+  enter(Step::releasing, move_timeout_s(move_s(way_m, speed)));
   move({{Axis::z, state_.rest_z_m, speed}});
 }
 
@@ -125,10 +139,9 @@ void Machine::record(Step step, Phase phase) {
 }
 
 void Machine::descend(Step step, double speed_mps, double stop_force_n) {
-  const double target = lowest_z_m(plan_.limits);
   const double reached_mps = driven_speed(plan_.limits, speed_mps);
-  enter(step, move_timeout_s(move_s(target - plan_.limits.clear_z_m(), reached_mps)));
-  emit(Descend{state_.ticket, target, speed_mps, stop_force_n});
+  enter(step, move_timeout_s(move_s(deepest_way_m(plan_.limits), reached_mps)));
+  emit(Descend{state_.ticket, lowest_z_m(plan_.limits), speed_mps, stop_force_n});
 }
 void Machine::close_phase() {
   if (is_recording(state_.step)) emit(SetPhase{Phase::none});

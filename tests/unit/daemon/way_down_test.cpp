@@ -100,6 +100,22 @@ TEST_CASE("in a slow scan cycle no stage of a good campaign is found off its com
   }
 }
 
+TEST_CASE("z has the time to come back to rest, however far a fast way down has taken it") {
+  for (const double speed_mm_s : {2, 4})
+    for (const double rest_travel_mm : {0.0, 0.05}) {
+      CAPTURE(speed_mm_s, rest_travel_mm);
+      nlohmann::json rig = test::bench17();
+      rig["probe"]["rest_travel_mm"] = rest_travel_mm;
+      Guarded g(test::with_keys(R"("approach":{"seat_speed_mm_s":0.02,"speed_mm_s":)" +
+                                    std::to_string(speed_mm_s) + "}",
+                                "nylon"),
+                rig);
+      g.start();
+      g.run_to(recipes::Step::resting);
+      CHECK_FALSE(g.bench.trial_error);
+    }
+}
+
 TEST_CASE("a sensor that loses the probe's weight while z goes back to rest is not believed") {
   nlohmann::json rig = test::bench17();
   rig["limits"]["force_cap_N"] = 4;

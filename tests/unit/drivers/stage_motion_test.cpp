@@ -118,6 +118,27 @@ TEST_CASE("a move that takes much longer than its distance and speed allow is a 
   CHECK(to_string(bench.host.faults[0]).find("expected 40.0000 mm") != std::string::npos);
 }
 
+TEST_CASE("a move that begins while the stage brakes has the time to come back") {
+  StageBench bench = StageBench::lts();
+  bench.arm_lts();
+  REQUIRE(bench.driver->command(ServoCommand{4e-3, horizon}));
+  bench.receive_status(409600, moving_homed);
+  REQUIRE(bench.driver->command(ServoCommand{0, horizon}));
+  REQUIRE(bench.driver->command(ServoCommand{0.05e-3, horizon}));  // it cannot be so slow yet
+  REQUIRE(bench.driver->command(MoveCommand{1e-3, 0.05e-3}));
+  std::int32_t counts = 409600 + 163840;  // braked by 20 mm/s2
+  const auto creep = [&](int steps) {
+    for (int i = 0; i < steps && bench.host.faults.empty(); ++i) {
+      bench.loop().run_for(0.1);
+      bench.receive_status(counts -= 2048, moving_homed);
+    }
+  };
+  creep(80);  // the way back
+  CHECK(bench.host.faults.empty());
+  creep(200);  // and on
+  CHECK(bench.fault_code() == Errc::timeout);
+}
+
 TEST_CASE("a stage that does not move is found out before the time limit") {
   StageBench bench = StageBench::lts();
   bench.arm_lts();

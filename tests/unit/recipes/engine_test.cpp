@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "recipes/engine/motion.hpp"
 #include "tests/unit/recipes/engine_bench.hpp"
 
 namespace engine_test {
@@ -185,10 +186,10 @@ TEST_CASE("Every move has a timer that outlasts it, however slow and from wherev
       last(Axis::z, e.target_z_m - plan.limits.clear_z_m(), e.speed_mps);
     for (const MoveTo& e : all_of<MoveTo>(b.effects))
       for (const AxisMove& move : e.moves) {
-        const bool from_anywhere =
-            b.state.step == Step::releasing || b.state.step == Step::clearing;
-        if (from_anywhere)
+        if (b.state.step == Step::clearing)
           last(move.axis, std::max(move.target - z.min, z.max - move.target), move.speed);
+        if (b.state.step == Step::releasing)
+          last(move.axis, lowest_z_m(plan.limits) - move.target, move.speed);
         if (b.state.step == Step::lowering) last(move.axis, plan.limits.rest_travel_m, move.speed);
       }
     if (lasts_s == 0) continue;
@@ -197,6 +198,32 @@ TEST_CASE("Every move has a timer that outlasts it, however slow and from wherev
     CHECK(to_seconds(b.timer->deadline - b.now) > lasts_s);
   }
   CHECK(moves == 5);  // clearing, approaching, seating, lowering, releasing
+}
+
+TEST_CASE("The timer of lowering outlasts the way back from where a fast way down has taken z") {
+  for (const double rest_travel_m : {0.0, 5e-5, 5e-4}) {
+    CAPTURE(rest_travel_m);
+    Plan plan = test::plan_of(test::small_with(
+        "\"repetitions\": 2",
+        R"("repetitions": 2, "approach": {"speed_mm_s": 4, "seat_speed_mm_s": 0.02})"));
+    plan.limits.rest_travel_m = rest_travel_m;
+    Bench b(plan);
+    b.advance_to(Step::lowering);
+    const double past_m = 4e-3 * 4e-3 / (2 * plan.limits.max_acceleration_mps2);
+    const double way_m = b.touch_z_m + past_m - b.commanded_z_m;
+    CHECK(to_seconds(b.timer->deadline - b.now) >
+          move_duration_s(way_m, 0.02e-3, plan.limits.max_acceleration_mps2));
+  }
+}
+
+TEST_CASE("The timer of the way back to rest does not wait for a way that the probe cannot be on") {
+  Plan plan = test::plan_of(test::small_with(
+      "\"repetitions\": 2", R"("repetitions": 2, "approach": {"speed_mm_s": 0.02})"));
+  Bench b(plan);
+  b.advance_to(Step::approaching);
+  const auto way_down = b.timer->deadline - b.now;
+  b.advance_to(Step::releasing);
+  CHECK(to_seconds(b.timer->deadline - b.now) == Approx(to_seconds(way_down)).epsilon(0.01));
 }
 
 TEST_CASE("The timer of the way down goes by the speed that a stage reaches within its horizon") {
