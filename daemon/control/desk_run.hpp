@@ -10,17 +10,22 @@
 #include "daemon/control/run_desk.hpp"
 #include "recipes/engine/forecast.hpp"
 #include "recipes/engine/last_steps.hpp"
+#include "recipes/engine/motion.hpp"
 
 namespace weft::daemon::control {
 
 /// Of the longest run that the plan allows: every take but each last is bad. A repetition that is
-/// waited for may be the longest one, and its force may settle at the last moment. However it ends,
-/// what is done finally may take all of its budget.
+/// waited for may be the longest one, and its force may settle at the last moment. What is done
+/// finally may take all of its budget: also after a stop the run may come to be complete.
 inline Deadlines deadlines_of(const recipes::Plan& plan) {
   const std::vector<double> trials_s = recipes::trial_durations_s(plan);
+  const recipes::Finally& last = plan.finally;
+  const bool after_cut = !last.on_stop.empty() || !last.on_fault.empty();
   return Deadlines::of(plan.forecast.trials_s() * recipes::most_takes(plan),
                        *std::max_element(trials_s.begin(), trials_s.end()) + plan.settle.timeout_s,
-                       recipes::is_empty(plan.finally) ? 0 : plan.finally.budget_s);
+                       {.finally_s = recipes::is_empty(last) ? 0 : last.budget_s,
+                        .finally_cut_s = after_cut ? last.budget_s : 0,
+                        .retreat_s = recipes::retreat_timeout_s(plan)});
 }
 
 /// Who holds a line after a run whose bench did not come up.

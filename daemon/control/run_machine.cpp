@@ -94,7 +94,7 @@ std::string_view to_string(RunState state) {
   return names[static_cast<std::size_t>(state)];
 }
 
-Deadlines Deadlines::of(double forecast_s, double trial_s, double finally_s) {
+Deadlines Deadlines::of(double forecast_s, double trial_s, const LastTimes& last) {
   // Nanoseconds end after 292 years, and a deadline is counted from now.
   const auto seconds = [](double s) {
     constexpr double longest_s = 100 * 365.25 * 86400;
@@ -102,11 +102,11 @@ Deadlines Deadlines::of(double forecast_s, double trial_s, double finally_s) {
         std::chrono::duration<double>(std::min(s, longest_s)));
   };
   return {.arming = 10min,
-          .running = seconds(2 * forecast_s) + seconds(finally_s) + 10min,
+          .running = seconds(2 * forecast_s) + seconds(last.finally_s) + 10min,
           .trial = seconds(2 * trial_s) + 1min,
-          .finishing = seconds(2 * trial_s) + seconds(finally_s) + 1min,
+          .finishing = seconds(2 * trial_s) + seconds(last.finally_s) + 1min,
           .held = std::chrono::duration_cast<Duration>(recipes::longest_hold),
-          .aborting = seconds(finally_s) + 2min,
+          .aborting = seconds(last.retreat_s) + seconds(last.finally_cut_s) + 2min,
           .halting = 10s};
 }
 

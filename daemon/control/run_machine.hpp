@@ -35,12 +35,18 @@ inline constexpr std::array all_run_states{
     RunState::halting,  RunState::ended,     RunState::interrupted};
 std::string_view to_string(RunState state);
 
+/// What comes after the trials, in seconds, each at most.
+struct LastTimes {
+  double finally_s = 0;      ///< what is done finally, however the run ends
+  double finally_cut_s = 0;  ///< the same where it is aborted or fails
+  double retreat_s = 0;      ///< of the probe
+};
+
 /// How long a state may last. From the plan, in wall time of the bench's kind.
 struct Deadlines {
   using Duration = std::chrono::nanoseconds;
   Duration arming, running, trial, finishing, held, aborting, halting;
-  /// `finally_s`: what is done once no trial is left may take so long.
-  static Deadlines of(double forecast_s, double trial_s, double finally_s = 0);
+  static Deadlines of(double forecast_s, double trial_s, const LastTimes& last = {});
 };
 
 struct RunMachine {

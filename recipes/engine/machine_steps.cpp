@@ -44,7 +44,7 @@ void Machine::ask(std::size_t operator_step) {
 }
 
 void Machine::clear() {
-  enter(Step::clearing, move_timeout_s(travel_s(Axis::z)));
+  enter(Step::clearing, retreat_timeout_s(plan_));
   move({lift()});
 }
 
@@ -129,7 +129,7 @@ void Machine::release() {
 
 void Machine::retract() {
   close_phase();
-  enter(Step::retracting, move_timeout_s(travel_s(Axis::z)));
+  enter(Step::retracting, retreat_timeout_s(plan_));
   move({lift()});
 }
 

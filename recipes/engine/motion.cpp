@@ -87,6 +87,10 @@ double full_travel_s(const RigLimits& limits, Axis axis, double speed_mps) {
                          : way / limits.max_tilt_speed_radps;
 }
 
+double retreat_timeout_s(const Plan& plan) {
+  return move_timeout_s(full_travel_s(plan.limits, Axis::z, plan.approach.transfer_speed_mps));
+}
+
 Error step_timed_out(std::string place, const std::optional<Error>& awaited) {
   if (awaited) return Error(*awaited).in(place);
   return {Errc::timeout,

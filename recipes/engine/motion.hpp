@@ -45,6 +45,9 @@ double move_timeout_s(double expected_s);
 /// known to a plan.
 double full_travel_s(const RigLimits& limits, Axis axis, double speed_mps);
 
+/// How long the probe may take up to the clear height, from wherever z stands.
+double retreat_timeout_s(const Plan& plan);
+
 /// A step whose timer came first; `place` says which. `awaited`: what the bench knows of it.
 Error step_timed_out(std::string place, const std::optional<Error>& awaited = {});
 

@@ -316,4 +316,27 @@ TEST_CASE("whatever ends a run, what its recipe does finally has its budget befo
   CHECK(with.halting == without.halting);
 }
 
+TEST_CASE("an abort has no time for what is done only after a success, and time for its retreat") {
+  const TemporaryFolder folder;
+  const auto limits_of = [&](const std::string& keys) {
+    const std::string recipe = keys.empty() ? test::short_recipe("denim") : test::with_keys(keys);
+    const auto checked = check_quickly(test::request_in(folder, recipe));
+    if (!checked) FAIL(to_string(checked.error()));
+    return deadlines_of(checked->plan);
+  };
+  const Deadlines plain = limits_of("");
+  const Deadlines success =
+      limits_of(R"("finally":{"on_success":[{"do":"wait","duration_s":100}],"budget_s":3600})");
+  CHECK(success.aborting == plain.aborting);
+  CHECK(success.running == plain.running + std::chrono::hours(1));
+  CHECK(success.finishing == plain.finishing + std::chrono::hours(1));  // it may be complete
+  const Deadlines fault =
+      limits_of(R"("finally":{"on_fault":[{"do":"wait","duration_s":100}],"budget_s":3600})");
+  CHECK(fault.aborting == plain.aborting + std::chrono::hours(1));
+  constexpr double clearance_mm = 8, slow_mm_s = 0.05;
+  const Deadlines slow =
+      limits_of(R"("approach":{"transfer_speed_mm_s":)" + std::to_string(slow_mm_s) + "}");
+  CHECK(std::chrono::duration<double>(slow.aborting).count() > clearance_mm / slow_mm_s);
+}
+
 }  // namespace run_desk_test
