@@ -39,8 +39,8 @@ void build_driver(const DeviceEntry& entry, const std::string& place,
   if (device) return;
   const std::string key = pointer_in(device.error().where);
   const bool no_driver = device.error().code == Errc::not_found && key.empty();
-  const std::string pointer =
-      key == sent_limit ? key : place + (no_driver ? "/driver" : "/config" + key);
+  const bool of_limit = !key.empty() && key == entry.acceleration_limit;
+  const std::string pointer = of_limit ? key : place + (no_driver ? "/driver" : "/config" + key);
   add_once(diagnostic(device.error(), pointer), problems);
 }
 

@@ -186,15 +186,14 @@ Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
 void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
   constexpr double mm_per_m = 1e3;
   const json limits = root.value("limits", json::object());
-  const auto limit = [&](const char* key, double scale) -> std::optional<double> {
-    if (!limits.is_object() || !limits.contains(key) || !limits[key].is_number()) return {};
-    return limits[key].get<double>() * scale;
-  };
-  auto given = limit(acceleration_key, 1);
-  if (!given) given = limit("acceleration_mps2", mm_per_m);
-  for (DeviceEntry& device : devices)
-    if (device.role == "x" || device.role == "y" || device.role == "z")
-      device.acceleration_mm_s2 = given;
+  const bool in_mm = limits.is_object() && limits.contains(acceleration_key);
+  const std::string key = in_mm ? acceleration_key : "acceleration_mps2";
+  if (!limits.is_object() || !limits.contains(key) || !limits[key].is_number()) return;
+  for (DeviceEntry& device : devices) {
+    if (device.role != "x" && device.role != "y" && device.role != "z") continue;
+    device.acceleration_mm_s2 = limits[key].get<double>() * (in_mm ? 1 : mm_per_m);
+    device.acceleration_limit = "/limits/" + key;
+  }
 }
 
 Result<RigFile> from_json(const json& root) {
@@ -269,14 +268,16 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
       Errc::invalid_argument,
       "the stage's acceleration is not the rig's, which plan, force loop and guards count on",
       std::string("/") + acceleration_key,
-      json(limit).dump() + " mm/s2, limits." + acceleration_key, given.dump() + " mm/s2",
+      json(limit).dump() + " mm/s2, " + entry.acceleration_limit, given.dump() + " mm/s2",
       "Leave it out: the limit is sent to the stage. Or change the limit");
 }
 
 Error in_rig_file(const DeviceEntry& entry, Error error) {
   const json config = json::parse(entry.config_json, nullptr, false);
   const bool sent = entry.acceleration_mm_s2 && !config.contains(acceleration_key);
-  if (sent && error.where == std::string("/") + acceleration_key) error.where = sent_limit;
+  if (!sent || error.where != std::string("/") + acceleration_key) return error;
+  error.where = entry.acceleration_limit;
+  if (!error.where.ends_with(acceleration_key)) error.hint = "The stage's driver counts in mm/s2";
   return error;
 }
 

@@ -23,6 +23,7 @@ struct DeviceEntry {
   std::string config_json;  ///< handed to the driver, see driver_config()
   /// Of the rig's limits, for a linear stage [mm/s2].
   std::optional<double> acceleration_mm_s2 = {};
+  std::string acceleration_limit;  ///< where the rig file has it: "/limits/acceleration_mps2"
   LinkSettings link;
   std::vector<LinkSettings> also;        ///< emulated: weft-rig serves the same device there too
   std::optional<LinkSettings> http;      ///< the page of the device's settings, where it has one
@@ -60,9 +61,7 @@ Result<RigFile> parse_rig_file(std::string_view text);
 /// count on the limit's.
 Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers);
 
-/// The limit that driver_config() sends where the rig file has no value of the device's own.
-inline constexpr std::string_view sent_limit = "/limits/acceleration_mm_s2";
-/// What a driver says of such a configuration; of a limit that was sent at sent_limit.
+/// What a driver says of such a configuration; of a limit that was sent, at the limit.
 Error in_rig_file(const DeviceEntry& entry, Error error);
 
 /// What kind of data the bench of this rig file makes; unknown where the file cannot be read.

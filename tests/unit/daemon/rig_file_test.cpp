@@ -189,11 +189,16 @@ TEST_CASE("a limit that no stage can accelerate by is refused where it stands, o
   nlohmann::json rig = test::bench17();
   for (const char* role : {"x", "y", "z"})
     test::device_of(rig, role)["config"].erase("acceleration_mm_s2");
-  rig["limits"]["acceleration_mm_s2"] = 100;
-  const auto ran = run_campaign(test::request_in(folder, test::short_recipe("denim"), rig), {});
-  REQUIRE_FALSE(ran);
-  CHECK_THAT(ran.error().where, Catch::EndsWith("/limits/acceleration_mm_s2"));
-  CHECK_THAT(ran.error().got, Catch::Contains("100"));
+  for (const auto& [key, value] :
+       {std::pair{"acceleration_mm_s2", 100.0}, {"acceleration_mps2", 0.1}}) {
+    rig["limits"].erase("acceleration_mm_s2");
+    rig["limits"][key] = value;
+    const auto ran = run_campaign(test::request_in(folder, test::short_recipe("denim"), rig), {});
+    REQUIRE_FALSE(ran);
+    CHECK_THAT(ran.error().where, Catch::EndsWith(std::string("/limits/") + key));
+    CHECK_THAT(ran.error().got, Catch::Contains("100"));
+    CHECK((ran.error().hint.find("mm/s2") != std::string::npos) == (value < 1));
+  }
 }
 
 TEST_CASE("the stages of a bench get its acceleration with their speeds") {
