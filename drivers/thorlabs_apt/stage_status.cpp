@@ -1,6 +1,7 @@
 // What comes in from the stage, and what follows from it.
 
-#include <cstdlib>
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <type_traits>
 
@@ -18,6 +19,9 @@ constexpr std::uint32_t acknowledge_every = 10;
 /// that has reported and rests elsewhere has not.
 constexpr Duration lost_report_limit = std::chrono::seconds(1);
 constexpr Duration away_limit = std::chrono::milliseconds(500);
+/// Share by which a speed that was read back may differ.
+constexpr double read_back_tolerance = 1e-6;
+
 template <class Body>
 std::optional<StageReading> reading_of(const Message& message, std::uint16_t channel) {
   const Result<Body> body = decode_body<Body>(message.data);
@@ -117,9 +121,10 @@ void StageDriver::on_velocity(const Message& message) {
            std::to_string(kept) + " counts",
            "Lower the " + what + " in the rig file to what the controller allows"});
   };
-  // A controller that computes in counts of its own may round by one.
-  const auto differ = [](std::int64_t sent, std::int32_t kept) {
-    return std::abs(sent - kept) > 1;
+  // A controller that computes in units of its own may round: by a count, or by more of the counts
+  // of a speed, of which there are hundreds of millions.
+  const auto differ = [](double sent, double kept) {
+    return std::abs(sent - kept) > std::max(1.0, read_back_tolerance * sent);
   };
   if (differ(velocity_counts_, told->maximum_velocity_counts))
     return refuse("speed", velocity_counts_, told->maximum_velocity_counts);

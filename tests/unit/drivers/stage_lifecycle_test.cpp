@@ -333,17 +333,20 @@ TEST_CASE("a controller that keeps another speed or other switches is refused wh
   }
 }
 
-TEST_CASE("a controller that rounds speed and acceleration by a count is armed, not by two") {
-  for (const std::int32_t off : {-2, -1, 0, 1, 2}) {
-    CAPTURE(off);
+TEST_CASE("a controller that rounds by a count, or by a millionth, is armed, not by more") {
+  constexpr std::int32_t acceleration = 10 * 4506, speed = 20 * 21987328;
+  const auto armed = [](std::int32_t acceleration_off, std::int32_t speed_off) {
     StageBench bench = StageBench::lts(R"(, "acceleration_mm_s2": 10)");
     REQUIRE(bench.driver->open());
     bench.receive_info("LTS150");
     REQUIRE(bench.driver->arm());
     bench.receive(MessageId::get_velparams,
-                  apt::VelocityParams{1, 0, 10 * 4506 + off, 20 * 21987328 - off});
-    CHECK(bench.host.faults.empty() == (off * off <= 1));
-  }
+                  apt::VelocityParams{1, 0, acceleration + acceleration_off, speed + speed_off});
+    return bench.host.faults.empty();
+  };
+  for (const std::int32_t off : {-2, -1, 0, 1, 2}) CHECK(armed(off, 0) == (off * off <= 1));
+  for (const std::int32_t off : {-450, -400, 0, 400, 450})
+    CHECK(armed(0, off) == (off * off <= 439 * 439));
 }
 
 TEST_CASE("the front panel flashes when the configuration asks for it") {
