@@ -50,7 +50,7 @@ std::optional<double> RunPace::trial_s(Clock now) const {
 double RunPace::left_s(Clock now) const {
   const double pace = estimated_s_ > 0 ? worked_s_ / estimated_s_ : 1;
   return trial_s(now).value_or(0) * static_cast<double>(plan_->trials.size() - done_) +
-         people_left_s_ * pace;
+         people_left_s_ * pace + (keeps_time_ ? plan_->forecast.finally_s : 0);
 }
 
 const std::optional<recipes::OperatorAsk>& RunPace::next_ask(std::size_t from) {

@@ -24,7 +24,8 @@ class RunPace {
   void passed_over(const recipes::OperatorAsk& ask);
   void trial_ended(std::size_t done) { done_ = done; }
 
-  /// Of the trials that are not done yet, and of the people that they need [s].
+  /// Of the trials that are not done yet, of the people that they need, and of what is done finally
+  /// after a success where the bench keeps time [s].
   [[nodiscard]] double left_s(Clock now) const;
   /// The next ask before a trial from `from` on, which never falls; nothing where none is left.
   [[nodiscard]] const std::optional<recipes::OperatorAsk>& next_ask(std::size_t from);

@@ -177,4 +177,21 @@ TEST_CASE("what waits for people does not count as time of the machine") {
   CHECK(*RunPace(plan, 0, true, 0s).machine_until_s(0, 4, 0s) == Approx(plan.forecast.duration_s));
 }
 
+TEST_CASE("what is done finally is left to do on a bench that takes its time") {
+  using namespace std::chrono_literals;
+  const TemporaryFolder folder;
+  const CheckedRequest checked =
+      check_request(
+          test::request_in(
+              folder,
+              test::with_keys(R"("finally":{"on_success":[{"do":"wait","duration_s":100}]})")))
+          .value();
+  for (const bool keeps_time : {true, false}) {
+    RunPace pace(checked.plan, 0, keeps_time, 0s);
+    if (keeps_time) CHECK(pace.left_s(0s) == Approx(checked.plan.forecast.duration_s));
+    pace.trial_ended(checked.plan.trials.size());
+    CHECK(pace.left_s(0s) == (keeps_time ? 100 : 0));
+  }
+}
+
 }  // namespace operator_steps_test
