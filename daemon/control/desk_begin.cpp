@@ -11,14 +11,12 @@
 namespace weft::daemon::control {
 namespace {
 
-/// Whether what was recorded has no data set, and may get one yet. A folder that is not to be seen
-/// may come back.
-bool may_be_concluded(const CampaignRequest& request, const Result<CampaignSummary>& summary) {
+/// Whether what was recorded has no data set, and may get one yet. A file that is not to be read
+/// may come back with its folder.
+bool may_be_concluded(const std::filesystem::path& folder, const Result<CampaignSummary>& summary) {
   if (summary && !summary->dataset_error) return false;
-  std::error_code unseen;
-  const bool is_away =
-      summary && !std::filesystem::exists(request.out / campaign_file_name, unseen);
-  return is_away || is_only_end_left(request);
+  const auto only_end_left = is_only_end_left(folder);
+  return only_end_left ? *only_end_left : summary.has_value();
 }
 
 }  // namespace
@@ -79,7 +77,7 @@ void RunDesk::begin(Run& run) {
     });
     const bool may_be_left = !around_.one_run && (request || resumes);
     const bool left = may_be_left && (resumes ? !request || is_anything_left(*request)
-                                              : may_be_concluded(*request, summary));
+                                              : may_be_concluded(request->out, summary));
     give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });

@@ -54,8 +54,9 @@ std::string_view to_string(Recovery choice) {
 
 std::string RunDesk::way_on(const Run& run) {
   const StoredRun& stored = run.view.stored;
-  if (run.state() != RunState::ended || stored.outcome == "complete" ||
-      stored.recovered == "discard" || run.view.trials_done == 0)
+  const bool is_whole = stored.outcome == "complete" && stored.dataset_error.empty();
+  if (run.state() != RunState::ended || is_whole || stored.recovered == "discard" ||
+      run.view.trials_done == 0)
     return {};
   const std::string seed = stored.seed ? " --seed " + std::to_string(*stored.seed) : "";
   return "What is left of its campaign: weft run " + stored.recipe.string() + " --rig " +

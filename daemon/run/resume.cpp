@@ -87,8 +87,12 @@ bool carries_on(const recipes::Plan& plan) {
   return plan.on_trial_failure == recipes::OnTrialFailure::carry_on;
 }
 
+bool is_all_on_record(const CampaignPast& past, const recipes::Plan& plan) {
+  return past.first_left(carries_on(plan)) >= past.progress.planned;
+}
+
 bool is_over(const CampaignPast& past, const recipes::Plan& plan) {
-  return past.progress.finished && past.first_left(carries_on(plan)) >= past.progress.planned;
+  return past.progress.finished && is_all_on_record(past, plan);
 }
 
 bool is_certified(const std::filesystem::path& folder) {
@@ -134,11 +138,11 @@ bool is_handed_over(const std::filesystem::path& folder) {
   return std::filesystem::exists(folder / hand_over_folder_name, unseen);
 }
 
-bool is_only_end_left(const CampaignRequest& request) {
-  const std::filesystem::path campaign = request.out / campaign_file_name;
-  const auto checked = check_request(request);
-  const auto past = load_past(campaign);
-  return checked && past && is_over(*past, checked->plan) && !is_certified(request.out);
+Result<bool> is_only_end_left(const std::filesystem::path& folder) {
+  const auto past = load_past(folder / campaign_file_name);
+  if (!past) return pass(past.error());
+  constexpr bool last_may_have_failed = true;
+  return past->first_left(last_may_have_failed) >= past->progress.planned && !is_certified(folder);
 }
 
 Result<std::optional<Resumption>> resumption(const std::filesystem::path& campaign,
@@ -165,7 +169,8 @@ Result<std::optional<Resumption>> resumption(const std::filesystem::path& campai
   out.rejected = past->rejected_of(out.first_trial);
   out.plays_again = mode == BenchMode::simulated && !past->disturbed;
   const bool over = is_over(*past, checked.plan);
-  out.only_concludes = over && !is_certified(campaign.parent_path());
+  out.only_concludes =
+      is_all_on_record(*past, checked.plan) && !(over && is_certified(campaign.parent_path()));
   out.only_hands_over = over && !out.only_concludes && checked.plan.hand_over &&
                         past->complete() == past->progress.planned &&
                         !is_handed_over(campaign.parent_path());
@@ -225,10 +230,6 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request, const StopA
     out.will.push_back(
         "play the " + std::to_string(first) +
         " trials before again on the simulated bench, each compared with its record");
-  if (out.left == 0) {
-    out.will.push_back("finish the file: no trial is left");
-    return out;
-  }
   out.will.push_back("go on with " + recipes::trial_words(plan, first));
   add_asks(plan, first, !*found || !(*found)->plays_again, out.will);
   if (Status ok = add_moves(plan, first, out.will); !ok) return pass(ok.error());

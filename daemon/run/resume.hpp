@@ -24,7 +24,8 @@ struct Resumption {
   /// A simulated bench died with its process: it is made again by playing the trials of the past,
   /// each compared with what is on record, so that the rest comes out as if nothing had happened.
   bool plays_again = false;
-  /// Every trial is recorded; only data set and certificate are missing. Nothing moves.
+  /// Every trial is recorded; the file's end, data set and certificate are missing, or some of
+  /// them. Nothing moves.
   bool only_concludes = false;
   /// It came to its end, all of it complete, and its recipe's hand-over is not there. Nothing
   /// moves, nothing is written: who runs campaigns hands them over.
@@ -60,8 +61,9 @@ std::string certified_dataset(const std::filesystem::path& folder);
 /// A hand-over that was begun is there whole, or there is none: this asks no more than which.
 bool is_handed_over(const std::filesystem::path& folder);
 
-/// Every trial is on record; data set and certificate are missing.
-bool is_only_end_left(const CampaignRequest& request);
+/// By the folder's file alone, whatever recipe and rig file are now: every trial is on record, the
+/// last of them may have failed; data set and certificate are missing. Errors: load_past()'s.
+Result<bool> is_only_end_left(const std::filesystem::path& folder);
 
 /// The bench that came up is the one on record. Errors: wrong_state, naming the device.
 Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench);

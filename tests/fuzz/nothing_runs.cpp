@@ -48,8 +48,8 @@ Result<CampaignSummary> keep_partial(const std::filesystem::path&, std::string_v
                                      const StopAsked&) {
   return nothing();
 }
-bool is_only_end_left(const CampaignRequest&) {
-  return false;
+Result<bool> is_only_end_left(const std::filesystem::path&) {
+  return nothing();
 }
 bool is_anything_left(const CampaignRequest&) {
   return false;

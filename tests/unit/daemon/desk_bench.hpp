@@ -61,7 +61,8 @@ struct DeskBench {
   bool rig_file_is_broken = false;
   std::unique_ptr<control::RunDesk> desk;
 
-  explicit DeskBench(const TemporaryFolder& where, const std::string& recipe = tiny_recipe(2))
+  explicit DeskBench(const TemporaryFolder& where, const std::string& recipe = tiny_recipe(2),
+                     bool one_run = false)
       : folder(where),
         request(request_in(where, recipe)),
         store(std::move(control::RunStore::open(where / "weftd.sqlite").value())) {
@@ -75,7 +76,8 @@ struct DeskBench {
             .changed = {},
             .stands = {},
             .perform = [this](const CampaignRequest& wanted,
-                              const CampaignHooks& hooks) { return performed(wanted, hooks); }},
+                              const CampaignHooks& hooks) { return performed(wanted, hooks); },
+            .one_run = one_run},
         store);
   }
 

@@ -75,6 +75,34 @@ TEST_CASE("what became of a run while the disk was full is written down once it 
   CHECK(bench.ended(id).machine.state == RunState::ended);
 }
 
+TEST_CASE("a run whose last trial filled the disk is concluded once there is room") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  std::optional<FullDisk> full;
+  bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+    if (line.done == line.planned) full.emplace();
+  };
+  const std::string id = bench.submit().stored.id();
+  const control::RunView cut = bench.ended(id);
+  full.reset();
+  bench.at_line = {};
+  CHECK(cut.machine.state == RunState::interrupted);
+  CHECK(cut.stored.outcome == "complete");
+  CHECK_FALSE(cut.stored.dataset_error.empty());
+  CHECK_FALSE(load_progress(cut.stored.folder / campaign_file_name)->finished);
+  bench.desk->tick();
+  bool moves = false;
+  bench.at_rig = [&] { moves = true; };
+  REQUIRE(bench.desk->recover(id, "test"));
+  const control::RunView whole = bench.ended(id);
+  INFO(whole.stored.error << whole.stored.dataset_error);
+  CHECK(whole.machine.state == RunState::ended);
+  CHECK_FALSE(moves);
+  CHECK_FALSE(whole.stored.dataset_sha256.empty());
+  CHECK((whole.stored.outcome == "complete" && whole.stored.cleanup == "done"));
+  CHECK(whole.stored.rig_fact == "safe");
+}
+
 TEST_CASE("a wish for the line that cannot be kept changes nothing") {
   const TemporaryFolder folder;
   DeskBench bench(folder);
