@@ -140,6 +140,7 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by, const
 void RunDesk::settle(std::string_view id, Recovery choice, std::string_view by, SettledTold told) {
   const auto found = interrupted(id);
   if (!found) return told(pass(found.error()));
+  if (Status here = store_.in_place(); !here) return told(pass(here.error()));
   Run& run = **found;
   run.settling = true;
   run.settler = std::jthread([this, &run, choice, told = std::move(told), by = std::string(by),
@@ -153,12 +154,14 @@ void RunDesk::settle(std::string_view id, Recovery choice, std::string_view by, 
   });
 }
 
-// The rig is as the run left it: settling it has moved nothing.
+// The rig is as the run left it: settling it has moved nothing. A folder that went away meanwhile
+// had no campaign to settle.
 void RunDesk::settled(Run& run, Recovery choice, std::string_view by,
                       const Result<CampaignSummary>& summary, const SettledTold& told) {
   run.settler.join();  // this was its last word
   run.settling = false;
   if (!summary) return told(pass(summary.error(), run.view.stored.id()));
+  if (Status here = store_.in_place(); !here) return told(pass(here.error()));
   StoredRun& stored = run.view.stored;
   stored.outcome = recipes::to_string(summary->outcome);
   stored.recovered = to_string(choice);

@@ -130,8 +130,8 @@ class RunDesk {
   void preview(std::string_view id, Recovery choice, PreviewTold told);
   using SettledTold = std::function<void(const Result<RunView>&)>;
   /// Ends an interrupted run by discarding it or keeping what there is, on another thread likewise.
-  /// How the rig stands remains as it is. Errors: not_found; wrong_state; keep_partial()'s, and the
-  /// run is interrupted as before then.
+  /// How the rig stands remains as it is. Errors: not_found; wrong_state; keep_partial()'s; io,
+  /// where the daemon's folder is away. The run is interrupted as before then.
   void settle(std::string_view id, Recovery choice, std::string_view by, SettledTold told);
   /// What to check for recover(). Errors: not_found; wrong_state.
   [[nodiscard]] Result<CampaignRequest> request_to_recover(std::string_view id) const;

@@ -26,12 +26,16 @@ class Posted {
   /// Whoever posts waits until `let_go`.
   void hold() { held_.lock(); }
   void let_go() { held_.unlock(); }
+  /// Something is posted, which stays there.
+  bool arrives() {
+    std::unique_lock lock(mutex_);
+    return comes(lock);
+  }
   /// Does what is posted until `enough`; false when nothing comes any more.
   bool run_until(const std::function<bool()>& enough) {
-    constexpr std::chrono::seconds patience(120);
     while (!enough()) {
       std::unique_lock lock(mutex_);
-      if (!arrived_.wait_for(lock, patience, [this] { return !waiting_.empty(); })) return false;
+      if (!comes(lock)) return false;
       const auto work = std::move(waiting_.front());
       waiting_.pop_front();
       lock.unlock();
@@ -41,6 +45,11 @@ class Posted {
   }
 
  private:
+  bool comes(std::unique_lock<std::mutex>& lock) {
+    constexpr std::chrono::seconds patience(120);
+    return arrived_.wait_for(lock, patience, [this] { return !waiting_.empty(); });
+  }
+
   std::mutex mutex_, held_;
   std::condition_variable arrived_;
   std::deque<std::function<void()>> waiting_;

@@ -129,6 +129,29 @@ TEST_CASE("nothing is kept where no trial is complete, and the run is interrupte
   CHECK(run->stored.outcome == "aborted");
 }
 
+TEST_CASE("nothing is settled while the daemon's folder is away, or where it went meanwhile") {
+  const TemporaryFolder folder;
+  const std::filesystem::path away = folder.path().string() + "-away";
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  const auto campaign = folder / "R-000001" / "campaign.sqlite";
+  std::filesystem::rename(folder.path(), away);
+  CHECK(settled(bench, Recovery::discard).error().code == Errc::io);
+  std::filesystem::rename(away, folder.path());
+  CHECK_FALSE(load_progress(campaign)->discarded);
+  std::optional<Result<RunView>> told;
+  bench.desk->settle(only_run(bench), Recovery::discard, "ada",
+                     [&](const Result<RunView>& run) { told = run; });
+  REQUIRE(bench.posted.arrives());
+  std::filesystem::rename(folder.path(), away);
+  REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
+  CHECK(told->error().code == Errc::io);
+  CHECK(bench.desk->get(only_run(bench))->machine.state == RunState::interrupted);
+  std::filesystem::rename(away, folder.path());
+  REQUIRE(settled(bench, Recovery::discard));
+  CHECK(load_progress(campaign)->discarded);
+}
+
 TEST_CASE("while one choice is carried out no other is, and each preview is of its own choice") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
