@@ -20,15 +20,35 @@ std::string_view RunDesk::outcome_of(const Run& run) {
   return run.orders->ends_run() ? "aborted" : "failed";
 }
 
+/// What goes on and does not take the rig moves nothing, and cleans nothing up.
+bool RunDesk::ends_as_before(const Run& run) {
+  return !run.took_rig && !run.view.stored.outcome.empty();
+}
+
+void RunDesk::lose(Run& run, std::string_view by) {
+  StoredRun& stored = run.view.stored;
+  if (!ends_as_before(run)) {
+    stored.outcome = "failed";
+    stored.cleanup = "skipped";
+    stored.dataset_error.clear();
+    stored.dataset_sha256 = certified_dataset(stored.folder);
+  }
+  stored.error = "the run does not answer";
+  stored.rig_fact = run.took_rig ? "unknown" : to_string(standing_.fact);
+  if (run.took_rig && standing_.fact != RigStanding::Fact::latched)
+    stand({RigStanding::Fact::unknown, stored.id()}, by);
+  keep(run);
+  tell_end(run);
+}
+
 void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
   run.thread.join();  // this was its last word
   StoredRun& stored = run.view.stored;
   const std::string_view cut_short = outcome_of(run);
-  // What goes on and does not take the rig moves nothing, and cleans nothing up.
-  const bool ends_as_before = !run.took_rig && !stored.outcome.empty();
+  const bool as_before = ends_as_before(run);
   if (summary) {
     stored.outcome = recipes::to_string(summary->outcome);
-    if (!ends_as_before) stored.cleanup = recipes::to_string(summary->cleanup);
+    if (!as_before) stored.cleanup = recipes::to_string(summary->cleanup);
     stored.rig_fact = recipes::to_string(summary->rig);
     stored.error = summary->error ? to_string(*summary->error) : "";
     stored.dataset_error = summary->dataset_error ? to_string(*summary->dataset_error) : "";
@@ -38,8 +58,8 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     run.view.takes_rejected = summary->takes_rejected;
   } else {
     // That somebody ended it is told in any case.
-    if (!ends_as_before || cut_short != "failed") stored.outcome = cut_short;
-    if (!ends_as_before) {
+    if (!as_before || cut_short != "failed") stored.outcome = cut_short;
+    if (!as_before) {
       stored.cleanup = "skipped";
       stored.dataset_error.clear();
     }

@@ -169,18 +169,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     if (step.next.state == RunState::queued) line.put(run.view.stored.number, 0);
     if (line != line_) line_is(std::move(line), by);
   }
-  if (step.lost) {
-    run.view.stored.outcome = "failed";
-    run.view.stored.cleanup = "skipped";
-    run.view.stored.rig_fact = "unknown";
-    run.view.stored.error = "the run does not answer";
-    run.view.stored.dataset_error.clear();
-    run.view.stored.dataset_sha256 = certified_dataset(run.view.stored.folder);
-    if (standing_.fact != RigStanding::Fact::latched)
-      stand({RigStanding::Fact::unknown, run.view.stored.id()}, by);
-    keep(run);
-    tell_end(run);
-  }
+  if (step.lost) lose(run, by);
   tell(run, by);
 }
 

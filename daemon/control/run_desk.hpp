@@ -230,6 +230,9 @@ class RunDesk {
   static void refuse_faults(Run& run);
   [[nodiscard]] Result<CampaignRequest> request_of(const StoredRun& run) const;
   void apply(Run& run, const RunStep& step, std::string_view by);
+  /// Of one that did not obey in time: its thread may come to an end yet.
+  void lose(Run& run, std::string_view by);
+  [[nodiscard]] static bool ends_as_before(const Run& run);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
   void look(Run& run);
   void settled(Run& run, Recovery choice, std::string_view by,

@@ -64,9 +64,12 @@ struct DeskBench {
   control::RunStore store;
   /// What every run's thread does at each line of its progress.
   std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
+  /// Likewise, before it looks at anything.
+  std::function<void()> at_start = {};
   /// Likewise, once it has the rig and before anything moves.
   std::function<void()> at_rig = {};
   bool no_bench_comes_up = false;
+  control::RunMachine::Clock now{};
   bool rig_file_is_broken = false;
   std::unique_ptr<control::RunDesk> desk;
 
@@ -80,7 +83,7 @@ struct DeskBench {
             .rig = request.rig,
             .data = where.path(),
             .post = [this](std::function<void()> work) { posted.post(std::move(work)); },
-            .now = [] { return control::RunMachine::Clock{}; },
+            .now = [this] { return now; },
             .utc_us = [] { return std::int64_t{0}; },
             .changed = {},
             .stands = {},
@@ -91,6 +94,7 @@ struct DeskBench {
   }
 
   Result<CampaignSummary> performed(const CampaignRequest& wanted, CampaignHooks hooks) {
+    if (at_start) at_start();
     if (rig_file_is_broken) return fail(Errc::invalid_argument, "not JSON", wanted.rig.string());
     if (no_bench_comes_up) {
       hooks.planned(check_request(wanted)->plan);

@@ -130,26 +130,6 @@ TEST_CASE("a data set that cannot be written changes nothing of how the bench en
   CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
 }
 
-TEST_CASE("a run without its data set is interrupted, whatever its rig file is when it ends") {
-  const TemporaryFolder folder;
-  const fs::path in_the_way = folder / "R-000001" / "dataset.h5";
-  DeskBench bench(folder, test::tiny_recipe(1));
-  const std::string rig = test::read_file(bench.request.rig);
-  bench.at_line = [&](const TrialProgress& line, RunOrders&) {
-    if (line.done < line.planned) return;
-    fs::create_directories(in_the_way / "a folder");
-    test::write_file(bench.request.rig, rig.substr(0, rig.size() / 2));
-  };
-  const std::string id = bench.submit().stored.id();
-  CHECK(bench.ended(id).machine.state == RunState::interrupted);
-  fs::remove_all(in_the_way);
-  test::write_file(bench.request.rig, rig);
-  REQUIRE(bench.desk->recover(id, "test"));
-  const RunView whole = bench.ended(id);
-  CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
-  CHECK_FALSE(whole.stored.dataset_sha256.empty());
-}
-
 TEST_CASE("while the daemon's folder is away nothing of the line begins, and nothing is lost") {
   const TemporaryFolder folder;
   const fs::path away = folder.path().string() + "-away";

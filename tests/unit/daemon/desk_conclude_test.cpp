@@ -1,0 +1,97 @@
+// A run whose trials are all on record and whose data set could not be written: what is known of its
+// bench stays known while it is only concluded. SIMULATED.
+
+#include <filesystem>
+#include <future>
+
+#include "tests/unit/daemon/desk_bench.hpp"
+
+namespace desk_conclude_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::control;
+using test::DeskBench;
+using test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+using Facts = std::vector<std::string>;
+Facts facts_of(const RunView& run) {
+  const StoredRun& stored = run.stored;
+  return {stored.outcome, stored.cleanup, stored.rig_fact, stored.error, stored.dataset_sha256};
+}
+
+fs::path in_the_way(const DeskBench& bench) {
+  return bench.folder / "R-000001" / "dataset.h5";
+}
+
+/// The only run, to whose end something lay where its data set belongs.
+std::string run_without_dataset(DeskBench& bench) {
+  bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+    if (line.done == line.planned) fs::create_directories(in_the_way(bench) / "a folder");
+  };
+  const RunView cut = bench.ended(bench.submit().stored.id());
+  REQUIRE(cut.machine.state == RunState::interrupted);
+  REQUIRE_FALSE(cut.stored.dataset_error.empty());
+  bench.at_line = {};
+  return cut.stored.id();
+}
+
+RunView concluded(DeskBench& bench, const std::string& id) {
+  fs::remove_all(in_the_way(bench));
+  REQUIRE(bench.desk->recover(id, "test"));
+  return bench.ended(id);
+}
+
+}  // namespace
+
+TEST_CASE("a run without its data set is interrupted, whatever its rig file is when it ends") {
+  const TemporaryFolder folder;
+  const fs::path in_the_way = folder / "R-000001" / "dataset.h5";
+  DeskBench bench(folder, test::tiny_recipe(1));
+  const std::string rig = test::read_file(bench.request.rig);
+  bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+    if (line.done < line.planned) return;
+    fs::create_directories(in_the_way / "a folder");
+    test::write_file(bench.request.rig, rig.substr(0, rig.size() / 2));
+  };
+  const std::string id = bench.submit().stored.id();
+  CHECK(bench.ended(id).machine.state == RunState::interrupted);
+  fs::remove_all(in_the_way);
+  test::write_file(bench.request.rig, rig);
+  REQUIRE(bench.desk->recover(id, "test"));
+  const RunView whole = bench.ended(id);
+  CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
+  CHECK_FALSE(whole.stored.dataset_sha256.empty());
+}
+
+TEST_CASE("a run that does not answer while it only concludes leaves bench and rig as they were") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder, test::tiny_recipe(1));
+  const std::string id = run_without_dataset(bench);
+  std::promise<void> answers;
+  bench.at_start = [&] { answers.get_future().wait(); };
+  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.desk->order(id, Order::abort, "test"));
+  for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
+    bench.now += std::chrono::hours(1);
+    bench.desk->tick();
+  }
+  const RunView lost = *bench.desk->get(id);
+  CHECK(lost.machine.state == RunState::ended);
+  CHECK(facts_of(lost) == Facts{"complete", "done", "safe", "the run does not answer", ""});
+  CHECK_FALSE(lost.stored.dataset_error.empty());
+  CHECK(bench.desk->standing() == RigStanding{});
+  answers.set_value();
+  const auto is_back = [&] { return bench.desk->get(id)->machine.state == RunState::interrupted; };
+  REQUIRE(bench.posted.run_until(is_back));
+  bench.at_start = {};
+  CHECK(bench.desk->standing() == RigStanding{});
+  const RunView whole = concluded(bench, id);
+  CHECK(whole.machine.state == RunState::ended);
+  CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
+}
+
+}  // namespace desk_conclude_test
