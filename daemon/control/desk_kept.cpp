@@ -18,6 +18,8 @@ void RunDesk::keep(Run& run) {
 Status RunDesk::take_rig(Run& run) {
   run.took_rig = true;
   around_.post([this, &run] {
+    if (run.orders->ends_run() || standing_.fact == RigStanding::Fact::latched)
+      return give_leave(run, false);
     run.view.stored.rig_untaken = false;
     keep(run);
     run.view.stored.rig_untaken = !run.kept;
@@ -26,6 +28,8 @@ Status RunDesk::take_rig(Run& run) {
   run.leave.wait(Run::Leave::awaited);
   if (run.leave == Run::Leave::given) return {};
   run.took_rig = false;
+  if (run.orders->ends_run())
+    return fail(Errc::wrong_state, "the run was told to end before it had the rig", "rig");
   return fail(Errc::io, "that the run takes the rig could not be written down, so it did not",
               around_.data.string(), {}, {}, "weft status says what keeps the daemon from it");
 }

@@ -123,7 +123,7 @@ def given_up(client, lease):
     """A call that waits is answered at once; what comes later is said to nobody; a change is not taken back by it."""
     client.call("sim.clock", pace=2)
     run = client.call("run.start", recipe="long", lease=lease)["run"]
-    client.until(run, "running")  # one that is aborted before leaves the rig unknown
+    client.until(run, "running")  # one that is aborted while its bench comes up leaves the rig unknown
     client.send(json.dumps({"jsonrpc": "2.0", "id": "w", "method": "run.wait", "params": {"run": run}}))
     client.send(json.dumps({"jsonrpc": "2.0", "id": 9000, "method": "$/cancel", "params": {"id": "w"}}))
     told = {}

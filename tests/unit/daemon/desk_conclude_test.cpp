@@ -1,5 +1,5 @@
-// A run whose trials are all on record and whose data set could not be written: what is known of its
-// bench stays known while it is only concluded. SIMULATED.
+// A run whose trials are all on record and whose data set could not be written: what is known of
+// its bench stays known while it is only concluded. SIMULATED.
 
 #include <filesystem>
 #include <future>

@@ -174,6 +174,26 @@ TEST_CASE("a run that is refused before it has touched the rig leaves it as it w
   CHECK(bench.desk->standing() == RigStanding{});
 }
 
+TEST_CASE("a run that is told to end before it has the rig does not take it") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  bool has_rig = false;
+  bench.at_rig = [&] { has_rig = true; };
+  const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
+  const std::string id = bench.submit().stored.id();  // its thread asks, and is answered below
+  if (order == Order::halt)
+    bench.desk->halt("test");
+  else
+    REQUIRE(bench.desk->order(id, order, "test"));
+  const RunView run = bench.ended(id);
+  CHECK_FALSE(has_rig);
+  CHECK(run.stored.outcome == (order == Order::stop ? "stopped" : "aborted"));
+  CHECK(run.stored.error.find("before it had the rig") != std::string::npos);
+  CHECK(run.stored.rig_fact == (order == Order::halt ? "latched" : "safe"));
+  CHECK((order == Order::halt || bench.desk->standing() == RigStanding{}));
+  CHECK_FALSE(bench.desk->line().held());
+}
+
 TEST_CASE("a run from before a restart has the time that its plan takes") {
   const TemporaryFolder folder;
   std::string id;
