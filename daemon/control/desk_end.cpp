@@ -41,16 +41,15 @@ void RunDesk::lose(Run& run, std::string_view by) {
   tell_end(run);
 }
 
-void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
-  run.thread.join();  // this was its last word
+void RunDesk::take_down(Run& run, const Result<CampaignSummary>& summary,
+                        std::string_view cut_short) {
   StoredRun& stored = run.view.stored;
-  const std::string_view cut_short = outcome_of(run);
   const bool as_before = ends_as_before(run);
   if (summary) {
     stored.outcome = recipes::to_string(summary->outcome);
+    stored.error = summary->error ? to_string(*summary->error) : "";
     if (!as_before) stored.cleanup = recipes::to_string(summary->cleanup);
     stored.rig_fact = recipes::to_string(summary->rig);
-    stored.error = summary->error ? to_string(*summary->error) : "";
     stored.dataset_error = summary->dataset_error ? to_string(*summary->dataset_error) : "";
     stored.dataset_sha256 = summary->dataset_sha256;
     run.view.wants_hand_over = summary->wants_hand_over;
@@ -68,6 +67,20 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
     count_trials(run);  // of what was told the disk may have refused some, or more is on record
     stored.dataset_sha256 = certified_dataset(stored.folder);
   }
+  if (run.took_rig) {
+    stored.bench_outcome = stored.outcome;
+    stored.bench_error = stored.error;
+  } else if (summary && !stored.bench_outcome.empty()) {
+    stored.outcome = stored.bench_outcome;
+    stored.error = stored.bench_error;
+  }
+}
+
+void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on) {
+  run.thread.join();  // this was its last word
+  StoredRun& stored = run.view.stored;
+  const std::string_view cut_short = outcome_of(run);
+  take_down(run, summary, cut_short);
   run.at_work = false;
   refuse_faults(run);
   trusted_.clear();

@@ -233,6 +233,9 @@ class RunDesk {
   /// Of one that did not obey in time: its thread may come to an end yet.
   void lose(Run& run, std::string_view by);
   [[nodiscard]] static bool ends_as_before(const Run& run);
+  /// How it ended. Of one that came to the bench before and only concludes, that is its bench's
+  /// end.
+  void take_down(Run& run, const Result<CampaignSummary>& summary, std::string_view cut_short);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
   void look(Run& run);
   void settled(Run& run, Recovery choice, std::string_view by,

@@ -20,7 +20,8 @@ CREATE TABLE IF NOT EXISTS run (
   error TEXT NOT NULL, dataset_sha256 TEXT NOT NULL, resume INTEGER NOT NULL DEFAULT 0,
   recovered TEXT NOT NULL DEFAULT '', bench TEXT NOT NULL DEFAULT '',
   trials_done INTEGER, trials_planned INTEGER, recipe_sha256 TEXT NOT NULL DEFAULT '',
-  dataset_error TEXT NOT NULL DEFAULT '', rig_untaken INTEGER NOT NULL DEFAULT 0
+  dataset_error TEXT NOT NULL DEFAULT '', rig_untaken INTEGER NOT NULL DEFAULT 0,
+  bench_outcome TEXT NOT NULL DEFAULT '', bench_error TEXT NOT NULL DEFAULT ''
 ) STRICT;
 CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
@@ -101,6 +102,8 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   run.recipe_sha256 = row.text(19);
   run.dataset_error = row.text(20);
   run.rig_untaken = row.integer(21) != 0;
+  run.bench_outcome = row.text(22);
+  run.bench_error = row.text(23);
   return run;
 }
 
@@ -122,6 +125,10 @@ constexpr std::array later_columns{
                 "ALTER TABLE run ADD COLUMN dataset_error TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"run", "rig_untaken",
                 "ALTER TABLE run ADD COLUMN rig_untaken INTEGER NOT NULL DEFAULT 0"},
+    LaterColumn{"run", "bench_outcome",
+                "ALTER TABLE run ADD COLUMN bench_outcome TEXT NOT NULL DEFAULT ''"},
+    LaterColumn{"run", "bench_error",
+                "ALTER TABLE run ADD COLUMN bench_error TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"hand_over", "attempts",
                 "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0"}};
 
@@ -260,7 +267,8 @@ Result<std::vector<StoredRun>> RunStore::load() {
   auto query = database_.prepare(
       "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
       "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
-      "recipe_sha256, dataset_error, rig_untaken FROM run ORDER BY number");
+      "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error FROM run ORDER BY "
+      "number");
   if (!query) return pass(query.error());
   std::vector<StoredRun> out;
   for (;;) {
@@ -355,14 +363,15 @@ Status RunStore::update(const StoredRun& run) {
   auto change = writing(
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
       "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=?, dataset_error=?, "
-      "rig_untaken=? WHERE number=?");
+      "rig_untaken=?, bench_outcome=?, bench_error=? WHERE number=?");
   if (!change) return pass(change.error());
   const std::string folder = kept_folder(run.folder);
   change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
   change->bind(4, run.rig_fact).bind(5, run.error).bind(6, run.dataset_sha256).bind(7, folder);
   change->bind(8, std::int64_t{run.resume}).bind(9, run.recovered).bind(10, run.bench);
   change->bind(11, run.trials_done).bind(12, run.trials_planned);
-  change->bind(13, run.dataset_error).bind(14, std::int64_t{run.rig_untaken}).bind(15, run.number);
+  change->bind(13, run.dataset_error).bind(14, std::int64_t{run.rig_untaken});
+  change->bind(15, run.bench_outcome).bind(16, run.bench_error).bind(17, run.number);
   return change->run();
 }
 

@@ -38,6 +38,8 @@ struct StoredRun {
   RunState state = RunState::queued;
   std::string outcome, cleanup, rig_fact;  ///< the three facts, once it has ended
   std::string error;                       ///< the first thing that went wrong
+  /// Outcome and error of its newest turn at the bench; empty where it had none, or died in it.
+  std::string bench_outcome, bench_error;
   std::string dataset_sha256;
   std::string dataset_error;  ///< why its record was not concluded, whatever became of the bench
   std::string bench;          ///< "simulated", "real"; empty where that is not known

@@ -33,7 +33,7 @@ void cut_on_rig(StoredRun& run) {
   run.outcome = "interrupted";
   run.cleanup = "skipped";
   run.rig_fact = "unknown";
-  run.error.clear();
+  for (std::string* fact : {&run.error, &run.bench_outcome, &run.bench_error}) fact->clear();
   run.dataset_error.clear();
   run.dataset_sha256 = certified_dataset(run.folder);
 }

@@ -68,6 +68,8 @@ struct DeskBench {
   std::function<void()> at_start = {};
   /// Likewise, once it has the rig and before anything moves.
   std::function<void()> at_rig = {};
+  /// What its bench tells at the end may be changed.
+  std::function<void(CampaignSummary&)> bench_ends = {};
   bool no_bench_comes_up = false;
   control::RunMachine::Clock now{};
   bool rig_file_is_broken = false;
@@ -109,7 +111,9 @@ struct DeskBench {
       if (leave && at_rig) at_rig();
       return leave;
     };
-    return run_campaign(wanted, hooks);
+    auto summary = run_campaign(wanted, hooks);
+    if (summary && bench_ends) bench_ends(*summary);
+    return summary;
   }
   control::RunView submit() {
     const auto run = desk->submit({request.recipe, {}, {}, "test"});

@@ -67,6 +67,38 @@ TEST_CASE("a run without its data set is interrupted, whatever its rig file is w
   CHECK_FALSE(whole.stored.dataset_sha256.empty());
 }
 
+TEST_CASE(
+    "how a bench ended, and why, is kept until its run is concluded, whatever comes between") {
+  const TemporaryFolder folder;
+  std::string id;
+  const Error silence{Errc::device, "no record came", "ft", {}, {}, {}};
+  {
+    DeskBench bench(folder, test::tiny_recipe(1));
+    bench.bench_ends = [&](CampaignSummary& summary) {
+      summary.outcome = recipes::Outcome::aborted;
+      summary.error = silence;
+    };
+    id = run_without_dataset(bench);
+    bench.bench_ends = {};
+    bench.rig_file_is_broken = true;
+    REQUIRE(bench.desk->recover(id, "test"));
+    CHECK(bench.ended(id).stored.error.find("not JSON") != std::string::npos);
+    bench.rig_file_is_broken = false;
+  }
+  DeskBench bench(folder, test::tiny_recipe(1));
+  REQUIRE(bench.desk->recover(id, "test"));
+  CHECK(facts_of(bench.ended(id)) == Facts{"aborted", "done", "safe", to_string(silence), ""});
+  REQUIRE(bench.desk->recover(id, "test"));
+  const Order order = GENERATE(Order::stop, Order::abort);
+  REQUIRE(bench.desk->order(id, order, "test"));
+  CHECK(bench.ended(id).machine.state == RunState::interrupted);
+  const RunView whole = concluded(bench, id);
+  CHECK(whole.machine.state == RunState::ended);
+  const std::string sha256 = whole.stored.dataset_sha256;
+  CHECK(facts_of(whole) == Facts{"aborted", "done", "safe", to_string(silence), sha256});
+  CHECK(bench.desk->standing() == RigStanding{});
+}
+
 TEST_CASE("a run that does not answer while it only concludes leaves bench and rig as they were") {
   const TemporaryFolder folder;
   DeskBench bench(folder, test::tiny_recipe(1));
