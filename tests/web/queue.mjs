@@ -1,6 +1,8 @@
 // The queue from the page: runs are put in line, moved, taken out, begun; two people see whose turn it is to steer, and one with the
 // right takes the rig over. SIMULATED.
 import assert from 'node:assert/strict';
+import net from 'node:net';
+import { join } from 'node:path';
 import { connected, says, see, with_daemon } from './support.mjs';
 
 async function put_in_line(page, name) {
@@ -11,12 +13,29 @@ async function put_in_line(page, name) {
   await page.waitForSelector('#view-live:not([hidden])');
 }
 
+/** A program of the daemon's own user that has the rig as long as it is connected, and longer. */
+async function program(daemon) {
+  const wire = net.connect(join(daemon.folder, 'data/weftd.sock'));
+  const lines = [{ method: 'session.open', params: { client: 'program' } },
+    { method: 'lease.acquire', params: { ttl_ms: 600000, note: 'my program' } }];
+  lines.forEach((line, at) => wire.write(`${JSON.stringify({ jsonrpc: '2.0', id: at + 1, ...line })}\n`));
+  let told = '';
+  await new Promise((done) => { wire.on('data', (bytes) => { told += bytes; if (/"expires_us".*\n/.test(told)) done(); }); });
+  return wire;
+}
+
 const waiting = (daemon) => daemon.call('queue.list').runs.map((run) => run.run);
 
 await with_daemon(async (daemon, open) => {
   const page = await open(daemon.link());
   await connected(page);
   await see(page, 'queue');
+  const mine = await program(daemon);
+  await says(page, '#lease', /holds the rig \(my program\)/); // the page's own user, and not the page
+  assert.equal(await page.isDisabled('#queue-state button'), true, 'a program of its user steers');
+  daemon.call('lease.break', { lease: daemon.call('lease.list').leases[0].lease, reason: 'a test' });
+  mine.end();
+  await says(page, '#lease', /Nobody holds the rig/);
   await page.click('#queue-state button');
   await says(page, '#queue-state', /Paused by .*nothing begins/);
   for (const name of ['small', 'people', 'small']) await put_in_line(page, name);

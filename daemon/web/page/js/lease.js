@@ -18,20 +18,20 @@ export class Lease {
     return sessionStorage.getItem(key);
   }
 
-  /** The lease is this user's. */
+  /** The lease is this user's, and no program that is connected keeps it. */
   get mine() {
-    const { lease, me } = this.store;
-    return lease !== undefined && me !== null && lease.user === me.user;
+    const { lease, me, sessions } = this.store;
+    return lease !== undefined && me !== null && lease.user === me.user && !sessions.some((one) => one.session === lease.session);
   }
 
-  /** Somebody else's: nothing can be started or steered from here. */
+  /** Somebody else's, or that of a program: nothing can be started or steered from here. */
   get others() {
     return this.store.lease !== undefined && !this.mine;
   }
 
   async refresh() {
-    const { leases } = await this.api.call('lease.list');
-    this.store.put({ leases });
+    const [{ leases }, { sessions }] = await Promise.all([this.api.call('lease.list'), this.api.call('session.list')]);
+    this.store.put({ leases, sessions });
   }
 
   /** The name of a lease that is ours, a new one where there is none. Errors: ApiError. */
@@ -64,6 +64,7 @@ export class Lease {
   }
 
   async #renew() {
+    if (this.others && this.store.live) return this.refresh().catch(() => {}); // no topic tells that a program has left
     if (!this.mine || !this.store.live || this.#own !== this.store.lease.lease) return;
     await this.api.change('lease.renew', { lease: this.#own, ttl_ms }).catch(() => this.refresh().catch(() => {}));
   }

@@ -27,6 +27,7 @@ export class Store {
   me = null; // session.whoami
   queue = { rev: 0, paused_by: null, runs: [] };
   leases = [];
+  sessions = []; // session.list, when the leases were looked at
   recipes = [];
 
   /** `view` is called soon after any change. */
