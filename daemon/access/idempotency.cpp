@@ -6,8 +6,8 @@ namespace weft::daemon::access {
 namespace {
 
 // Lengths keep "a" + "bc" and "ab" + "c" apart.
-std::string name_of(std::string_view user, std::string_view key) {
-  return std::to_string(user.size()).append(":").append(user).append(key);
+std::string name_of(std::string_view user, std::string_view more) {
+  return std::to_string(user.size()).append(":").append(user).append(more);
 }
 
 /// Of a name.
@@ -23,13 +23,18 @@ std::string_view user_of(std::string_view name) {
 void IdempotencyCache::remember_in(AnswerMemory memory, std::vector<KeptAnswer> kept) {
   memory_ = std::move(memory);
   for (KeptAnswer& one : kept)
-    put(std::move(one.name),
-        {std::move(one.fingerprint), std::move(one.outcome), {}, one.asked_us, true, true});
+    put(std::move(one.name), {std::move(one.fingerprint),
+                              std::move(one.outcome),
+                              std::move(one.token),
+                              {},
+                              one.asked_us,
+                              true,
+                              true});
   forget_old();
 }
 
 void IdempotencyCache::put(std::string name, Entry entry) {
-  Ages& ages = ages_[std::string(user_of(name))];
+  Ages& ages = ages_[name_of(user_of(name), entry.token)];
   ages.push_back(name);
   entry.age = std::prev(ages.end());
   entries_.insert_or_assign(std::move(name), std::move(entry));
@@ -37,13 +42,13 @@ void IdempotencyCache::put(std::string name, Entry entry) {
 
 void IdempotencyCache::forget(Entries::iterator entry) {
   if (entry->second.is_kept && memory_.forgotten) memory_.forgotten(entry->first);
-  ages_.find(user_of(entry->first))->second.erase(entry->second.age);
+  ages_.at(name_of(user_of(entry->first), entry->second.token)).erase(entry->second.age);
   entries_.erase(entry);
 }
 
 void IdempotencyCache::forget_old() {
-  for (auto& [user, ages] : ages_) forget_old(ages);
-  std::erase_if(ages_, [](const auto& of_user) { return of_user.second.empty(); });
+  for (auto& [asker, ages] : ages_) forget_old(ages);
+  std::erase_if(ages_, [](const auto& of_asker) { return of_asker.second.empty(); });
 }
 
 void IdempotencyCache::forget_old(Ages& ages) {
@@ -60,7 +65,8 @@ void IdempotencyCache::forget_old(Ages& ages) {
 }
 
 IdempotencyCache::Look IdempotencyCache::look(std::string_view user, std::string_view key,
-                                              std::string_view fingerprint, bool to_keep) {
+                                              std::string_view fingerprint, bool to_keep,
+                                              std::string_view token) {
   forget_old();
   const std::string name = name_of(user, key);
   if (const auto found = entries_.find(name); found != entries_.end()) {
@@ -69,8 +75,14 @@ IdempotencyCache::Look IdempotencyCache::look(std::string_view user, std::string
     if (entry.outcome) return {Found::answered, entry.outcome};
     return {entry.is_of_before ? Found::cut_short : Found::under_way, {}};
   }
-  Entry entry{std::string(fingerprint), {}, {}, memory_.utc_us ? memory_.utc_us() : 0, to_keep};
-  if (to_keep && memory_.asked) memory_.asked({name, entry.fingerprint, entry.asked_us, {}});
+  Entry entry{std::string(fingerprint),
+              {},
+              std::string(token),
+              {},
+              memory_.utc_us ? memory_.utc_us() : 0,
+              to_keep};
+  if (to_keep && memory_.asked)
+    memory_.asked({name, entry.token, entry.fingerprint, entry.asked_us, {}});
   put(name, std::move(entry));
   forget_old();
   return {};

@@ -18,7 +18,8 @@ namespace weft::daemon::access {
 
 /// A request with a key, as it outlives the daemon.
 struct KeptAnswer {
-  std::string name;  ///< of user and key
+  std::string name;   ///< of user and key
+  std::string token;  ///< with which the user came; empty: with none
   std::string fingerprint;
   std::int64_t asked_us = 0;            ///< UTC
   std::optional<rpc::Outcome> outcome;  ///< nothing: the daemon ended before there was one
@@ -34,7 +35,8 @@ struct AnswerMemory {
 
 class IdempotencyCache {
  public:
-  /// Of each user: nobody's keys make room for another's.
+  /// Of each user, and of each token that acts for him: nobody's keys make room for another's, nor
+  /// those of a token that may only look on for its maker's.
   static constexpr std::size_t most_kept = 4096;
   /// A key is not asked for again after so long.
   static constexpr std::chrono::hours longest_kept{7 * 24};
@@ -54,16 +56,18 @@ class IdempotencyCache {
   void remember_in(AnswerMemory memory, std::vector<KeptAnswer> kept);
   /// A key belongs to a user: nobody reads another's answer with it. `fingerprint`: of method and
   /// parameters. A fresh key is under way from here on. `to_keep`: also over the daemon's end.
+  /// `token`: KeptAnswer's.
   Look look(std::string_view user, std::string_view key, std::string_view fingerprint,
-            bool to_keep = true);
+            bool to_keep = true, std::string_view token = {});
   void answered(std::string_view user, std::string_view key, const rpc::Outcome& outcome);
 
  private:
-  using Ages = std::list<std::string>;  ///< names of one user's entries, the oldest first
+  using Ages = std::list<std::string>;  ///< names of entries, the oldest first
   struct Entry {
     std::string fingerprint;
     std::optional<rpc::Outcome> outcome;
-    Ages::iterator age;
+    std::string token = {};
+    Ages::iterator age = {};
     std::int64_t asked_us = 0;
     bool is_kept = false, is_of_before = false;
   };
@@ -75,7 +79,7 @@ class IdempotencyCache {
 
   AnswerMemory memory_;
   Entries entries_;                                // by user and key
-  std::map<std::string, Ages, std::less<>> ages_;  // by user
+  std::map<std::string, Ages, std::less<>> ages_;  // by user and token
 };
 
 }  // namespace weft::daemon::access

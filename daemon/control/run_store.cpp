@@ -37,7 +37,7 @@ CREATE TABLE IF NOT EXISTS rig (
 ) STRICT;
 CREATE TABLE IF NOT EXISTS answer (
   number INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL UNIQUE, fingerprint TEXT NOT NULL,
-  asked_us INTEGER NOT NULL, result TEXT, error TEXT
+  asked_us INTEGER NOT NULL, result TEXT, error TEXT, token TEXT NOT NULL DEFAULT ''
 ) STRICT;
 CREATE TABLE IF NOT EXISTS hand_over (
   run INTEGER PRIMARY KEY, state TEXT NOT NULL, by TEXT NOT NULL, error TEXT NOT NULL,
@@ -129,6 +129,7 @@ constexpr std::array later_columns{
                 "ALTER TABLE run ADD COLUMN bench_outcome TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"run", "bench_error",
                 "ALTER TABLE run ADD COLUMN bench_error TEXT NOT NULL DEFAULT ''"},
+    LaterColumn{"answer", "token", "ALTER TABLE answer ADD COLUMN token TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"hand_over", "attempts",
                 "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0"}};
 

@@ -6,25 +6,26 @@ namespace weft::daemon::control {
 
 Result<std::vector<access::KeptAnswer>> RunStore::answers() {
   auto query = database_.prepare(
-      "SELECT name, fingerprint, asked_us, result, error FROM answer ORDER BY number");
+      "SELECT name, token, fingerprint, asked_us, result, error FROM answer ORDER BY number");
   if (!query) return pass(query.error());
   std::vector<access::KeptAnswer> out;
   for (;;) {
     const auto row = query->step();
     if (!row) return pass(row.error());
     if (!*row) return out;
-    access::KeptAnswer one{query->text(0), query->text(1), query->integer(2), {}};
-    if (!query->is_null(3)) one.outcome = query->text(3);
-    if (!query->is_null(4)) one.outcome = tl::unexpected(rpc::error_from_json(query->text(4)));
+    access::KeptAnswer one{query->text(0), query->text(1), query->text(2), query->integer(3), {}};
+    if (!query->is_null(4)) one.outcome = query->text(4);
+    if (!query->is_null(5)) one.outcome = tl::unexpected(rpc::error_from_json(query->text(5)));
     out.push_back(std::move(one));
   }
 }
 
 Status RunStore::keep(const access::KeptAnswer& asked) {
-  auto insert =
-      writing("INSERT OR REPLACE INTO answer (name, fingerprint, asked_us) VALUES (?, ?, ?)");
+  auto insert = writing(
+      "INSERT OR REPLACE INTO answer (name, token, fingerprint, asked_us) VALUES (?, ?, ?, ?)");
   if (!insert) return pass(insert.error());
-  insert->bind(1, asked.name).bind(2, asked.fingerprint).bind(3, asked.asked_us);
+  insert->bind(1, asked.name).bind(2, asked.token).bind(3, asked.fingerprint);
+  insert->bind(4, asked.asked_us);
   return insert->run();
 }
 

@@ -77,7 +77,8 @@ struct Caller {
   std::string client;   ///< as it called itself
   std::string user;     ///< of the peer's credentials or of the token
   access::Role role = access::Role::observer;
-  bool local = false;  ///< came through the Unix socket
+  bool local = false;      ///< came through the Unix socket
+  std::string token = {};  ///< name of the one that he came with; empty: with none
 };
 
 /// "s-41 (ada)": who made a change, as the journal and events have it.

@@ -255,6 +255,7 @@ Outcome Conversation::introduce(const json& params) {
     if (!owner) return tl::unexpected(wrong_token(owner.error()));
     caller_.user = owner->user;
     caller_.role = owner->role;
+    caller_.token = owner->token.name;
     owner_ = *owner;
   } else if (peer_.role) {
     caller_.role = *peer_.role;
@@ -287,7 +288,7 @@ void Conversation::dispatch(const rpc::Methods::Entry& entry, const rpc::Request
     using Found = access::IdempotencyCache::Found;
     const auto look =
         shared_->answered->look(caller_.user, key, fingerprint_of(entry.spec, *request.params),
-                                entry.spec.memory == rpc::Memory::over_restarts);
+                                entry.spec.memory == rpc::Memory::over_restarts, caller_.token);
     if (look.found == Found::answered) return answer(request.id_json, *look.outcome);
     if (look.found != Found::fresh)
       return answer(request.id_json, tl::unexpected(key_in_use(look.found, key)));

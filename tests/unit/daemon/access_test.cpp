@@ -188,9 +188,14 @@ TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or 
                                       outcome;
                                 },
                             .forgotten = {}};
-  const auto flood = [](IdempotencyCache& cache, const std::string& prefix) {
+  // A token of its own, or one that its maker lets act for him.
+  const auto [user, token] = GENERATE(
+      table<std::string, std::string>({{"token:looks-on", "looks-on"}, {"ada", "looks-on"}}));
+  const bool to_keep = GENERATE(false, true);
+  const auto flood = [&, user = user, token = token](IdempotencyCache& cache,
+                                                     const std::string& prefix) {
     for (std::size_t i = 0; i <= IdempotencyCache::most_kept; ++i)
-      static_cast<void>(cache.look("token:looks-on", prefix + std::to_string(i), "close", false));
+      static_cast<void>(cache.look(user, prefix + std::to_string(i), "close", to_keep, token));
   };
   IdempotencyCache first;
   first.remember_in(memory, {});
@@ -202,6 +207,8 @@ TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or 
   second.remember_in(memory, disk);
   flood(second, "b");
   CHECK(second.look("ada", "k", "start").found == Found::answered);
+  CHECK(second.look(user, "b" + std::to_string(IdempotencyCache::most_kept), "close").found ==
+        Found::under_way);  // one user's keys, whatever he comes with
 }
 
 TEST_CASE("A refusal that was kept as text is the same again") {
