@@ -36,9 +36,10 @@ Outcome add(const Services& services, const Call& call) {
                     {}});
   const std::int64_t expires_us = services.utc_us() + days * day_us;
   const bool own = call.params.value("own", false);
-  if (own && !call.caller.local)
-    return refused({Errc::wrong_state, "a token for yourself is made at the bench alone",
-                    "/params/own", "a user of the machine", call.caller.user,
+  if (own && !call.caller.token.empty())  // it would outlive the one that he came with
+    return refused({Errc::wrong_state, "who came with a token makes none for himself",
+                    "/params/own", "a user of the machine, by the Unix socket",
+                    "the token " + call.caller.token,
                     "Leave it out: who comes with it is token:NAME then"});
   const std::string user = own ? call.caller.user : "";
   const auto token = services.add_token(name, *role, expires_us, user);
@@ -73,8 +74,8 @@ void add_token_methods(rpc::Methods& methods, const Services& services) {
         {"role", ParamType::text, false, "observer, operator (default), engineer or admin"},
         {"days", ParamType::integer, false, "how long it is good for [days], 30"},
         {"own", ParamType::flag, false,
-         "it is for yourself, a user of the machine: who comes with it is you, as far as its "
-         "role goes, and has your leases and keys; else token:NAME"}},
+         "it is for yourself, a user of the machine, who came without a token: who comes with it "
+         "is you, as far as its role goes, and has your leases and keys; else token:NAME"}},
        "name, role, expires_us, user (who comes with it), token",
        rpc::Memory::while_running},
       [s](const Call& call) { return add(*s, call); });

@@ -135,6 +135,15 @@ def a_namesake(folder, ports, local, lease):
     local.call("run.wait", run=run)
 
 
+def no_token_makes_another_of_its_own(folder):
+    """It would outlive the one that its maker came with, also through the Unix socket."""
+    there = Client(folder / "data/weftd.sock", introduce=False)
+    token = token_of(WEFT, folder / "tokens.json", "chief", "admin")
+    assert there.call("session.open", client="there", token=token)["user"] == "token:chief"
+    assert there.refused("token.add", name="child", own=True)["data"]["where"] == "/params/own"
+    assert there.call("token.add", name="child")["user"] == "token:child"
+
+
 def files_of_tokens(folder):
     """For their owner alone whatever is masked, and none lost where many are added at once."""
     for mask in 0o000, 0o777:
@@ -205,6 +214,7 @@ def main():
             staying, other = a_token_ends(folder, ports, client, lease)
             tokens_come_and_go(folder, ports, client, staying, other)
             a_namesake(folder, ports, client, lease)
+            no_token_makes_another_of_its_own(folder)
             first = before_its_death(client, lease)
             daemon.end(signal.SIGKILL)
             daemon, ports, client = begin(folder)
