@@ -98,6 +98,20 @@ std::vector<std::string> DriverCatalog::names() const {
   return out;
 }
 
+std::vector<fs::path> DriverCatalog::plugin_files() const {
+  std::vector<fs::path> out;
+  for (const fs::path& folder : settings_.folders) {
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) continue;
+    out.push_back(folder);
+    const std::size_t begin = out.size();
+    for (const auto& file : fs::directory_iterator(folder, error))
+      if (!driver_of_file(file.path()).empty()) out.push_back(file.path());
+    std::sort(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end());
+  }
+  return out;
+}
+
 Result<const LoadedPlugin*> DriverCatalog::loaded(const std::string& driver, const fs::path& file) {
   if (const auto known = plugins_.find(driver); known != plugins_.end()) return &known->second;
   Result<LoadedPlugin> plugin = load_plugin(file);

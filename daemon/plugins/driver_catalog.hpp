@@ -49,6 +49,9 @@ class DriverCatalog {
   Result<DriverSource> source(const std::string& driver);
   /// Names of all drivers; plugins by the names of their files, unread.
   [[nodiscard]] std::vector<std::string> names() const;
+  /// The folders that are there, each before the plugins in it, unread: which drivers there are
+  /// changes with these alone.
+  [[nodiscard]] std::vector<std::filesystem::path> plugin_files() const;
 
  private:
   struct Found {

@@ -79,6 +79,19 @@ TEST_CASE(
   CHECK(blockers().contains("rig.invalid"));
   test::write_file(talk.folder / "cloths.json", test::read_file(test::source / "sim/fabrics.json"));
   CHECK(blockers().empty());  // the table alone is another
+  const auto plugins = talk.folder / "plugins";
+  rig["plugins"] = {plugins.string()};
+  test::write_file(talk.bench.request.rig, rig.dump());
+  CHECK(blockers()["rig.invalid"].find(plugins.string()) != std::string::npos);
+  std::filesystem::create_directory(plugins);
+  CHECK(blockers().empty());
+  test::device_of(rig, "wrench")["driver"] = "newcomer";
+  test::write_file(talk.bench.request.rig, rig.dump());
+  CHECK(blockers()["rig.invalid"].find("newcomer") != std::string::npos);
+  test::write_file(plugins / "weft-driver-newcomer.so", "");
+  CHECK(blockers().empty());
+  std::filesystem::remove_all(plugins);
+  CHECK(blockers().contains("rig.invalid"));
 }
 
 TEST_CASE("A folder that is taken away under the daemon is told, and nothing begins") {
