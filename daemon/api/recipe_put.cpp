@@ -119,7 +119,8 @@ void put(const Services& services, const Call& call, const rpc::Responder& respo
   if (!name) return respond(refused(name.error()));
   Offered offered{std::move(*name), call.params.at("content").dump(2) + "\n", by(call.caller), {}};
   if (call.params.contains("if_digest")) offered.replaces = call.params.at("if_digest");
-  const bool taken = services.change_errand(
+  // Its models are read whole, as for recipe.check: nobody's run waits for that.
+  const bool taken = services.errand(
       [s = &services, offered = std::move(offered), respond]() -> Services::Report {
         CampaignRequest request{s->recipes / (offered.name + ".json"), s->rig, {}, {}};
         request.recipe_text = offered.text;

@@ -44,8 +44,8 @@ struct Services {
   using Errand =
       std::function<bool(std::function<Report()> work, std::function<void(const Error&)> failed)>;
   Errand errand;
-  Errand change_errand;        ///< likewise, for who changes something: no question makes him wait
-  Errand file_errand;          ///< on a thread of its own again, the only one that uses `files`
+  Errand change_errand;  ///< likewise, of who wants a run to begin: no question makes him wait
+  Errand file_errand;    ///< on a thread of its own again, the only one that uses `files`
   DataFiles* files = nullptr;  ///< the data sets' files
   BenchPace* pace = nullptr;   ///< of a simulated bench
   server::Sessions* sessions = nullptr;

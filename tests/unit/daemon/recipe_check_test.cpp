@@ -33,6 +33,8 @@ struct CheckBench {
     };
     api::add_recipe_methods(methods, services);
     api::add_plan_methods(methods, services);
+    api::add_recipe_put(methods, services);
+    services.utc_us = [] { return std::int64_t{0}; };
   }
   void ask(const json& params, const char* method = "recipe.check") {
     const rpc::Caller caller;
@@ -77,6 +79,17 @@ TEST_CASE("A recipe is checked, planned and compared by an errand, answered when
   CHECK(plan["trials"] == 2);
   const json same = {{"recipe", "recipe"}, {"other", "recipe"}};
   CHECK(json::parse(bench.answered("recipe.diff", same).value())["same"] == true);
+}
+
+TEST_CASE(
+    "A recipe that is put is looked over among the questions: no start waits for its models") {
+  const TemporaryFolder folder;
+  CheckBench bench(folder);
+  const json params{{"recipe", "new"}, {"content", json::parse(test::tiny_recipe(1))}};
+  const auto put = bench.answered("recipe.put", params);
+  if (!put) FAIL(to_string(put.error().error));
+  CHECK(json::parse(*put)["trials"] == 2);
+  CHECK(std::filesystem::exists(folder / "new.json"));
 }
 
 TEST_CASE("A run that waits is planned as it was put in line, with its own seed") {
