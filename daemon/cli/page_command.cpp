@@ -45,7 +45,8 @@ void add_options(CLI::App& command, PageArgs& args) {
   add_socket(command, args);
   command.add_option(
       "--name", args.name,
-      "whom it is for; left out, it is yours: the page and your terminal are one user");
+      "whom it is for; left out, it has your name and, made through the Unix socket, is yours: "
+      "the page and your terminal are one user");
   command.add_option("--role", args.role, "observer (who watches), operator, engineer or admin")
       ->check(CLI::IsMember({"observer", "operator", "engineer", "admin"}))
       ->capture_default_str();
