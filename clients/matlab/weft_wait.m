@@ -19,6 +19,10 @@ function ended = weft_wait(run, lease, ttl_ms)
     pause(max(0, min(ttl_ms / 3000, 5) - toc(begun)));
   end
   if kept
-    weft_rpc('lease.release', struct('lease', lease));
+    try
+      weft_rpc('lease.release', struct('lease', lease));
+    catch refused
+      warning('weft:lease', 'the lease was lost: %s', refused.message);
+    end
   end
 end

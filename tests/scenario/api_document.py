@@ -92,6 +92,17 @@ def shell_examples(text, environment):
     assert error["data"]["kind"] == "param.unknown" and "run" in error["data"]["hint"], refused
 
 
+def python_example_that_loses_its_lease(client, example, environment):
+    """Somebody breaks it while the run goes on: that comes to its end, and so does who waits for it."""
+    client.call("sub.open", topics=["run:*"], mode="every")
+    with subprocess.Popen([sys.executable, "-c", example], env={**os.environ, **environment}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        client.until("R-000002", "running")
+        client.call("lease.break", lease=client.call("lease.list")["leases"][0]["lease"], reason="a test")
+        client.call("sim.clock", pace=0)
+        said = process.communicate(timeout=PATIENCE_S)[0]
+    assert process.returncode == 0 and "complete done safe" in said and "the lease was lost" in said, said
+
+
 def main():
     weftd, root, write = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), "--write" in sys.argv
     target, folder = root / "docs/api.md", pathlib.Path(tempfile.mkdtemp(prefix="weft-api-"))
@@ -111,6 +122,7 @@ def main():
             assert "complete done safe" in said, said[-3:]
             assert any(line.startswith("event run:R-000001") for line in said), said
             outlasted_its_lease(client, LEASE_MS)
+            python_example_that_loses_its_lease(client, example, environment)
             client.call("sim.clock", pace=0)
             if shutil.which("nc") is None:
                 print("nc is not installed (netcat-openbsd): the examples for a shell were not run")
