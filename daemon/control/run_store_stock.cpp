@@ -1,5 +1,6 @@
 // What a daemon finds of one that died.
 
+#include <filesystem>
 #include <utility>
 
 #include "daemon/control/run_store.hpp"
@@ -20,6 +21,9 @@ void cut_before_rig(StoredRun& run, const RigStanding& standing) {
     run.trials_done = 0;
   }
   run.rig_fact = to_string(standing.fact);
+  std::error_code unseen;
+  if (!std::filesystem::exists(run.folder / campaign_file_name, unseen))
+    return;  // it may come back
   const std::string certified = certified_dataset(run.folder);
   if (certified != run.dataset_sha256) run.dataset_error.clear();
   run.dataset_sha256 = certified;

@@ -162,6 +162,26 @@ TEST_CASE("of a run from before it was kept who has the rig, that is unknown") {
   CHECK_FALSE(found.rig_untaken);
 }
 
+TEST_CASE("what is known of a data set is kept while its run's folder is not to be seen") {
+  const TemporaryFolder folder;
+  StoredRun run;
+  run.state = RunState::arming;
+  run.rig_untaken = run.resume = true;
+  run.folder = folder / "R-000001";
+  run.outcome = "stopped";
+  run.dataset_sha256 = "36426411";
+  run.dataset_error = "no room";
+  {
+    RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
+    REQUIRE(store.add(run));
+    REQUIRE(store.update(run));
+  }
+  const StoredRun found = RunStore::open(folder / "weftd.sqlite")->load()->front();
+  CHECK(found.state == RunState::interrupted);
+  CHECK(found.dataset_sha256 == "36426411");
+  CHECK(found.dataset_error == "no room");
+}
+
 TEST_CASE("a run that is refused before it has touched the rig leaves it as it was") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
