@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -101,7 +102,9 @@ void add_storage_blocker(const Services& services, json& blockers) {
     blockers.push_back(blocker("storage.io", data,
                                "How the rig stands, or what became of a run, could not be written "
                                "down: see that the disk has room; it is tried again"));
-  if (const Status space = check_space(services.data, std::uint64_t{1} << 28); !space)
+  constexpr std::uint64_t least_bytes = std::uint64_t{1} << 28;
+  const std::uint64_t wanted = std::max(least_bytes, services.desk->bytes_awaited());
+  if (const Status space = check_space(services.data, wanted); !space)
     blockers.push_back(blocker("disk.low", data, to_string(space.error())));
 }
 

@@ -52,8 +52,19 @@ void RunDesk::begin_next() {
   if (active() || line_.held()) return;
   Run* const next = next_in_line();
   if (next == nullptr) return;
-  store_is_gone_ = !store_.in_place();  // what it did would be forgotten; tick() looks again
-  if (!store_is_gone_) begin(*next);
+  // What it did would be forgotten, or there is no room for it; tick() looks again.
+  disk_is_awaited_ = !store_.in_place() || !around_.room(around_.data, bytes_awaited(*next));
+  if (!disk_is_awaited_) begin(*next);
+}
+
+// One that goes on is refused without loss; it may only want its data set.
+std::uint64_t RunDesk::bytes_awaited(const Run& run) {
+  return run.view.stored.resume ? 0 : run.disk_bytes;
+}
+
+std::uint64_t RunDesk::bytes_awaited() const {
+  const Run* const next = next_in_line();
+  return next == nullptr ? 0 : bytes_awaited(*next);
 }
 
 void RunDesk::begin(Run& run) {

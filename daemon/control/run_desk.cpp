@@ -93,7 +93,7 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   if (Status ok = check_name(wish.name); !ok) return pass(ok.error());
   if (!checked) return pass(checked.error());
   if (Status here = store_.in_place(); !here) return pass(here.error());
-  if (Status space = check_space(around_.data, disk_forecast(checked->plan)); !space)
+  if (Status space = around_.room(around_.data, disk_forecast(checked->plan)); !space)
     return pass(space.error());
   const std::string sha256 = sha256_hex(checked->recipe_text);
   if (!wish.digest.empty() && wish.digest != "sha256:" + sha256)
@@ -139,12 +139,13 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
 }
 
 RunDesk::PlanKnown RunDesk::known_of(const recipes::Plan& plan) {
-  return {plan.trials.size(), deadlines_of(plan), recipes::next_ask(plan, 0)};
+  return {plan.trials.size(), deadlines_of(plan), recipes::next_ask(plan, 0), disk_forecast(plan)};
 }
 
 void RunDesk::plan_known(Run& run, const PlanKnown& plan) {
   run.view.trials_planned = plan.trials;
   run.limits = plan.limits;
+  run.disk_bytes = plan.disk_bytes;
   // Somebody has a terminal at it: what nobody ordered takes as long as it takes.
   if (around_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
   run.view.attention.reset();
@@ -235,7 +236,7 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
 
 void RunDesk::tick() {
   keep_again();
-  if (std::exchange(store_is_gone_, false)) begin_next();
+  if (std::exchange(disk_is_awaited_, false)) begin_next();
   note_repeated(repeated_stops_.over(around_.now()));
   constexpr std::chrono::seconds set_otherwise{1};
   const auto ahead = wall_ahead();

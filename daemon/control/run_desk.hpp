@@ -93,6 +93,8 @@ class RunDesk {
     /// What a run is, on its thread.
     std::function<Result<CampaignSummary>(const CampaignRequest&, const CampaignHooks&)> perform =
         run_campaign;
+    /// Whether a folder has room for so many bytes.
+    std::function<Status(const std::filesystem::path&, std::uint64_t)> room = check_space;
     /// Of the daemon inside `weft run`: after the first submit() every other is refused, the run
     /// has no deadline but those that follow an order, and ends for good.
     bool one_run = false;
@@ -164,6 +166,8 @@ class RunDesk {
   /// Where it is not safe nothing begins before reset(), but for the run that left it unknown, once
   /// somebody goes on with that: it ends the doubt or leaves it. Outlives the daemon.
   [[nodiscard]] const RigStanding& standing() const { return standing_; }
+  /// So much room is awaited by the run that would begin next, where it is known; 0 without one.
+  [[nodiscard]] std::uint64_t bytes_awaited() const;
   /// False: how the rig stands, a run, the line or a line of the journal could not be written down,
   /// and would be forgotten with the daemon. tick() tries again.
   [[nodiscard]] bool is_kept() const;
@@ -188,6 +192,7 @@ class RunDesk {
   void begin_next();
   [[nodiscard]] Run* next_in_line() const;
   void begin(Run& run);
+  static std::uint64_t bytes_awaited(const Run& run);
   /// What its thread calls; most of it is done by the desk's.
   CampaignHooks hooks_of(Run& run, bool plan_is_known);
   void went_on(Run& run, const TrialProgress& line);
@@ -222,6 +227,7 @@ class RunDesk {
     std::size_t trials = 0;
     Deadlines limits{};
     std::optional<recipes::OperatorAsk> first_ask;
+    std::uint64_t disk_bytes = 0;
   };
   static PlanKnown known_of(const recipes::Plan& plan);
   void plan_known(Run& run, const PlanKnown& plan);
@@ -261,7 +267,7 @@ class RunDesk {
   RunLine line_;
   RigStanding standing_;
   bool standing_kept_ = true, line_kept_ = true;
-  bool store_is_gone_ = false;  ///< which keeps a run from its beginning
+  bool disk_is_awaited_ = false;  ///< its folder or its room, which keeps a run from its beginning
   RepeatedStops repeated_stops_;
   std::deque<RunStore::Line> notes_;       // not in the journal yet
   std::int64_t asks_ = 0;                  ///< so many names of asks are taken, in other lives too

@@ -71,6 +71,7 @@ struct DeskBench {
   /// What its bench tells at the end may be changed.
   std::function<void(CampaignSummary&)> bench_ends = {};
   bool no_bench_comes_up = false;
+  std::atomic<bool> disk_is_full = false;
   control::RunMachine::Clock now{};
   bool rig_file_is_broken = false;
   std::unique_ptr<control::RunDesk> desk;
@@ -91,6 +92,10 @@ struct DeskBench {
             .stands = {},
             .perform = [this](const CampaignRequest& wanted,
                               const CampaignHooks& hooks) { return performed(wanted, hooks); },
+            .room = [this](const std::filesystem::path&, std::uint64_t bytes) -> Status {
+              if (bytes > 0 && disk_is_full) return fail(Errc::io, "not enough free space");
+              return {};
+            },
             .one_run = one_run},
         store);
   }

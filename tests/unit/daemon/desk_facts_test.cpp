@@ -157,6 +157,26 @@ TEST_CASE("while the daemon's folder is away nothing of the line begins, and not
   CHECK_FALSE(whole.stored.dataset_sha256.empty());
 }
 
+TEST_CASE(
+    "a run that waits begins once the disk has room for it; one after the other is not lost") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder, test::tiny_recipe(1));
+  bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+    if (line.done == line.planned) bench.disk_is_full = true;
+  };
+  const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
+  bench.ended(first);
+  bench.desk->tick();
+  CHECK(bench.desk->get(second)->machine.state == RunState::queued);
+  CHECK_FALSE(bench.desk->line().held());
+  CHECK(bench.desk->bytes_awaited() > 0);
+  bench.at_line = {};
+  bench.disk_is_full = false;
+  bench.desk->tick();
+  CHECK(bench.ended(second).stored.outcome == "complete");
+  CHECK(bench.desk->bytes_awaited() == 0);
+}
+
 TEST_CASE("a run of which it cannot be kept that it has the rig does not take it") {
   const TemporaryFolder folder;
   DeskBench bench(folder, test::tiny_recipe(1));
