@@ -66,6 +66,8 @@ struct DeskBench {
   std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
   /// Likewise, before it looks at anything.
   std::function<void()> at_start = {};
+  /// Likewise, when it asks for the rig.
+  std::function<void()> at_asking = {};
   /// Likewise, once it has the rig and before anything moves.
   std::function<void()> at_rig = {};
   /// What its bench tells at the end may be changed.
@@ -112,6 +114,7 @@ struct DeskBench {
       if (at_line) at_line(line, *hooks.orders);
     };
     hooks.rig_taken = [this, taken = hooks.rig_taken] {
+      if (at_asking) at_asking();
       Status leave = taken();
       if (leave && at_rig) at_rig();
       return leave;

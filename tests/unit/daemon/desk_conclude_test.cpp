@@ -89,9 +89,13 @@ TEST_CASE(
   REQUIRE(bench.desk->recover(id, "test"));
   CHECK(facts_of(bench.ended(id)) == Facts{"aborted", "done", "safe", to_string(silence), ""});
   REQUIRE(bench.desk->recover(id, "test"));
-  const Order order = GENERATE(Order::stop, Order::abort);
-  REQUIRE(bench.desk->order(id, order, "test"));
+  const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
+  if (order == Order::halt)
+    bench.desk->halt("test");
+  else
+    REQUIRE(bench.desk->order(id, order, "test"));
   CHECK(bench.ended(id).machine.state == RunState::interrupted);
+  if (order == Order::halt) REQUIRE(bench.desk->reset("looked at it", "test"));
   const RunView whole = concluded(bench, id);
   CHECK(whole.machine.state == RunState::ended);
   const std::string sha256 = whole.stored.dataset_sha256;

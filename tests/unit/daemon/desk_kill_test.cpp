@@ -24,7 +24,7 @@ class LastWords {
   LastWords& operator=(const LastWords&) = delete;
   ~LastWords() { munmap(shared_, sizeof(Facts)); }
   struct Facts {
-    std::atomic<bool> submitted, has_rig, complete;
+    std::atomic<bool> submitted, asks_for_rig, has_rig, complete;
   };
   [[nodiscard]] Facts& facts() const { return *static_cast<Facts*>(shared_); }
 
@@ -54,6 +54,7 @@ bool killed_in(test::KillPoint point, const std::function<int()>& work) {
 bool killed_at_desk(const TemporaryFolder& folder, test::KillPoint point, const LastWords& told) {
   return killed_in(point, [&] {
     DeskBench bench(folder, tiny_recipe(1));
+    bench.at_asking = [&told] { told.facts().asks_for_rig = true; };
     bench.at_rig = [&told] { told.facts().has_rig = true; };
     const auto run = bench.desk->submit({bench.request.recipe, {}, {}, "test"});
     if (!run) return 2;
@@ -90,6 +91,7 @@ void look_again(const TemporaryFolder& folder, const LastWords& told) {
   if (run.machine.state == RunState::interrupted) {
     const RigStanding unknown{RigStanding::Fact::unknown, id};
     if (told.facts().has_rig) CHECK(bench.desk->standing() == unknown);
+    if (!told.facts().asks_for_rig) CHECK(bench.desk->standing() == RigStanding{});
     if (bench.desk->standing() != unknown) CHECK(bench.desk->standing() == RigStanding{});
     const auto recovered = bench.desk->recover(id, "test");
     if (!recovered) FAIL(to_string(recovered.error()));
