@@ -5,6 +5,7 @@
 
 #include "classifier/fabric/provenance_text.hpp"
 #include "classifier/fabric/sealed_text.hpp"
+#include "classifier/vote/learner_answer.hpp"
 #include "classifier/vote/learnt_text.hpp"
 
 namespace weft::classifier::imprint {
