@@ -49,7 +49,7 @@ RunDesk::Run* RunDesk::next_in_line() const {
 }
 
 void RunDesk::begin_next() {
-  if (active() || line_.held()) return;
+  if (active() || line_.held() || closing_) return;
   Run* const next = next_in_line();
   if (next == nullptr) return;
   // What it did would be forgotten, or there is no room for it; tick() looks again.
@@ -87,8 +87,9 @@ void RunDesk::begin(Run& run) {
       return around_.perform(*request, hooks);
     });
     const bool may_be_left = !around_.one_run && (request || resumes);
-    const bool left = may_be_left && (resumes ? !request || is_anything_left(*request)
-                                              : may_be_concluded(request->out, summary));
+    const bool left =
+        may_be_left && (resumes || closing_ ? !request || is_anything_left(*request)
+                                            : may_be_concluded(request->out, summary));
     give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });

@@ -12,6 +12,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr const char* shutdown = "auto:shutdown";
+
 // A person's name for a folder is one path component, nothing hidden.
 Status check_name(const std::string& name) {
   constexpr std::size_t longest = 100;
@@ -62,7 +64,7 @@ RunDesk::~RunDesk() {
   for (const auto& run : runs_) run->looker.request_stop();
   for (const auto& run : runs_) {
     give_leave(*run, false);
-    if (run->thread.joinable()) run->orders->give({Order::abort, "shutdown"});
+    if (run->thread.joinable()) run->orders->give({Order::abort, shutdown});
   }
   for (const auto& run : runs_)
     if (run->thread.joinable()) run->thread.join();
@@ -232,6 +234,11 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
   if (run == nullptr) return;
   run->view.hand_over = fact;
   tell(*run, "auto:hand_over");
+}
+
+void RunDesk::close() {
+  if (closing_.exchange(true)) return;
+  if (const auto run = active()) static_cast<void>(order(*run, Order::abort, shutdown));
 }
 
 void RunDesk::tick() {

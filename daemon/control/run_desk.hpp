@@ -2,6 +2,7 @@
 // The runs of one rig: at most one at a time moves it, on a thread of its own; the others wait in a
 // queue. What happens is kept in the daemon's journal before it is told.
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -186,6 +187,9 @@ class RunDesk {
             std::string payload_json = "{}");
   /// Call often: deadlines.
   void tick();
+  /// The daemon is told to end: nothing more begins, and the run under way retracts the probe. It
+  /// is interrupted then where anything of it is left. Tick on until nothing is active().
+  void close();
 
  private:
   struct Run;
@@ -267,6 +271,7 @@ class RunDesk {
   RunLine line_;
   RigStanding standing_;
   bool standing_kept_ = true, line_kept_ = true;
+  std::atomic<bool> closing_ = false;  ///< read by runs' threads too
   bool disk_is_awaited_ = false;  ///< its folder or its room, which keeps a run from its beginning
   RepeatedStops repeated_stops_;
   std::deque<RunStore::Line> notes_;       // not in the journal yet

@@ -2,6 +2,7 @@
 
 #include <sys/random.h>
 
+#include <asio/ip/host_name.hpp>
 #include <nlohmann/json.hpp>
 
 #include "daemon/access/token_keeper.hpp"
@@ -37,7 +38,10 @@ Status make_folder(const std::filesystem::path& folder) {
 }
 
 std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls) {
-  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  asio::error_code nameless;
+  if (address.is_unspecified())  // it listens everywhere, and that is nobody's address
+    if (const std::string name = asio::ip::host_name(nameless); !nameless) host = name;
   return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
 }
 
@@ -346,7 +350,9 @@ void Daemon::run(const std::atomic<bool>& stop, const std::function<void(const P
   ready({server_->port(), http_ ? http_->port() : std::uint16_t{0}});
   server_->run([this, &stop] {
     tick();
-    if (stop.load(std::memory_order_relaxed)) server_->stop();
+    if (!stop.load(std::memory_order_relaxed)) return;
+    desk_->close();
+    if (!desk_->active()) server_->stop();  // else how its run ended would not be written down
   });
 }
 

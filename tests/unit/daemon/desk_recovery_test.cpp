@@ -39,6 +39,30 @@ TEST_CASE("a run whose recovery came to nothing may be recovered again") {
   CHECK_FALSE(bench.desk->recover(id, "test"));
 }
 
+TEST_CASE("a daemon that is told to end has a run's end on record, and may go on with it") {
+  const TemporaryFolder folder;
+  {
+    DeskBench bench(folder, test::tiny_recipe(4));
+    bench.at_line = [&](const TrialProgress& line, RunOrders&) {
+      if (line.done == 2) bench.posted.post([&] { bench.desk->close(); });
+    };
+    const std::string first = bench.submit().stored.id(), second = bench.submit().stored.id();
+    const RunView cut = bench.ended(first);
+    CHECK(cut.machine.state == RunState::interrupted);
+    CHECK(cut.stored.outcome == "aborted");
+    CHECK(cut.stored.cleanup == "done");
+    CHECK_FALSE(bench.desk->active());
+    CHECK(bench.desk->get(second)->machine.state == RunState::queued);
+  }
+  DeskBench bench(folder, test::tiny_recipe(4));
+  CHECK(bench.desk->standing().fact == RigStanding::Fact::safe);
+  const std::string id = bench.desk->all().front().stored.id();
+  CHECK(bench.desk->get(id)->stored.outcome == "aborted");
+  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.desk->start_line("test"));
+  CHECK(bench.ended(id).stored.outcome == "complete");
+}
+
 TEST_CASE("a run whose resume was aborted while the past was played counts what is on record") {
   const TemporaryFolder folder;
   leave_interrupted(folder, 4, 3);
