@@ -46,12 +46,16 @@ StopSignals::StopSignals() {
   install(SIGINT, before_interrupt_);
   install(SIGTERM, before_terminate_);
   install(SIGHUP, before_hangup_);
+  struct sigaction ignored {};
+  ignored.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignored, &before_pipe_);
 }
 
 StopSignals::~StopSignals() {
   sigaction(SIGINT, &before_interrupt_, nullptr);
   sigaction(SIGTERM, &before_terminate_, nullptr);
   sigaction(SIGHUP, &before_hangup_, nullptr);
+  sigaction(SIGPIPE, &before_pipe_, nullptr);
 }
 
 const std::atomic<bool>& StopSignals::asked() const {

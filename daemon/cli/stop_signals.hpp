@@ -10,7 +10,9 @@ namespace weft::daemon::cli {
 
 /// While it lives, the first SIGINT, SIGTERM or SIGHUP sets asked(), and the first two then have
 /// their default effect again; of a closed terminal the kernel and the shell both tell, so SIGHUP
-/// never ends the process. A signal that was ignored, as by nohup, stays ignored. One at a time.
+/// never ends the process. Nor does a reader of what is printed that has gone, as `| head` does: it
+/// would leave the probe where it is. A signal that was ignored, as by nohup, stays ignored. One at
+/// a time.
 class StopSignals {
  public:
   StopSignals();
@@ -26,6 +28,7 @@ class StopSignals {
   struct sigaction before_interrupt_ {};
   struct sigaction before_terminate_ {};
   struct sigaction before_hangup_ {};
+  struct sigaction before_pipe_ {};
 };
 
 }  // namespace weft::daemon::cli

@@ -88,6 +88,21 @@ def stopped_at_once(t, d, rig):
     t.expect(trials(campaign, "complete") >= 2, "complete trials are kept")
 
 
+def read_by_nobody(t, d, rig):
+    """`weft run ... | head -1`: the campaign goes on to its end."""
+    recipe = json.loads((d / "recipe.json").read_text())
+    recipe.update(fabrics=recipe["fabrics"][:2], repetitions=2)
+    (d / "few.json").write_text(json.dumps(recipe))
+    process = subprocess.Popen([t.weft, "run", "few.json", "--rig", str(rig), "--out", "unread", "--no-evaluate"], cwd=d,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    process.stdout.readline()
+    process.stdout.close()
+    status = process.wait(timeout=PATIENCE_S)
+    t.expect(status != -signal.SIGPIPE, "ended where it was by who reads no more")
+    found = t.succeeds("verify", "unread", cwd=d)
+    t.expect(found["certified"] and found["trials_complete"] == found["trials_planned"], f"unread: {found}")
+
+
 def main():
     t = Checks(sys.argv[1])
     root = pathlib.Path(sys.argv[2]).resolve()
@@ -102,6 +117,7 @@ def main():
         stopped_tidily(t, d, rig, signal.SIGHUP.value)  # the terminal was closed
         hung_up_and_told(t, d, rig)
         stopped_at_once(t, d, rig)
+        read_by_nobody(t, d, rig)
     t.finish()
 
 
