@@ -253,7 +253,9 @@ class Run {
                         json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
     if (!hooks_->progress) return;
     TrialProgress line;
-    line.done = done.trial + (again ? 0 : 1);
+    const bool is_over = done.outcome == recipes::Outcome::complete ||
+                         done.outcome == recipes::Outcome::failed;  // else it is taken once more
+    line.done = done.trial + (is_over ? 1 : 0);
     line.error = done.error;
     line.takes_rejected = rejected_;
     line.planned = plan_->trials.size();

@@ -304,4 +304,28 @@ TEST_CASE(
   CHECK(measured_hz(data->records[0].wrench.t_ns) == Approx(200));
 }
 
+TEST_CASE("a repetition that a pause cuts, to be taken again, does not count as done") {
+  const TemporaryFolder folder;
+  RunOrders orders;
+  std::vector<std::size_t> counted;
+  bool cut = false;
+  CampaignHooks hooks;
+  hooks.orders = &orders;
+  hooks.moment = [&](const RunMoment& moment) {
+    if (moment.trial == 1 && moment.step == recipes::Step::sliding && !std::exchange(cut, true))
+      orders.give({Order::pause_now, "test"});
+  };
+  hooks.progress = [&](const TrialProgress& line) {
+    counted.push_back(line.done);
+    if (line.outcome == recipes::Outcome::stopped) orders.give({Order::resume, "test"});
+  };
+  const auto summary = run_campaign(test::request_in(folder, test::tiny_recipe(1)), hooks);
+  REQUIRE(summary);
+  REQUIRE(cut);
+  REQUIRE(counted.size() == summary->trials_planned + 1);
+  CHECK(counted[0] == 1);
+  CHECK(counted[1] == 1);
+  CHECK(counted.back() == summary->trials_planned);
+}
+
 }  // namespace campaign_test
