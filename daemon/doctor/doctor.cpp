@@ -1,6 +1,7 @@
 #include "daemon/doctor/doctor.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "daemon/doctor/system_checks.hpp"
 #include "daemon/loop/real_loop.hpp"
@@ -66,13 +67,39 @@ void look_for_console(RealLoop& loop, const RigFile& rig, DoctorReport& report) 
               : problem_of("weft-rig", console.error(), "Start it: weft-rig RIG"));
 }
 
+bool is_serial(const DeviceEntry& entry) {
+  return std::holds_alternative<SerialSettings>(entry.link);
+}
+
+/// Serial ports first, which nobody can take from a program that has them.
+std::vector<std::size_t> order_of(const RigFile& rig) {
+  std::vector<std::size_t> out(rig.devices.size());
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  std::ranges::stable_partition(out, [&](std::size_t i) { return is_serial(rig.devices[i]); });
+  return out;
+}
+
+/// A sensor in a network streams to who asked last: from a campaign on this rig it would be taken.
+Status let_alone(const DeviceEntry& entry, const DoctorReport& report) {
+  const bool in_use = std::ranges::any_of(report.devices, [](const DeviceReport& device) {
+    return device.error && device.error->message == port_in_use;
+  });
+  if (!in_use || is_serial(entry)) return {};
+  return fail(Errc::wrong_state, "it was not looked at, as another program uses this rig", {}, {},
+              {}, "End that program first: the device would be taken from it");
+}
+
 void examine_ports(const RigFile& rig, const DoctorRequest& request, DoctorReport& report) {
   RealLoop loop;
   look_for_console(loop, rig, report);
   std::vector<std::unique_ptr<Device>> devices;
   std::vector<Examination::Patient> patients;
-  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
+  for (const std::size_t i : order_of(rig)) {
     const DeviceEntry& entry = rig.devices[i];
+    if (Status free = let_alone(entry, report); !free) {
+      report.devices[i].error = free.error();
+      continue;
+    }
     if (!port_may_be_tried(entry, report)) continue;
     Result<std::unique_ptr<Link>> link = open_link(loop, entry.link);
     if (!link) {

@@ -3,6 +3,7 @@
 
     doctor.py WEFT WEFT_RIG SOURCE_ROOT
 """
+import fcntl
 import json
 import pathlib
 import re
@@ -67,6 +68,18 @@ def printed(t, text):
         t.expect(len(found) == 1 and re.match(says, found[0][2]), f"a finding for {subject}: {found}\n{text}")
 
 
+def in_use(t, d, path, rig):
+    """Who has a port of the rig keeps the sensor in the network too, which streams to who asked last."""
+    device = next(device for device in rig["devices"] if device["name"] == "stage.x")
+    with open(device["link"]["path"], "rb+", buffering=0) as port:
+        fcntl.flock(port, fcntl.LOCK_EX)
+        report = doctor(t, d, path, 1)
+    t.expect("another program uses" in problems(report, "stage.x"), f"a port in use: {report['findings']}")
+    told = problems(report, "ft")
+    t.expect("not looked at" in told and "End that program" in told and not of(report, "ft")["answered"], f"the sensor: {told}")
+    t.expect(of(report, "stage.z")["armed"], "ports that are free are looked at")
+
+
 def emulated(t, d, root, weft_rig):
     path, rig = rig_file(root, d)
     with ServedRig(weft_rig, path, rig) as served:
@@ -76,6 +89,8 @@ def emulated(t, d, root, weft_rig):
         t.expect(plain.stdout.startswith("EMULATED bench") and "no problems" in plain.stdout, plain.stdout)
         printed(t, plain.stdout)
         t.expect(served.order(order="truth") == truth, "nothing moves while the doctor looks")
+
+        in_use(t, d, path, rig)
 
         # A line whose bytes are noise, as with a wrong baud rate or parity, and a sensor at half its rate.
         for device, fault in {"taxels": "bit_flip", "ft": "rate_halved"}.items():
