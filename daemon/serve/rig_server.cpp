@@ -93,13 +93,15 @@ Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFi
 
 RigServer::~RigServer() = default;
 
+// The place for orders is the first: where another weft-rig serves the same rig, that is all this
+// one touches. Links to terminals would be taken from it.
 Status RigServer::serve(const RigFile& file) {
-  for (const DeviceEntry& device : file.devices)
-    if (Status s = serve(device); !s) return pass(s.error(), device.name);
   auto door = TcpDoor::open(*loop_, file.console,
                             [this](std::unique_ptr<Link> host) { welcome(std::move(host)); });
   if (!door) return pass(door.error(), "/simulation/console");
   door_ = std::move(*door);
+  for (const DeviceEntry& device : file.devices)
+    if (Status s = serve(device); !s) return pass(s.error(), device.name);
   lines_.push_back("orders on tcp " + Words::end(file.console));
   return {};
 }

@@ -115,7 +115,8 @@ Status ServedTerminal::publish() {
 
 void ServedTerminal::pull() {
   std::error_code ignored;
-  if (std::exchange(published_, false)) std::filesystem::remove(path_, ignored);
+  const bool is_ours = std::filesystem::read_symlink(path_, ignored) == terminal_;
+  if (std::exchange(published_, false) && is_ours) std::filesystem::remove(path_, ignored);
   master_.reset();  // hosts that hold the other end are hung up on
   occupied_ = false;
 }

@@ -10,6 +10,7 @@ import pathlib
 import select
 import socket
 import struct
+import subprocess
 import sys
 import tempfile
 import time
@@ -64,6 +65,15 @@ class Terminal:
     def silent(self, seconds):
         heard = self.read(4096, seconds)
         assert not heard, f"nobody asked for {len(heard)} bytes: {heard[:40].hex(' ')}"
+
+
+def a_second_one(weft_rig, file, rig):
+    """Another weft-rig on the same rig file is refused before it has touched a port of the first."""
+    places = [pathlib.Path(device["link"]["path"]) for device in rig["devices"] if device["link"]["kind"] == "serial"]
+    before = [os.readlink(place) for place in places]
+    second = subprocess.run([weft_rig, str(file)], capture_output=True, text=True, timeout=60)
+    assert second.returncode == 1 and "console" in second.stderr, second
+    assert before and [os.readlink(place) for place in places] == before
 
 
 def gone_without_a_word(path):
@@ -165,6 +175,8 @@ def main():
         path.write_text(json.dumps(rig))
         stage, cube = rig["devices"][0]["link"]["path"], rig["devices"][3]["link"]["path"]
         with ServedRig(program, path, rig):
+            a_second_one(program, path, rig)
+            print("a second weft-rig on the same rig file is refused, and takes nothing away")
             gone_without_a_word(cube)
             print("a host that goes without a word is not held against the next")
             reads_nothing(stage)
