@@ -166,8 +166,12 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   ReportExtras extras{&*verified, {}};
   if (trades(args, *dataset)) {
     auto sections = trade_sections(args, *summary, console);
-    if (!sections) return pass(sections.error());
-    extras.trade_html = std::move(*sections);
+    const bool is_whole = summary->outcome == recipes::Outcome::complete;
+    if (!sections && is_whole) return pass(sections.error());
+    if (sections)
+      extras.trade_html = std::move(*sections);
+    else  // too few trials to split, perhaps
+      console.err << "speed against accuracy is left out: " << to_string(sections.error()) << '\n';
   }
   const auto fidelity = fidelity_section(args, *summary);
   if (!fidelity) return pass(fidelity.error());

@@ -6,6 +6,7 @@
 import hashlib
 import json
 import pathlib
+import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree
@@ -65,6 +66,21 @@ def exported(t, d, ran):
     t.refuses("export", "small", "--format", "features-csv", "--exploration", "M7", cwd=d, says=["no such exploration", "M1"])
 
 
+def stopped(t, d, root):
+    """Of a campaign that was stopped in its first fabric there is a page, without what needs two."""
+    recipe = json.loads((d / "small.json").read_text())
+    recipe.update(name="stopped", fabrics=["denim", "velvet"], repetitions=20)
+    (d / "stopped.json").write_text(json.dumps(recipe))
+    running = subprocess.Popen([t.weft, "run", "stopped.json", "--rig", str(root / "sim/rigs/bench17.json"), "--out", "stopped"], cwd=d,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    running.stderr.readline()
+    running.terminate()
+    running.communicate(timeout=120)
+    ran = t.run("report", "stopped", "-o", "stopped.html", cwd=d)
+    t.expect(ran.returncode == 0 and "speed against accuracy is left out" in ran.stderr, f"stopped: {ran.returncode} {ran.stderr}")
+    t.expect("How well the force was held" in (d / "stopped.html").read_text(), "what there is of it is on the page")
+
+
 def refused(t, d):
     t.refuses("report", "small", "-o", "page.pdf", cwd=d, says=["page.pdf", ".html"])
     t.refuses("report", "small", "-o", "nowhere/page.html", cwd=d, says=["nowhere"])
@@ -91,6 +107,7 @@ def main():
         ran = campaign(t, d, root)
         made_afterwards(t, d, root, ran)
         exported(t, d, ran)
+        stopped(t, d, root)
         refused(t, d)
         damaged(t, d)
     return t.finish()
