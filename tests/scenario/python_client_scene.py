@@ -179,6 +179,9 @@ def fetched(run, folder):
     run.download("certificate.json", folder / "mine.json")
     refused(RequestError, run.download, "tokens.json", folder)
     assert sorted(p.name for p in folder.iterdir()) == ["dataset.h5", "mine.json"]
+    for name in ("dataset.h5", "certificate.json"):  # a folder that is not there yet
+        run.download(name, f"{folder}/there/")
+    assert sorted(p.name for p in (folder / "there").iterdir()) == ["certificate.json", "dataset.h5"]
 
 
 def altered(run, folder):

@@ -117,9 +117,13 @@ class Run:
                                                               "expected": ", ".join(f.name for f in files)})
 
     def download(self, name: str, to: "Union[str, os.PathLike[str]]") -> pathlib.Path:
-        """One of files() over HTTP into a folder or a file; what is there of it from an earlier attempt is gone on with, and the whole
+        """One of files() over HTTP into a folder (one that is there, or a name that ends in "/") or a file; what is there of it from an earlier attempt is gone on with, and the whole
         compared with its digest. Needs the client's `http` and a token. Errors: DataAltered, AccessError, ConnectionLost."""
-        return fetch(self._client.http, self.file(name), pathlib.Path(to))
+        folder = os.fspath(to).endswith(("/", os.sep))  # a path forgets it
+        place = pathlib.Path(to)
+        if folder:
+            place.mkdir(parents=True, exist_ok=True)
+        return fetch(self._client.http, self.file(name), place)
 
     def folder(self) -> pathlib.Path:
         """Its folder on the daemon's machine."""
