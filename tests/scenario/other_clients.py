@@ -38,6 +38,7 @@ def shell(daemon):
         return print("nc is not installed (netcat-openbsd): the shell's example was not run")
     said = said_by(ROOT / "clients/shell/campaign.sh", "learns", WEFT_SOCKET=str(daemon.socket))
     assert re.search(r"R-\d+: outcome complete, cleanup done, rig safe", said) and "  now " in said, said
+    assert re.search(r"R-\d+ is in line: \w+", said), said
     assert "recipe.check was refused" in said_by(ROOT / "clients/shell/campaign.sh", "none", status=1, WEFT_SOCKET=str(daemon.socket))
     client, pace = slow(daemon, LEASE_MS)
     said = said_by(ROOT / "clients/shell/campaign.sh", "small", WEFT_SOCKET=str(daemon.socket), WEFT_LEASE_MS=str(LEASE_MS))
