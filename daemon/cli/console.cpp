@@ -10,8 +10,9 @@ namespace {
 using nlohmann::json;
 
 // Text from outside may be anything; what is not UTF-8 becomes U+FFFD instead of an exception.
-void put(std::ostream& out, const json& object) {
-  out << object.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
+constexpr int pretty = 2, on_one_line = -1;
+void put(std::ostream& out, const json& object, int indent = pretty) {
+  out << object.dump(indent, ' ', false, json::error_handler_t::replace) << '\n';
 }
 
 // What somebody called a fabric or a file could hold sequences that a terminal obeys.
@@ -30,13 +31,25 @@ std::string harmless(std::string_view text) {
 
 }  // namespace
 
-void print(Console& console, std::string_view text, const json& object) {
+namespace {
+
+void print(Console& console, std::string_view text, const json& object, int indent) {
   if (console.json) {
-    put(console.out, object);
+    put(console.out, object, indent);
   } else {
     console.out << harmless(text);
   }
   console.out.flush();
+}
+
+}  // namespace
+
+void print(Console& console, std::string_view text, const json& object) {
+  print(console, text, object, pretty);
+}
+
+void print_line(Console& console, std::string_view text, const json& object) {
+  print(console, text, object, on_one_line);
 }
 
 json error_json(const Error& error) {

@@ -31,6 +31,9 @@ struct Console {
 /// characters in it, other than tabs and line breaks, come out as "?", as they do in report().
 void print(Console& console, std::string_view text, const nlohmann::json& object);
 
+/// One of several of a command: with --json each on a line of its own.
+void print_line(Console& console, std::string_view text, const nlohmann::json& object);
+
 /// The parts of an error and its sentence.
 nlohmann::json error_json(const Error& error);
 

@@ -45,6 +45,7 @@ std::string hand_over_words(const json& told) {
 std::string run_line(const json& run) {
   std::string line =
       run.value("run", "") + "  " + run.value("state", "") + "  " + run.value("recipe", "");
+  if (const std::string name = run.value("name", ""); !name.empty()) line += " (" + name + ")";
   if (run.contains("trials_planned"))
     line += "  " + std::to_string(run.value("trials_done", 0)) + " of " +
             std::to_string(run.value("trials_planned", 0)) + " trials";

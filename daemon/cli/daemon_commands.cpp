@@ -7,6 +7,7 @@
 #include "daemon/access/tokens.hpp"
 #include "daemon/cli/daemon_call.hpp"
 #include "daemon/loop/wall_clock.hpp"
+#include "daemon/report/format.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -88,7 +89,8 @@ void tell_hand_over(Client& daemon, const json& run, Console& console) {
   auto now = call(daemon, "run.get", {{"run", run.at("run")}});
   if (now && (hand_over_state(*now) == "waiting" || hand_over_state(*now) == "running"))
     now = call(daemon, "run.wait", {{"run", run.at("run")}, {"hand_over", true}});
-  if (now && hand_over_state(*now) != hand_over_state(run)) print(console, run_line(*now), *now);
+  if (now && hand_over_state(*now) != hand_over_state(run))
+    print_line(console, run_line(*now), *now);
 }
 
 }  // namespace
@@ -144,8 +146,9 @@ void add_options(CLI::App& command, WatchArgs& args) {
   add_run(command, args);
 }
 void add_options(CLI::App& command, LogArgs& args) {
-  add_run(command, args);
-  command.add_option("--most", args.most, "lines")->capture_default_str();
+  add_socket(command, args);
+  command.add_option("RUN", args.run, "its name, R-000318; of all runs where it is left out");
+  command.add_option("--most", args.most, "lines, the newest")->capture_default_str();
 }
 void add_options(CLI::App& command, CallArgs& args) {
   add_socket(command, args);
@@ -207,7 +210,12 @@ Result<int> run_start(const StartArgs& args, Console& console) {
       under_lease(*daemon, {"weft start " + args.recipe}, "run.start", std::move(params));
   if (!run) return pass(run.error());
   tell_of_wait(*daemon, *run, console);
-  if (args.wait) return waited(*daemon, *run, console);
+  if (args.wait) {
+    console.err << "weft: " << run_line(*run)
+                << "weft: it goes on without this command: weft watch " << run->value("run", "")
+                << std::endl;
+    return waited(*daemon, *run, console);
+  }
   print(console, run_line(*run), *run);
   return exit_ok;
 }
@@ -242,9 +250,9 @@ Result<int> run_confirm(const ConfirmArgs& args, Console& console) {
   const json attention = run->value("attention", json());
   if (!attention.is_object() || !attention.value("asked", false))
     return fail(Errc::wrong_state, "the run waits for nobody", id, {}, run->value("state", ""));
-  console.err << "weft: done: " << attention.value("text", "") << '\n';
   const auto gone_on = call(*daemon, "run.confirm", {{"run", id}, {"step", attention.at("step")}});
   if (!gone_on) return pass(gone_on.error());
+  console.err << "weft: done: " << attention.value("text", "") << '\n';
   print(console, run_line(*gone_on), *gone_on);
   return exit_ok;
 }
@@ -308,8 +316,7 @@ Result<int> run_watch(const WatchArgs& args, Console& console) {
   }
   tell_of_wait(*daemon, run, console);
   for (;;) {
-    print(console, run_line(run), run);
-    console.out.flush();
+    print_line(console, run_line(run), run);
     if (run.contains("outcome")) break;
     const auto event = daemon->next_event();
     if (!event) return pass(event.error());
@@ -328,9 +335,9 @@ Result<int> run_log(const LogArgs& args, Console& console) {
     if (const auto told = run_told(*daemon, args.run); !told) return pass(told.error());
   std::string text;
   for (const json& line : log->at("lines"))
-    text += std::to_string(line.value("t_us", std::int64_t{0})) + "  " + line.value("run", "") +
-            "  " + line.value("kind", "") + "  " + line.value("by", "") + "  " +
-            line.at("data").dump() + "\n";
+    text += utc_text(line.value("t_us", std::int64_t{0})) + "  " + line.value("run", "") + "  " +
+            line.value("kind", "") + "  " + line.value("by", "") + "  " + line.at("data").dump() +
+            "\n";
   print(console, text, *log);
   return exit_ok;
 }

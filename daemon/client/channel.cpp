@@ -65,6 +65,12 @@ Result<std::unique_ptr<Channel>> open_unix(const std::string& path) {
   auto socket = std::make_unique<Unix::socket>(*context);
   asio::error_code error;
   socket->connect(Unix::endpoint(path), error);
+  if (error == asio::error::access_denied || error == asio::error::no_permission)
+    return fail(Errc::io, "the daemon's socket is not for this user", path, {}, error.message(),
+                "Be of the socket's group, or come with a token to the daemon's port");
+  if (error && path.find('/') == std::string::npos && path.find(':') != std::string::npos)
+    return fail(Errc::not_found, "there is no such socket", path,
+                "tls://HOST:PORT or tcp://HOST:PORT", {}, "A port is named with its protocol");
   if (error) return nobody(path, error.message());
   return std::make_unique<StreamChannel<Unix::socket>>(std::move(context), nullptr,
                                                        std::move(socket));

@@ -30,6 +30,9 @@ Result<Client> Client::open(const Where& where) {
   if (!channel) return pass(channel.error());
   Client client(std::move(*channel));
   const auto greeting = client.read_line();
+  if (!greeting && where.at.starts_with("tcp://"))
+    return fail(Errc::io, "the daemon says nothing in the clear", where.at, {}, {},
+                "Where it serves TLS (--tls-cert) its port is tls://HOST:PORT");
   if (!greeting) return pass(greeting.error());
   const json hello = json::parse(*greeting, nullptr, false);
   if (!hello.is_object() || hello.value("method", "") != "hello")

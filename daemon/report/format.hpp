@@ -2,6 +2,7 @@
 // Numbers and text as a reader wants to see them. Nothing here ever prints "nan" or "inf".
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -36,6 +37,9 @@ std::string percent(double share, int decimals = 1);
 std::string thousands(std::size_t value);
 /// "17 ms", "0.57 s", "4 min 10 s", "6 h 12 min".
 std::string duration(double seconds);
+
+/// "2026-11-26 06:29:25.123 UTC", of microseconds since 1970-01-01 UTC.
+std::string utc_text(std::int64_t us);
 /// Shortest text that an SVG attribute needs: two decimals, no trailing zeros. 0 when not finite.
 std::string coordinate(double value);
 /// For HTML, from the natural logarithm because p-values underflow a double:

@@ -73,6 +73,9 @@ def a_run(client, daemon, token):
     viewer = Client(("127.0.0.1", daemon.port), introduce=False)
     viewer.call("session.open", client="x", token=token["observer"])
     assert viewer.refused("run.confirm", run=run, step=first["step"])["data"]["kind"] == "access.role"
+    by_viewer = subprocess.run([WEFT, "confirm", "--daemon", f"tcp://127.0.0.1:{daemon.port}"], capture_output=True, text=True,
+                               env={**os.environ, "WEFT_TOKEN": token["observer"]}, timeout=PATIENCE_S)
+    assert by_viewer.returncode == 1 and "done" not in by_viewer.stderr, by_viewer
     other = Client(("127.0.0.1", daemon.port), introduce=False)
     other.call("session.open", client="x", token=token["operator"])
     assert other.refused("run.confirm", run=run, step=first["step"])["data"]["kind"] == "lease.held"

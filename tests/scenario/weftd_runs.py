@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import signal
 import sqlite3
 import subprocess
@@ -250,7 +251,12 @@ def commands(folder, daemon):
         assert done.returncode == status, (words, done)
         return done.stdout
     assert weft("status").startswith("ready\n")
-    assert "complete, clean-up done, rig safe" in weft("start", "small", "--name", "shell", "--wait")
+    assert "small (shell)" in weft("start", "small", "--name", "shell", "--wait")
+    waited = subprocess.run([WEFT, "start", "small", "--wait", "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
+    run = waited.stdout.split()[0]
+    assert "complete, clean-up done, rig safe" in waited.stdout and f"weft watch {run}" in waited.stderr, waited
+    lines = weft("watch", run, "--json").splitlines()
+    assert lines and json.loads(lines[-1])["outcome"] == "complete", lines
     assert weft("halt") == "rig latched\n"
     assert "rig.latched" in weft("status")
 
@@ -265,7 +271,7 @@ def commands(folder, daemon):
     assert "(weft queue start)" in weft("status")
     waits("(weft queue start)")
     weft("queue", "start")
-    assert "submitted" in weft("log")
+    assert re.search(r"(?m)^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{3} UTC  R-\d+  submitted", weft("log")), weft("log")
     for of_a_run in ("watch", "log", "pause"):
         refused = subprocess.run([WEFT, of_a_run, "R-000099", "--socket", str(daemon.socket)], capture_output=True, text=True, timeout=PATIENCE_S)
         assert refused.returncode == 1 and "no such run" in refused.stderr and not refused.stdout, refused

@@ -112,6 +112,8 @@ def over_http(daemon, cert, token):
         while piece := wire.recv(4096):  # ends with a word, not cut off: ssl would raise
             heard += piece
     assert heard.startswith(b"HTTP/1.1 200 ") and b'"product":"weftd"' in heard, heard
+    # It listens everywhere, which is no address for a link: that has the machine's name.
+    assert f'"http":"https://{socket.gethostname()}:{daemon.http}"'.encode() in heard, heard
 
 
 def with_weft(daemon, folder, cert, other_cert, token):
@@ -127,6 +129,9 @@ def with_weft(daemon, folder, cert, other_cert, token):
         assert bad.returncode != 0 and word in bad.stderr + bad.stdout, bad
     local = {"socket": folder / "data" / "weftd.sock", "daemon": f"tls://127.0.0.1:{daemon.port}"}
     which_daemon(local, {"WEFT_TOKEN": token, "WEFT_TLS_CA": str(cert)})
+    for place, way in ((f"tcp://127.0.0.1:{daemon.port}", "tls://"), (f"127.0.0.1:{daemon.port}", "with its protocol")):
+        said = subprocess.run([WEFT, "status", "--daemon", place], capture_output=True, text=True, env={**os.environ, "WEFT_TOKEN": token})
+        assert said.returncode == 1 and way in said.stderr, said
     elsewhere = subprocess.run([WEFT, "status", "--daemon", "tls://127.0.0.1:1", "--tls-ca", cert], capture_output=True, text=True)
     assert elsewhere.returncode != 0 and "no daemon answers" in elsewhere.stderr, elsewhere
 
