@@ -32,6 +32,7 @@ struct Talk {
       work()();
       return true;
     };
+    services.errand = services.change_errand;
     api::add_methods(methods, services);
     methods.add({"later.say", "", {}, {}, {}, ""},
                 rpc::Handler([this](const rpc::Call&, rpc::Responder respond) {
