@@ -18,7 +18,7 @@ using test::TemporaryFolder;
 
 TEST_CASE("A stop is done while as many calls wait for their answers as may") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   for (std::size_t i = 0; i < Conversation::most_pending; ++i) talk.ask("later.say");
   REQUIRE(talk.kind_of(talk.ask("system.time")) == "request.too_many");
   CHECK(talk.ask("rig.halt").at("result").at("latched") == true);
@@ -30,7 +30,7 @@ TEST_CASE("A stop is done while as many calls wait for their answers as may") {
 
 TEST_CASE("Whatever is wrong with a stop beside its name, it is done, and the answer tells") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   const auto warned = [&](const std::string& line) {
     const json answer = talk.hear(line);
     INFO(line << " -> " << answer);
@@ -96,7 +96,7 @@ TEST_CASE(
 
 TEST_CASE("A folder that is taken away under the daemon is told, and nothing begins") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   const auto lease = talk.ask("lease.acquire").at("result").at("lease").get<std::string>();
   const std::string runs = talk.bench.submit().stored.id();
   const std::string waits = talk.bench.submit().stored.id();
@@ -163,7 +163,7 @@ TEST_CASE("A raw halt is heeded with spaces around it, and without its line's en
 
 TEST_CASE("Who halts again and again is counted in a line of the journal") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   for (int i = 0; i < 3000; ++i) REQUIRE(talk.ask("rig.halt").contains("result"));
   REQUIRE(talk.lines().size() == 1);
   talk.ask("rig.halt", {{"reason", "smoke"}});
@@ -179,7 +179,7 @@ TEST_CASE("Who halts again and again is counted in a line of the journal") {
 TEST_CASE("Of the features that a client wants it is told those that there are") {
   const auto features = [](const json& params) {
     Talk talk;
-    json asked = introduction;
+    json asked = introduction();
     asked.update(params);
     return talk.ask("session.open", asked).at("result").at("features");
   };

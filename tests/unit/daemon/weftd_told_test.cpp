@@ -20,7 +20,7 @@ TEST_CASE("An answer that is longer than a line may be is refused, and says how 
   talk.methods.add({"much.say", "", {}, {}, {}, ""}, [](const rpc::Call&) -> rpc::Outcome {
     return "\"" + std::string(Conversation::most_answer_bytes, 'x') + "\"";
   });
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   const json answer = talk.ask("much.say");
   CHECK(talk.kind_of(answer) == "answer.too_long");
   CHECK_THAT(answer["error"]["data"]["hint"].get<std::string>(), Catch::Contains("most"));
@@ -28,7 +28,7 @@ TEST_CASE("An answer that is longer than a line may be is refused, and says how 
 
 TEST_CASE("The journal comes in pages that a line can hold, whole") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   constexpr std::size_t count = 3000;
   const std::string payload = json{{"text", std::string(900, 'x')}}.dump();
   REQUIRE(talk.bench.store.together([&]() -> Status {
@@ -53,7 +53,7 @@ TEST_CASE("The journal comes in pages that a line can hold, whole") {
 
 TEST_CASE("Runs are listed in pages, the oldest first") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   talk.bench.desk->halt("test");  // nothing begins
   for (int i = 0; i < 5; ++i) talk.bench.submit();
   const auto page = [&](const json& params) { return talk.ask("run.list", params).at("result"); };
@@ -72,7 +72,7 @@ TEST_CASE("Runs are listed in pages, the oldest first") {
 
 TEST_CASE("A run is told with who changed it, and who put it in line") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   talk.bench.desk->halt("test");
   const std::string run = talk.bench.submit().stored.id();
   CHECK(talk.ask("run.get", {{"run", run}}).at("result").at("by") == "test");
@@ -83,7 +83,7 @@ TEST_CASE("A run is told with who changed it, and who put it in line") {
 
 TEST_CASE("The topic of a lease is its state: who holds it, and the last that was done with it") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   const auto snapshot = [&] {
     return json::parse(talk.hub.open({{"lease:*"}, Mode::latest}).snapshot_json)
         .at("lease:rig:bench");
@@ -121,7 +121,7 @@ TEST_CASE("The topic of a lease is its state: who holds it, and the last that wa
 
 TEST_CASE("Why a lease was broken is answered, told to all and kept") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   const std::string lease = talk.ask("lease.acquire").at("result").at("lease");
   const std::string why = "its owner has gone home";
   CHECK(talk.ask("lease.break", {{"lease", lease}, {"reason", why}}).at("result").at("reason") ==
@@ -135,7 +135,7 @@ TEST_CASE("Why a lease was broken is answered, told to all and kept") {
 TEST_CASE(
     "A recipe that cannot be written has a line that says so, and the folder's loss is told") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   const auto blockers = [&] {
     std::vector<std::string> kinds;
     const json ready = talk.ask("system.ready").at("result");
@@ -156,7 +156,7 @@ TEST_CASE(
 
 TEST_CASE("Stops are told as what changes something") {
   Talk talk;
-  REQUIRE(talk.ask("session.open", introduction).contains("result"));
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
   std::size_t found = 0;
   const json document = talk.ask("rpc.discover").at("result");
   for (const json& method : document.at("methods"))
