@@ -319,7 +319,7 @@ TEST_CASE("a repetition that a pause cuts, to be taken again, does not count as 
     counted.push_back(line.done);
     if (line.outcome == recipes::Outcome::stopped) orders.give({Order::resume, "test"});
   };
-  const auto summary = run_campaign(test::request_in(folder, test::tiny_recipe(1)), hooks);
+  const auto summary = run_campaign(request_in(folder, short_recipe("denim")), hooks);
   REQUIRE(summary);
   REQUIRE(cut);
   REQUIRE(counted.size() == summary->trials_planned + 1);
