@@ -33,8 +33,8 @@ tl::unexpected<Error> cannot_open(int number) {
 /// Two programs on one line would each see half of the answers.
 Status claim(int descriptor) {
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {};
-  return fail(Errc::io, port_in_use, {}, {},
-              std::generic_category().message(errno), "End it, or give each its own port");
+  return fail(Errc::io, port_in_use, {}, {}, std::generic_category().message(errno),
+              "End it, or give each its own port");
 }
 
 class OpenPort {

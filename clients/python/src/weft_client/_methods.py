@@ -755,8 +755,8 @@ class TokenMethods:
         name: whom it is for, a new name
         role: observer, operator (default), engineer or admin
         days: how long it is good for [days], 30
-        own: it is for yourself, a user of the machine: who comes with it is you, as far as its role goes, and has your leases
-            and keys; else token:NAME
+        own: it is for yourself, a user of the machine, who came without a token: who comes with it is you, as far as its role
+            goes, and has your leases and keys; else token:NAME
         idem: key of this change: asked again, the first answer comes
         Result: name, role, expires_us, user (who comes with it), token. Least role: admin. Changes something.
         """
