@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
+#include "daemon/doctor/port_checks.hpp"
 #include "daemon/doctor/system_checks.hpp"
 #include "daemon/loop/real_loop.hpp"
 #include "daemon/run/open_rig.hpp"
@@ -79,12 +81,18 @@ std::vector<std::size_t> order_of(const RigFile& rig) {
   return out;
 }
 
-/// A sensor in a network streams to who asked last: from a campaign on this rig it would be taken.
-Status let_alone(const DeviceEntry& entry, const DoctorReport& report) {
-  const bool in_use = std::ranges::any_of(report.devices, [](const DeviceReport& device) {
-    return device.error && device.error->message == port_in_use;
+/// By another program, not by a device of this rig that was given the same port.
+bool is_in_use(const RigFile& rig, const DoctorReport& report) {
+  std::set<std::string> shared;
+  for (const Finding& finding : shared_ports(rig.devices)) shared.insert(finding.subject);
+  return std::ranges::any_of(report.devices, [&](const DeviceReport& device) {
+    return device.error && device.error->message == port_in_use && !shared.contains(device.name);
   });
-  if (!in_use || is_serial(entry)) return {};
+}
+
+/// A sensor in a network streams to who asked last: from a campaign on this rig it would be taken.
+Status let_alone(const DeviceEntry& entry, const RigFile& rig, const DoctorReport& report) {
+  if (is_serial(entry) || !is_in_use(rig, report)) return {};
   return fail(Errc::wrong_state, "it was not looked at, as another program uses this rig", {}, {},
               {}, "End that program first: the device would be taken from it");
 }
@@ -96,7 +104,7 @@ void examine_ports(const RigFile& rig, const DoctorRequest& request, DoctorRepor
   std::vector<Examination::Patient> patients;
   for (const std::size_t i : order_of(rig)) {
     const DeviceEntry& entry = rig.devices[i];
-    if (Status free = let_alone(entry, report); !free) {
+    if (Status free = let_alone(entry, rig, report); !free) {
       report.devices[i].error = free.error();
       continue;
     }
