@@ -250,6 +250,7 @@ void add_options(CLI::App& command, RunArgs& args) {
 }
 
 Result<int> run_run(const RunArgs& args, Console& console) {
+  const ReadersMayGo to_the_end;
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
   const Result<Preflight> found = preflight(request_of(args, console));
   if (!found) return pass(found.error());

@@ -39,6 +39,16 @@ void install(int number, struct sigaction& before) {
 
 }  // namespace
 
+ReadersMayGo::ReadersMayGo() {
+  struct sigaction ignored {};
+  ignored.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignored, &before_);
+}
+
+ReadersMayGo::~ReadersMayGo() {
+  sigaction(SIGPIPE, &before_, nullptr);
+}
+
 StopSignals::StopSignals() {
   stop_asked.store(false);
   stop_number.store(0);
@@ -46,16 +56,12 @@ StopSignals::StopSignals() {
   install(SIGINT, before_interrupt_);
   install(SIGTERM, before_terminate_);
   install(SIGHUP, before_hangup_);
-  struct sigaction ignored {};
-  ignored.sa_handler = SIG_IGN;
-  sigaction(SIGPIPE, &ignored, &before_pipe_);
 }
 
 StopSignals::~StopSignals() {
   sigaction(SIGINT, &before_interrupt_, nullptr);
   sigaction(SIGTERM, &before_terminate_, nullptr);
   sigaction(SIGHUP, &before_hangup_, nullptr);
-  sigaction(SIGPIPE, &before_pipe_, nullptr);
 }
 
 const std::atomic<bool>& StopSignals::asked() const {

@@ -8,11 +8,22 @@
 
 namespace weft::daemon::cli {
 
+/// While it lives, who reads what is printed may go, as `| head` does: writing fails then, where it
+/// would have ended the process and left the probe where it is.
+class ReadersMayGo {
+ public:
+  ReadersMayGo();
+  ~ReadersMayGo();  ///< puts the action back that was there before
+  ReadersMayGo(const ReadersMayGo&) = delete;
+  ReadersMayGo& operator=(const ReadersMayGo&) = delete;
+
+ private:
+  struct sigaction before_ {};
+};
+
 /// While it lives, the first SIGINT, SIGTERM or SIGHUP sets asked(), and the first two then have
 /// their default effect again; of a closed terminal the kernel and the shell both tell, so SIGHUP
-/// never ends the process. Nor does a reader of what is printed that has gone, as `| head` does: it
-/// would leave the probe where it is. A signal that was ignored, as by nohup, stays ignored. One at
-/// a time.
+/// never ends the process. A signal that was ignored, as by nohup, stays ignored. One at a time.
 class StopSignals {
  public:
   StopSignals();
@@ -28,7 +39,7 @@ class StopSignals {
   struct sigaction before_interrupt_ {};
   struct sigaction before_terminate_ {};
   struct sigaction before_hangup_ {};
-  struct sigaction before_pipe_ {};
+  ReadersMayGo readers_may_go_;
 };
 
 }  // namespace weft::daemon::cli

@@ -76,9 +76,9 @@ def stopped(t, d, root):
     running.stderr.readline()
     running.terminate()
     running.communicate(timeout=120)
-    ran = t.run("report", "stopped", "-o", "stopped.html", cwd=d)
+    ran = t.run("report", "stopped", "-o", "cut.html", cwd=d)
     t.expect(ran.returncode == 0 and "speed against accuracy is left out" in ran.stderr, f"stopped: {ran.returncode} {ran.stderr}")
-    t.expect("How well the force was held" in (d / "stopped.html").read_text(), "what there is of it is on the page")
+    t.expect("How well the force was held" in (d / "cut.html").read_text(), "what there is of it is on the page")
 
 
 def refused(t, d):
