@@ -378,7 +378,8 @@ def end(web, daemon):
     web.call("system.ready")  # what came before it has been heard
     daemon.terminate()
     assert daemon.wait(30) == 0
-    assert answer_of(waiting)[0] == 503
+    status, said = answer_of(waiting)  # the run ends first, and who waits for that is told
+    assert (status, json.loads(said)["result"]["state"]) == (200, "interrupted"), (status, said)
     stream.response.close()
     dripping.end()
 
