@@ -126,14 +126,13 @@ TEST_CASE("a run's deadline and its journal do not go by a wall clock that is se
     CHECK((*lines)[i].sequence > (*lines)[i - 1].sequence);
     CHECK((*lines)[i].utc_us >= (*lines)[i - 1].utc_us);
   }
-  // The thread is silent to the last rung: the run counts as ended, and where the rig is nobody
-  // knows.
+  // The thread is silent to the last rung: the run counts as ended. It was never given the rig.
   for (const auto rung : {control::RunState::halting, control::RunState::ended}) {
     c.pass(1h);
     desk.tick();
     CHECK(state() == rung);
   }
-  CHECK(desk.standing() == control::RigStanding{control::RigStanding::Fact::unknown, id});
+  CHECK(desk.standing() == control::RigStanding{});
   CHECK(desk.get(id)->stored.outcome == "failed");
 }
 

@@ -1,6 +1,7 @@
 // A run whose trials are all on record and whose data set could not be written: what is known of
 // its bench stays known while it is only concluded. SIMULATED.
 
+#include <atomic>
 #include <filesystem>
 #include <future>
 
@@ -128,6 +129,28 @@ TEST_CASE("a run that does not answer while it only concludes leaves bench and r
   const RunView whole = concluded(bench, id);
   CHECK(whole.machine.state == RunState::ended);
   CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
+}
+
+TEST_CASE("where a run that does not answer any more has left the rig nobody knows") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  std::promise<void> answers;
+  std::atomic<bool> has_rig = false;
+  bench.at_rig = [&] {
+    has_rig = true;
+    answers.get_future().wait();
+  };
+  const std::string id = bench.submit().stored.id();
+  REQUIRE(bench.posted.run_until([&] { return !bench.store.load()->front().rig_untaken; }));
+  has_rig.wait(false);
+  REQUIRE(bench.desk->order(id, Order::abort, "test"));
+  for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
+    bench.now += std::chrono::hours(1);
+    bench.desk->tick();
+  }
+  CHECK(bench.desk->get(id)->machine.state == RunState::ended);
+  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, id});
+  answers.set_value();
 }
 
 }  // namespace desk_conclude_test
