@@ -47,8 +47,9 @@ ask 1 session.open '{"client":"campaign.sh","protocol":"1.x"}' >/dev/null
 checked=$(ask 2 recipe.check "{\"recipe\":\"$recipe\"}")
 [ "$(field ok <<<"$checked")" = true ] || { echo "the rig cannot run it: $checked" >&2; exit 1; }
 lease=$(ask 3 lease.acquire "{\"ttl_ms\":$lease_ms,\"note\":\"campaign.sh\"}" | field lease)
+# Also of a campaign that is refused, and of this script where it is ended: nobody waits until the lease is over.
+trap 'trap "" PIPE; tell 8 lease.release "{\"lease\":\"$lease\"}" 2>/dev/null || true' EXIT
 run=$(ask 4 run.start "{\"recipe\":\"$recipe\",\"lease\":\"$lease\"}" | field run)
-trap 'tell 8 lease.release "{\"lease\":\"$lease\"}"' EXIT  # also of one that is ended: nobody waits until the lease is over
 echo "$run is in line: $(field state <<<"$(ask 9 run.get "{\"run\":\"$run\"}")")"
 ask 5 sub.open "{\"topics\":[\"run:$run\"],\"mode\":\"latest\",\"max_hz\":2}" >/dev/null
 ended=$(ask 6 run.wait "{\"run\":\"$run\"}")

@@ -48,7 +48,8 @@ void ProgressPrinter::step(const TrialProgress& p, const std::string& line) {
     *out_ << "trial " << p.done + 1 << " (" << trial_text(p)
           << ") is taken again: " << (p.error ? to_string(*p.error) : "") << '\n';
   else if (p.outcome != recipes::Outcome::complete)
-    *out_ << "trial " << p.done << " (" << trial_text(p) << ") did not complete\n";
+    *out_ << "trial " << p.done + (p.outcome == recipes::Outcome::failed ? 0 : 1) << " ("
+          << trial_text(p) << ") did not complete\n";
   const std::size_t due = p.planned == 0 ? most_lines : p.done * most_lines / p.planned;
   if (due <= lines_) return;
   lines_ = due;

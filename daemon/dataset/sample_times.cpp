@@ -228,9 +228,13 @@ std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i) {
 }
 
 bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
-  const double own_s = sampled_time(t_ns).period_s();
-  return own_s <= to_seconds(Duration(shortest_ns)) ||
-         std::abs(own_s / period_s - 1.0) <= rate_tolerance;
+  const SampledTime own = sampled_time(t_ns);
+  // A frame that was lost is told from a late one where many stamps are: in few it lengthens the
+  // period.
+  constexpr double most_untold = 1.25;  // intervals
+  const double tolerance = rate_tolerance + most_untold / std::max(own.intervals, 1.0);
+  return own.period_s() <= to_seconds(Duration(shortest_ns)) ||
+         std::abs(own.period_s() / period_s - 1.0) <= tolerance;
 }
 
 double common_period_s(const std::vector<std::vector<std::int64_t>>& recordings) {

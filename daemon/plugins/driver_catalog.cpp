@@ -105,8 +105,9 @@ std::vector<fs::path> DriverCatalog::plugin_files() const {
     if (!fs::is_directory(folder, error)) continue;
     out.push_back(folder);
     const std::size_t begin = out.size();
-    for (const auto& file : fs::directory_iterator(folder, error))
-      if (!driver_of_file(file.path()).empty()) out.push_back(file.path());
+    for (fs::directory_iterator file(folder, error), end; !error && file != end;
+         file.increment(error))
+      if (!driver_of_file(file->path()).empty()) out.push_back(file->path());
     std::sort(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end());
   }
   return out;

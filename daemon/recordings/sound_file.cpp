@@ -61,7 +61,9 @@ std::optional<SampleChunk> find_samples(SoundHeader& header, std::string_view ch
                                         ByteOrder order) {
   constexpr std::uintmax_t first_chunk = 12, chunk_head = 8, in_ds64 = 0xffffffff;
   std::optional<std::uintmax_t> long_bytes;
-  for (std::uintmax_t at = first_chunk;;) {
+  constexpr int most_chunks = 1000;  // of a file of zeros each eight bytes would be one
+  std::uintmax_t at = first_chunk;
+  for (int chunks = 0; chunks < most_chunks; ++chunks) {
     const std::string name = header.name(at);
     const auto bytes = header.number(at + 4, 4, order);
     if (!bytes) return std::nullopt;
@@ -71,6 +73,7 @@ std::optional<SampleChunk> find_samples(SoundHeader& header, std::string_view ch
     if (name == "ds64") long_bytes = header.number(begin + 8, 8, order);
     at = begin + *bytes + *bytes % 2;
   }
+  return std::nullopt;
 }
 
 std::optional<SampleChunk> samples_of(SoundHeader& header) {

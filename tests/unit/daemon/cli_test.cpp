@@ -293,10 +293,14 @@ TEST_CASE("away from a terminal progress is at most twenty plain lines") {
 TEST_CASE("a trial that did not complete is named wherever progress goes by lines") {
   std::ostringstream out;
   ProgressPrinter printer(out, false);
-  TrialProgress failed = at(1, 680);
-  failed.outcome = recipes::Outcome::aborted;
+  TrialProgress aborted = at(0, 680);  // it does not count as done
+  aborted.outcome = recipes::Outcome::aborted;
+  printer(aborted);
+  CHECK(out.str().find("trial 1 (wool M1 #3) did not") != std::string::npos);
+  TrialProgress failed = at(2, 680);
+  failed.outcome = recipes::Outcome::failed;
   printer(failed);
-  CHECK(out.str().find("wool M1 #3") != std::string::npos);
+  CHECK(out.str().find("trial 2 (wool M1 #3) did not") != std::string::npos);
 }
 
 TEST_CASE("on a terminal a shorter line wipes what the longer one left") {

@@ -21,7 +21,7 @@ export class Lease {
   /** The lease is this user's, and no program that is connected keeps it. */
   get mine() {
     const { lease, me, sessions } = this.store;
-    return lease !== undefined && me !== null && lease.user === me.user && !sessions.some((one) => one.session === lease.session);
+    return lease !== undefined && me !== null && lease.user === me.user && (lease.lease === this.#own || !sessions.some((one) => one.session === lease.session));
   }
 
   /** Somebody else's, or that of a program: nothing can be started or steered from here. */
