@@ -138,6 +138,7 @@ TEST_CASE("where a run that does not answer any more has left the rig nobody kno
   std::atomic<bool> has_rig = false;
   bench.at_rig = [&] {
     has_rig = true;
+    has_rig.notify_all();
     answers.get_future().wait();
   };
   const std::string id = bench.submit().stored.id();
