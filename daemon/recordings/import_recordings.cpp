@@ -148,7 +148,6 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
       (c == time_column ? times : out.samples[channel++]).push_back(*value);
     }
     const double since_s = times.size() > 1 ? times.back() - times[times.size() - 2] : 0.0;
-    if (since_s < 0) return csv->complaint("time runs backwards");
     if (since_s > longest.s) longest = {since_s, csv->where()};
   }
   if (times.size() < 2 || !(times.back() > times.front()))
