@@ -34,8 +34,9 @@ void RunDesk::lose(Run& run, std::string_view by) {
     stored.dataset_sha256 = certified_dataset(stored.folder);
   }
   stored.error = "the run does not answer";
-  stored.rig_fact = run.took_rig ? "unknown" : to_string(standing_.fact);
-  if (run.took_rig && standing_.fact != RigStanding::Fact::latched)
+  const bool has_rig = run.leave == Run::Leave::given;  // its thread may be about to ask
+  stored.rig_fact = has_rig ? "unknown" : to_string(standing_.fact);
+  if (has_rig && standing_.fact != RigStanding::Fact::latched)
     stand({RigStanding::Fact::unknown, stored.id()}, by);
   keep(run);
   tell_end(run);

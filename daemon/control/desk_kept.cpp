@@ -16,6 +16,7 @@ void RunDesk::keep(Run& run) {
 }
 
 Status RunDesk::take_rig(Run& run) {
+  run.took_rig = true;
   around_.post([this, &run] {
     if (run.orders->ends_run() || standing_.fact == RigStanding::Fact::latched)
       return give_leave(run, false);
@@ -26,6 +27,7 @@ Status RunDesk::take_rig(Run& run) {
   });
   run.leave.wait(Run::Leave::awaited);
   if (run.leave == Run::Leave::given) return {};
+  run.took_rig = false;
   if (run.orders->ends_run())
     return fail(Errc::wrong_state, "the run was told to end before it had the rig", "rig");
   return fail(Errc::io, "that the run takes the rig could not be written down, so it did not",
@@ -33,7 +35,6 @@ Status RunDesk::take_rig(Run& run) {
 }
 
 void RunDesk::give_leave(Run& run, bool given) {
-  if (given) run.took_rig = true;
   run.leave = given ? Run::Leave::given : Run::Leave::refused;
   run.leave.notify_all();
 }

@@ -41,12 +41,12 @@ struct RunDesk::Run {
   std::uint64_t disk_bytes = 0;     ///< that it needs to begin; 0 where its plan is not known
   std::optional<RunOrders> orders;  ///< of this turn; nothing before the first
   std::jthread thread;
-  recipes::Ticket asked = 0;          ///< of what a person is asked for
-  bool kept = true;                   ///< the store has it as it is
-  bool counted = true;                ///< how many trials are on record is known
-  bool at_work = false;               ///< the thread has not told its end
-  std::atomic<bool> checked = false;  ///< set by the thread: what it was asked for can be done
-  bool took_rig = false;              ///< it was given leave: from then on it may move
+  recipes::Ticket asked = 0;           ///< of what a person is asked for
+  bool kept = true;                    ///< the store has it as it is
+  bool counted = true;                 ///< how many trials are on record is known
+  bool at_work = false;                ///< the thread has not told its end
+  std::atomic<bool> checked = false;   ///< set by the thread: what it was asked for can be done
+  std::atomic<bool> took_rig = false;  ///< likewise: it asked for the rig, and was not refused
   enum class Leave : std::uint8_t { awaited, given, refused };
   std::atomic<Leave> leave = Leave::awaited;  ///< to take the rig; the thread waits for it
   struct Curious {
