@@ -60,9 +60,12 @@ set_tests_properties(scenario_full_disk PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 3
 add_test(NAME scenario_cli_real_fabrics
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_cli_data scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume PROPERTIES TIMEOUT 300)
-set_tests_properties(scenario_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
+# What takes minutes of it runs in the nightly preset alone.
+add_test(NAME nightly_cli_real_fabrics CONFIGURATIONS Nightly
+         COMMAND ${Python3_EXECUTABLE} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared --longer)
+set_tests_properties(scenario_cli_real_fabrics nightly_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900)
 set_tests_properties(scenario_cli_data scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume
-                     scenario_cli_real_fabrics
+                     scenario_cli_real_fabrics nightly_cli_real_fabrics
                      PROPERTIES ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Real recordings of sound and vibration, imported and evaluated.
