@@ -165,6 +165,17 @@ Result<double> CsvReader::number(std::size_t column) const {
   return failure;
 }
 
+Result<double> CsvReader::time(std::size_t column, double ns_per_unit) const {
+  constexpr double most_ns = 4.5e18;  // 142 years
+  const auto value = number(column);
+  if (!value || std::abs(*value * ns_per_unit) < most_ns) return value;
+  auto failure = complaint("a time beyond all reason", "within 142 years of 0",
+                           "'" + shortened(fields_[column]) + "'");
+  failure.value().where += " column " + shortened(header_[column]);
+  failure.value().hint = "Is it in another unit, as milliseconds?";
+  return failure;
+}
+
 bool is_csv_name(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   for (char& c : extension)

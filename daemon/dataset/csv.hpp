@@ -35,6 +35,8 @@ class CsvReader {
   /// A finite number in field `column` of the current line. One too small for a double is not
   /// taken for 0: what is read is what is written, or a complaint.
   Result<double> number(std::size_t column) const;
+  /// The same of a time, so near to 0 that 64 bits hold the nanoseconds between any two.
+  Result<double> time(std::size_t column, double ns_per_unit = 1e9) const;
   /// A failure at the current line.
   [[nodiscard]] tl::unexpected<Error> complaint(std::string message, std::string expected = {},
                                                 std::string got = {}) const;

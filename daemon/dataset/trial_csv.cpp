@@ -8,8 +8,6 @@
 namespace weft::daemon {
 namespace {
 
-constexpr double max_time_ns = 9e18;  // 285 years, within 64 bits
-
 /// `ch12` with prefix `ch` gives 12; nothing for anything else, `ch012` included.
 std::optional<std::size_t> channel_number(std::string_view name, std::string_view prefix) {
   if (!name.starts_with(prefix)) return std::nullopt;
@@ -32,11 +30,9 @@ Result<Phase> read_phase(const CsvReader& csv, const TrialColumns& columns) {
 }
 
 Result<std::int64_t> read_time(const CsvReader& csv, const TrialColumns& columns) {
-  const auto time = csv.number(columns.time);
+  const auto time = csv.time(columns.time, columns.ns_per_time_unit);
   if (!time) return pass(time.error());
-  const double t_ns = std::round(*time * columns.ns_per_time_unit);
-  if (!(std::abs(t_ns) < max_time_ns)) return csv.complaint("a time beyond all reason");
-  return static_cast<std::int64_t>(t_ns);
+  return std::llround(*time * columns.ns_per_time_unit);
 }
 
 }  // namespace

@@ -132,7 +132,12 @@ TEST_CASE("NaN, infinity, text and empty fields in a trial are refused with line
     CHECK(error.where == ":3 column ch2");
   }
   CHECK(trial_error("t_s,ch1\nnan,1\n").where == ":2 column t_s");
-  CHECK(trial_error("t_s,ch1\n1e300,1\n").message == "a time beyond all reason");
+  for (const char* far : {"1e300", "1.7e12", "-4.6e9"}) {  // as milliseconds since 1970
+    const Error error = trial_error(std::string("t_s,ch1\n") + far + ",1\n");
+    CHECK(error.message == "a time beyond all reason");
+    CHECK(error.where == ":2 column t_s");
+    CHECK(error.expected == "within 142 years of 0");
+  }
 }
 
 TEST_CASE("a trial's columns must be known, unique and complete") {

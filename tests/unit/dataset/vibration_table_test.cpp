@@ -74,6 +74,16 @@ TEST_CASE("samples that are missing in a table are named by the line after them"
   CHECK(error(table(one)).where.ends_with("0.csv:302"));
 }
 
+TEST_CASE("times of a table in another unit than seconds are refused by their line") {
+  const TemporaryFolder folder;
+  for (const char* far : {"1.7e12", "1.7e18", "-1e300"}) {
+    const Error error = imported(folder, {std::string("t_s,X\n") + far + ",1\n"}).error();
+    CHECK(error.message == "a time beyond all reason");
+    CHECK(error.where.ends_with("0.csv:2 column t_s"));
+  }
+  CHECK(rate_hz({1.7e9, 1.7e9 + 0.5, 1.7e9 + 1}) == 2.0);
+}
+
 TEST_CASE("two sensors of one model are of one rate, though their clocks differ by 100 ppm") {
   const TemporaryFolder folder;
   const auto set = imported(folder, {table(even(400 * (1 + 5e-5))), table(even(400 * (1 - 5e-5)))});
