@@ -87,8 +87,10 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
     facts.row({"imprints", std::to_string(imprints->front().image.rows()) + " x " +
                                std::to_string(imprints->front().image.cols()) + " taxels"});
   else if (!dataset.trials.empty())
-    facts.row({"taxels", std::to_string(dataset.trials.front().taxels) + " at " +
-                             fixed(dataset.info.taxel_rate_hz, 2) + " Hz"});
+    facts.row({"taxels",
+               std::to_string(dataset.trials.front().taxels) + " at " +
+                   (dataset.info.taxel_rate_hz > 0 ? fixed(dataset.info.taxel_rate_hz, 2) + " Hz"
+                                                   : "a rate that is not known")});
   facts.row({"groups", joined(counts.groups)});
   facts.row({"sha256", sha256});
   Table labels;

@@ -203,7 +203,9 @@ Result<std::vector<Trial>> in_windows(std::vector<Trial> strokes,
                                       const classifier::WindowOptions& options) {
   if (options.window_s == 0.0) return strokes;
   if (!(options.sample_period_s > 0.0))
-    return fail(Errc::invalid_argument, "the sample rate is not known, so no window can be cut");
+    return fail(Errc::invalid_argument, "the sample rate is not known, so no window can be cut", {},
+                {}, {},
+                "Where samples were read many at once, give each the time at which it was taken");
   std::vector<Trial> out;
   for (const Trial& stroke : strokes) {
     auto windows = classifier::cut_windows(stroke, options);

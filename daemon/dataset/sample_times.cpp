@@ -5,14 +5,14 @@
 #include <limits>
 #include <span>
 
-#include "protocols/base/time.hpp"
-
 namespace weft::daemon {
 namespace {
 
-constexpr std::int64_t shortest_ns = 100'000;  // less says when samples were read, not when taken
-constexpr std::int64_t longest_wait_ns = 500'000'000;  // no adapter holds samples back for longer
-constexpr double usual_waits = 5;                      // nor for so many of its usual waits
+constexpr double shortest_ns = 100e3;      // less says when samples were read, not when taken
+constexpr double longest_wait_ns = 500e6;  // no adapter holds samples back for longer
+constexpr double usual_waits = 5;          // nor for so many of its usual waits
+constexpr double read_on_ns = 500e3;       // less where a reader takes what has waited for it
+constexpr double slow_ns = 5e6;            // no reader takes so long for each
 
 /// From one sample that was read without another waiting behind it to the next such one.
 struct Step {
@@ -39,17 +39,24 @@ T quantile(std::vector<T> values, double share) {
 
 using Stretch = std::span<const std::int64_t>;
 
-std::vector<Stretch> between_pauses(const std::vector<std::int64_t>& t_ns) {
-  std::vector<std::int64_t> intervals;
-  for (std::size_t i = 1; i < t_ns.size(); ++i) intervals.push_back(t_ns[i] - t_ns[i - 1]);
-  if (intervals.empty()) return {};
-  const double most_ns = std::max<double>(
-      longest_wait_ns, usual_waits * static_cast<double>(quantile(intervals, 0.5)));
+/// 64 bits do not hold what lies between any two times.
+double since_ns(std::int64_t from_ns, std::int64_t to_ns) {
+  return static_cast<double>(static_cast<long double>(to_ns) - static_cast<long double>(from_ns));
+}
+
+std::vector<double> intervals_of(Stretch t_ns) {
+  std::vector<double> out;
+  for (std::size_t i = 1; i < t_ns.size(); ++i) out.push_back(since_ns(t_ns[i - 1], t_ns[i]));
+  return out;
+}
+
+/// Cut where more than `most_ns` went by.
+std::vector<Stretch> stretches_of(Stretch t_ns, double most_ns) {
   std::vector<Stretch> out;
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= t_ns.size(); ++i) {
-    if (i < t_ns.size() && static_cast<double>(intervals[i - 1]) <= most_ns) continue;
-    if (i - begin > 1) out.push_back(Stretch(t_ns).subspan(begin, i - begin));
+    if (i < t_ns.size() && since_ns(t_ns[i - 1], t_ns[i]) <= most_ns) continue;
+    if (i - begin > 1) out.push_back(t_ns.subspan(begin, i - begin));
     begin = i;
   }
   return out;
@@ -61,12 +68,12 @@ std::vector<Stretch> between_pauses(const std::vector<std::int64_t>& t_ns) {
 Run steps_of(Stretch t_ns, double mean_ns) {
   std::vector<std::size_t> waited_for;
   for (std::size_t i = 0; i + 1 < t_ns.size(); ++i)
-    if (static_cast<double>(t_ns[i + 1] - t_ns[i]) > mean_ns / 3) waited_for.push_back(i);
+    if (since_ns(t_ns[i], t_ns[i + 1]) > mean_ns / 3) waited_for.push_back(i);
   if (waited_for.size() + 1 == t_ns.size()) waited_for.push_back(t_ns.size() - 1);
   Run out;
   for (std::size_t k = 1; k < waited_for.size(); ++k) {
     const std::size_t from = waited_for[k - 1], to = waited_for[k];
-    out.push_back({static_cast<double>(t_ns[to] - t_ns[from]), static_cast<double>(to - from)});
+    out.push_back({since_ns(t_ns[from], t_ns[to]), static_cast<double>(to - from)});
   }
   return out;
 }
@@ -98,11 +105,12 @@ std::vector<Run> cut_at_pauses(const std::vector<Run>& runs) {
   return out;
 }
 
-std::vector<Run> runs_of(const std::vector<std::int64_t>& t_ns) {
-  const std::vector<Stretch> stretches = between_pauses(t_ns);
+/// Of stretches that are cut at pauses of more than `most_ns`.
+std::vector<Run> runs_of(Stretch t_ns, double most_ns) {
+  const std::vector<Stretch> stretches = stretches_of(t_ns, most_ns);
   Step all{0, 0};
   for (const Stretch stretch : stretches) {
-    all.ns += static_cast<double>(stretch.back() - stretch.front());
+    all.ns += since_ns(stretch.front(), stretch.back());
     all.samples += static_cast<double>(stretch.size() - 1);
   }
   std::vector<Run> out;
@@ -170,6 +178,37 @@ bool lost_frames(const std::vector<Run>& runs) {
   });
 }
 
+/// Whether all runs are so short that each may be a batch.
+bool are_short(const std::vector<Run>& runs) {
+  std::vector<double> lasting_ns;
+  for (const Run& run : runs) lasting_ns.push_back(sum_of({run}).ns);
+  return runs.size() != 1 && (runs.empty() || quantile(lasting_ns, 0.9) < longest_wait_ns);
+}
+
+/// Batches hold as many samples as their wait is long: their ends lie on a straight line.
+bool are_batches(const std::vector<Run>& runs) {
+  const Usual usual = usual_of(runs);
+  const double most_ns = 1.25 * usual.period_ns + 0.02 * usual.wait_ns;
+  std::size_t steps = 0;
+  for (const Run& run : runs) steps += run.size();
+  return steps > 1 && usual.wait_ns > longest_wait_ns &&
+         std::ranges::all_of(lateness_of(runs),
+                             [=](const auto& late_ns) { return range_of(late_ns) <= most_ns; });
+}
+
+/// None where the times do not tell whether short runs are of a fast sensor or of a slow reader.
+std::vector<Run> runs_of(const std::vector<std::int64_t>& t_ns) {
+  std::vector<double> waits_ns = intervals_of(t_ns);
+  if (waits_ns.empty()) return {};
+  const double most_ns = std::max(longest_wait_ns, usual_waits * quantile(waits_ns, 0.5));
+  std::vector<Run> runs = runs_of(t_ns, most_ns);
+  if (!are_short(runs) || usual_of(runs).period_ns >= slow_ns) return runs;
+  std::erase_if(waits_ns, [most_ns](double ns) { return ns <= most_ns; });
+  if (waits_ns.empty() || usual_of(runs).period_ns >= read_on_ns) return {};
+  runs = runs_of(t_ns, usual_waits * quantile(waits_ns, 0.5));
+  return are_batches(runs) ? runs : std::vector<Run>{};
+}
+
 /// Periods of this length that the steps last, a whole number each. Steps that are late and those
 /// that make up for it even out.
 double whole_periods(const std::vector<Run>& runs, double period_ns) {
@@ -227,19 +266,29 @@ std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i) {
   return out.size() < 2 ? t_ns : out;
 }
 
-bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
+namespace {
+
+/// None where all may have been read at once.
+SampledTime taken_time(const std::vector<std::int64_t>& t_ns) {
   const SampledTime own = sampled_time(t_ns);
+  const double longest_ns = own.ns < longest_wait_ns ? read_on_ns : shortest_ns;
+  return 1e9 * own.period_s() > longest_ns ? own : SampledTime{};
+}
+
+}  // namespace
+
+bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
+  const SampledTime own = taken_time(t_ns);
   // A frame that was lost is told from a late one where many stamps are: in few it lengthens the
   // period.
   constexpr double most_untold = 1.25;  // intervals
   const double tolerance = rate_tolerance + most_untold / std::max(own.intervals, 1.0);
-  return own.period_s() <= to_seconds(Duration(shortest_ns)) ||
-         std::abs(own.period_s() / period_s - 1.0) <= tolerance;
+  return own.period_s() == 0 || std::abs(own.period_s() / period_s - 1.0) <= tolerance;
 }
 
 double common_period_s(const std::vector<std::vector<std::int64_t>>& recordings) {
   SampledTime all;
-  for (const std::vector<std::int64_t>& t_ns : recordings) all += sampled_time(t_ns);
+  for (const std::vector<std::int64_t>& t_ns : recordings) all += taken_time(t_ns);
   return all.period_s();
 }
 

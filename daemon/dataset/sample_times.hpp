@@ -5,7 +5,8 @@
 // coarse clock, the wait for a batch, a reader's stall. Lateness does not add up, so that stamps
 // return to the straight line of the samples' numbers, and its slope is the period. Where they
 // leave it for good, samples are missing, a whole number each time. What is longer than any
-// adapter holds samples back is a pause: after it a line begins anew.
+// adapter holds samples back is a pause: after it a line begins anew. Not where what lies between
+// was read at once: such batches lie on one line, however long their wait.
 
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +29,10 @@ struct SampledTime {
 /// Of one recording, without its pauses, to the step of its stamps over its duration. Frames that
 /// were lost evenly (one in six, always) in stamps of whole periods cannot be told from a coarse
 /// clock, and are taken for one; of what is left of fewer than half the frames, or of more than a
-/// tenth lost where stamps scatter by a quarter of the period, the rate may be off.
+/// tenth lost where stamps scatter by a quarter of the period, the rate may be off. Nothing where
+/// there are pauses, and what lies between lasts less than half a second and is of more than
+/// 200 Hz: it may be strokes, or batches of a slower sensor. Of more than 2 kHz it is batches if
+/// these are as large as their waits are long.
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
 
 /// By how many periods stamps leave the straight line, single late ones averaged out: 0.5 or more
@@ -43,7 +47,8 @@ std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i);
 /// beyond it features mean something else.
 inline constexpr double rate_tolerance = 0.05;
 
-/// Whether a recording may be of this period [s]. True where its times tell nothing.
+/// Whether a recording may be of this period [s]. True where its times tell nothing, or may be of
+/// one batch.
 bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s);
 
 /// The period that recordings have in common [s], each given by its times: their mean, each of the

@@ -257,6 +257,25 @@ def in_batches(t, d):
         t.succeeds("classify", "all.model", name, cwd=folder)
 
 
+def slow_reader(t, d):
+    """Samples that a logger takes once a second, all at once."""
+    folder = d / "slow"
+    folder.mkdir()
+    for name, within in (("fast", 0.0002), ("even", 0.002)):
+        lines = [f"{k // 100 + k % 100 * within:.4f},{1000 + k % 7}" for k in range(1000)]
+        (folder / f"{name}.csv").write_text("\n".join(["t_s,ch1", *lines]) + "\n")
+    made = imported(t, folder, "m", [["fast.csv", "felt", "1"]])
+    t.expect(abs(made["taxel_rate_hz"] - 100) < 1, f"rate: {made['taxel_rate_hz']}")
+    t.succeeds("features", "m.h5", "-o", "f.csv", "--window-s", "1", cwd=folder)
+    windows = (folder / "f.csv").read_text().count("fast.csv#w")
+    t.expect(windows == 10, f"{windows} windows of 1 s in 10 s")
+    # 100 Hz, or 500 Hz for a fifth of each second: the times do not tell.
+    made = imported(t, folder, "not", [["even.csv", "felt", "1"]])
+    t.expect(made["taxel_rate_hz"] == 0, f"rate: {made['taxel_rate_hz']}")
+    t.expect("1 at a rate that is not known" in t.run("dataset", "info", "not.h5", cwd=folder).stdout, "info")
+    t.refuses("features", "not.h5", "-o", "g.csv", "--window-s", "1", cwd=folder, says=["rate is not known", "at which it was taken"])
+
+
 def presses(t, d):
     """Presses of one object in a table are presses, not windows of one recording."""
     folder = d / "presses"
@@ -354,6 +373,7 @@ def main():
         lossy(t, d)
         motion_rates(t, d)
         in_batches(t, d)
+        slow_reader(t, d)
         presses(t, d)
         sounds(t, d)
         durations(t, d)

@@ -201,6 +201,43 @@ TEST_CASE("samples that were read in batches have the rate at which they were ta
   CHECK(sampled_time(stalled).period_s() == Approx(0.01).epsilon(0.01));
 }
 
+TEST_CASE("samples that a slow reader takes all at once have the rate at which they were taken") {
+  for (const std::size_t batch : {60U, 100U, 500U})
+    for (const double within_ms : {0.0, 0.01, 0.2}) {
+      CAPTURE(batch, within_ms);
+      const auto t_ns = in_batches(batch, within_ms, 3000);
+      CHECK(sampled_time(t_ns).period_s() == Approx(0.01).epsilon(0.01));
+      CHECK(may_have_period(t_ns, 0.01));
+      CHECK_FALSE(may_have_period(t_ns, 0.0116));
+      if (batch == 500) continue;  // 5 s are no pause to it
+      const auto between = paused(t_ns, {600, 1500});
+      CHECK(sampled_time(between).period_s() == Approx(0.01).epsilon(0.01));
+    }
+}
+
+TEST_CASE("times of a slow reader or of a fast sensor, which do not tell which, tell no rate") {
+  const auto tell_nothing = [](const Times& t_ns) {
+    return common_period_s({t_ns}) == 0 && may_have_period(t_ns, 0.01);
+  };
+  CHECK(tell_nothing(in_batches(100, 1.0, 1000)));  // 1 kHz for 0.1 s in each second, or 100 Hz
+  CHECK(tell_nothing(in_batches(8, 4.0, 400)));
+  CHECK(tell_nothing(in_batches(100, 0.2, 150)));  // too few
+  CHECK(tell_nothing(in_batches(100, 0.2, 100)));
+  CHECK(tell_nothing(in_batches(100, 0.01, 100)));
+  std::vector<double> uneven_ms;  // of batches of one rate their wait is as long
+  for (int stroke = 0; stroke < 10; ++stroke) {
+    uneven_ms.insert(uneven_ms.end(), 99, 0.2);
+    uneven_ms.push_back(600 + 150 * (stroke % 4));
+  }
+  CHECK(tell_nothing(times(uneven_ms, 1000)));
+}
+
+TEST_CASE("64 bits need not hold what lies between two times") {
+  constexpr std::int64_t far = 9'000'000'000'000'000'000;
+  CHECK(sampled_time({-far, 0, far}).period_s() == Approx(9e9));
+  CHECK(sampled_time({-far, far}).period_s() == Approx(1.8e10));
+}
+
 TEST_CASE("a recording may be of the rate that its times tell, whatever came late") {
   auto stalled = times({10}, 200);
   for (std::size_t i = 50; i < 90; ++i) stalled[i] = stalled[90];  // read late, all at once

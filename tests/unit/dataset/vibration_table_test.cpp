@@ -74,6 +74,12 @@ TEST_CASE("samples that are missing in a table are named by the line after them"
   CHECK(error(table(one)).where.ends_with("0.csv:302"));
 }
 
+TEST_CASE("a table whose samples were read all at once each second has their rate") {
+  std::vector<double> times;
+  for (int i = 0; i < 4000; ++i) times.push_back(i / 400 + i % 400 * 0.0002);
+  CHECK(rate_hz(times) == Approx(400).epsilon(0.001));
+}
+
 TEST_CASE("times of a table in another unit than seconds are refused by their line") {
   const TemporaryFolder folder;
   for (const char* far : {"1.7e12", "1.7e18", "-1e300"}) {
