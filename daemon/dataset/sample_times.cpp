@@ -218,6 +218,54 @@ double whole_periods(const std::vector<Run>& runs, double period_ns) {
   return out;
 }
 
+/// Where stamps lie, single late ones left aside.
+double level_of(std::span<const double> late_ns) {
+  return quantile(std::vector<double>(late_ns.begin(), late_ns.end()), 0.25);
+}
+
+/// A place between two stamps, and how many before and behind it are compared.
+struct Place {
+  std::size_t at = 0, before = 0, behind = 0;
+  [[nodiscard]] double distance() const { return static_cast<double>(before + behind) / 2; }
+  /// Of the scatter of single stamps, in the difference of levels.
+  [[nodiscard]] double scatter() const {
+    return std::sqrt(1 / static_cast<double>(before) + 1 / static_cast<double>(behind));
+  }
+};
+
+std::vector<Place> places_of(std::size_t stamps, std::size_t most) {
+  const std::size_t fewest = std::clamp<std::size_t>(stamps / 2, 1, 3);
+  std::vector<Place> out;
+  for (std::size_t i = fewest; i + fewest <= stamps;) {
+    out.push_back({i, std::min(i, most), std::min(stamps - i, most)});
+    const bool near_an_end = i < most || i + most > stamps;
+    i += near_an_end ? 1 : std::max<std::size_t>(1, most / 8);  // few of so many matter little
+  }
+  return out;
+}
+
+/// By how much the levels before and behind a place differ at most, beyond how they usually do (the
+/// line is steeper where samples are missing) and what scatter does.
+double largest_jump(std::span<const double> late_ns, std::size_t most) {
+  constexpr double sure = 5;
+  std::vector<double> jumps_ns, slopes_ns, deviations_ns;
+  const std::vector<Place> places = places_of(late_ns.size(), most);
+  for (const Place& p : places) {
+    const double level_ns = level_of(late_ns.subspan(p.at - p.before, p.before));
+    jumps_ns.push_back(level_of(late_ns.subspan(p.at, p.behind)) - level_ns);
+    slopes_ns.push_back(jumps_ns.back() / p.distance());
+    deviations_ns.push_back(std::abs(late_ns[p.at] - level_ns));
+  }
+  if (places.empty()) return 0;
+  const double slope_ns = quantile(slopes_ns, 0.5);
+  const double scatter_ns = sure * quantile(deviations_ns, 0.5);
+  double out = 0;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    out = std::max(out, std::abs(jumps_ns[i] - slope_ns * places[i].distance()) -
+                            scatter_ns * places[i].scatter());
+  return out;
+}
+
 }  // namespace
 
 SampledTime& SampledTime::operator+=(const SampledTime& other) {
@@ -242,19 +290,14 @@ SampledTime sampled_time(const std::vector<std::int64_t>& t_ns) {
 }
 
 double missing_samples(const std::vector<std::int64_t>& t_ns) {
-  constexpr std::size_t parts = 8;
   const std::vector<Run> runs = runs_of(t_ns);
   if (runs.size() != 1) return std::numeric_limits<double>::infinity();
   const std::vector<double> late_ns = lateness_of(runs).front();
-  std::vector<double> means_ns;
-  for (std::size_t part = 0; part < parts; ++part) {
-    const std::size_t begin = part * late_ns.size() / parts;
-    const std::size_t end = (part + 1) * late_ns.size() / parts;
-    double sum = 0;
-    for (std::size_t i = begin; i < end; ++i) sum += late_ns[i];
-    if (end > begin) means_ns.push_back(sum / static_cast<double>(end - begin));
-  }
-  return range_of(means_ns) / sum_of(runs).period_ns();
+  double out = 0;
+  for (const std::size_t most : {32U, 128U})  // many tell more where stamps scatter
+    out =
+        std::max(out, largest_jump(late_ns, std::clamp<std::size_t>(late_ns.size() / 8, 3, most)));
+  return out / sum_of(runs).period_ns();
 }
 
 std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i) {

@@ -35,8 +35,11 @@ struct SampledTime {
 /// these are as large as their waits are long.
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
 
-/// By how many periods stamps leave the straight line, single late ones averaged out: 0.5 or more
-/// where a sample or more is missing; infinite at a pause, or where the times tell no period.
+/// By how many periods stamps leave the straight line, single late ones left aside, beyond what
+/// their scatter explains: 0.5 or more where a sample or more is missing, but in the last two or
+/// three stamps or where they scatter by half a period; infinite at a pause, or where the times
+/// tell no period. A coarse clock whose step is the period to less than 2 % looks as if a sample
+/// were missing each time it jumps.
 double missing_samples(const std::vector<std::int64_t>& t_ns);
 
 /// Times of trial `i` in phase M, which windows and the spectrum are of; of all its samples where

@@ -57,24 +57,24 @@ TimedRate timed_rate(double rate_hz, double tolerance_hz) {
   return {rate_hz, std::round(rate_hz / grain) * grain, tolerance_hz};
 }
 
-// The rate of times that are even but for how they are written: both ends may be off by as much as
-// the worst time between them, over all of the duration. Where some are later than by half a step,
-// as if read in batches, no sample may be missing.
+// No sample may be missing. The rate of times that are even but for how they are written: both ends
+// may be off by as much as the worst time between them, over all of the duration. Where some are
+// later than by half a step, as if read in batches, that of the line to which they return.
 Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInterval& longest) {
   const double duration_s = times.back() - times.front();
   const double step_s = duration_s / static_cast<double>(times.size() - 1);
+  const std::vector<std::int64_t> t_ns = in_ns(times);
+  if (missing_samples(t_ns) >= 0.5)
+    return fail(Errc::parse, "the samples are not evenly spaced", longest.where,
+                "a sample each " + std::to_string(step_s) + " s",
+                "one after " + std::to_string(longest.s) + " s",
+                "Cut the recording where samples are missing, or resample it");
   double worst_s = 0.0;
   for (std::size_t i = 0; i < times.size(); ++i)
     worst_s =
         std::max(worst_s, std::abs(times[i] - times.front() - static_cast<double>(i) * step_s));
   if (worst_s <= 0.5 * step_s) return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
-  const std::vector<std::int64_t> t_ns = in_ns(times);
-  if (missing_samples(t_ns) < 0.5)
-    return timed_rate(1 / sampled_time(t_ns).period_s(), 1 / duration_s);
-  return fail(Errc::parse, "the samples are not evenly spaced", longest.where,
-              "a sample each " + std::to_string(step_s) + " s",
-              "one after " + std::to_string(longest.s) + " s",
-              "Cut the recording where samples are missing, or resample it");
+  return timed_rate(1 / sampled_time(t_ns).period_s(), 1 / duration_s);
 }
 
 // The tables of one set are of one rate where their times do not tell otherwise: that of the first,

@@ -164,6 +164,33 @@ TEST_CASE("a missing sample is told from a late one") {
   CHECK(missing_samples(without(scattered, 300, 1)) > 0.5);
   CHECK(missing_samples(without(batches, 160, 8)) > 0.5);
   CHECK(std::isinf(missing_samples(without(times({10}, 400), 200, 100))));
+  for (const std::ptrdiff_t at : {3, 30, 200, 370, 396}) {
+    CAPTURE(at);
+    CHECK(missing_samples(without(times({10}, 400), at, 1)) > 0.9);
+  }
+  for (const std::ptrdiff_t batch : {3, 10, 30, 45})
+    CHECK(missing_samples(without(batches, 8 * batch, 8)) > 0.9);
+  for (const std::ptrdiff_t at : {30, 100, 300, 500, 570})
+    CHECK(missing_samples(without(scattered, at, 1)) > 0.5);
+  std::vector<double> one_in_512(511, 10.0);
+  one_in_512.back() = 20;
+  CHECK(missing_samples(times(one_in_512, 5000)) > 0.9);
+}
+
+TEST_CASE("late samples are not missing, wherever they are") {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    CAPTURE(seed);
+    for (const double scatter_s : {0.001, 0.0025, 0.005, 0.007})
+      CHECK(missing_samples(lossy(0, scatter_s, seed)) < 0.5);
+    for (const double share : {0.01, 0.02, 0.05})
+      CHECK(missing_samples(stalling(share, seed)) < 0.5);
+  }
+  for (const double hz : {50.0, 55.0, 60.0, 100.0, 115.0, 120.0, 180.0}) {
+    CHECK(missing_samples(ticked(hz, tick_s)) < 0.5);
+    CHECK(missing_samples(polled(hz, 0.016, 3)) < 0.5);
+  }
+  for (const double hz : {300.0, 390.0, 400.0, 700.0, 833.0, 900.0, 950.0, 980.0})
+    CHECK(missing_samples(ticked(hz, 0.001)) < 0.5);
 }
 
 TEST_CASE("the period of samples is that between pauses") {

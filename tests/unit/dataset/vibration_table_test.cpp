@@ -74,6 +74,19 @@ TEST_CASE("samples that are missing in a table are named by the line after them"
   CHECK(error(table(one)).where.ends_with("0.csv:302"));
 }
 
+TEST_CASE("a sample that is missing in a table is found near its ends and in between") {
+  for (const std::ptrdiff_t at : {3, 50, 1600, 3150, 3196}) {
+    CAPTURE(at);
+    std::vector<double> times = even(400);
+    times.erase(times.begin() + at);
+    CHECK(rate_hz(times) == 0.0);
+  }
+  std::vector<double> periodic = even(400);
+  for (std::ptrdiff_t at = 3200 - 3200 % 512 - 1; at > 0; at -= 512)
+    periodic.erase(periodic.begin() + at);
+  CHECK(rate_hz(periodic) == 0.0);
+}
+
 TEST_CASE("a table whose samples were read all at once each second has their rate") {
   std::vector<double> times;
   for (int i = 0; i < 4000; ++i) times.push_back(i / 400 + i % 400 * 0.0002);
