@@ -23,6 +23,7 @@
 #include "daemon/cli/queue_commands.hpp"
 #include "daemon/cli/report_command.hpp"
 #include "daemon/cli/run_command.hpp"
+#include "daemon/cli/token_commands.hpp"
 #include "daemon/cli/trade_command.hpp"
 #include "daemon/cli/trade_sim_command.hpp"
 #include "daemon/cli/trade_vibro_command.hpp"
@@ -74,6 +75,7 @@ struct Commands {
   CallArgs call;
   PageArgs page;
   TokenAddArgs token_add;
+  TokenListArgs token_list;
   TokenRemoveArgs token_remove;
   QueueListArgs queue_list;
   QueueAddArgs queue_add;
@@ -177,6 +179,8 @@ void add_daemon_commands(CLI::App& root, Commands& all) {
   CLI::App* token = root.add_subcommand("token", "tokens of the daemon's TCP clients");
   token->fallthrough()->require_subcommand(1);
   add(*token, all, "add", "makes one and prints it, once", all.token_add, run_token_add);
+  add(*token, all, "list", "whose there are, their roles, until when", all.token_list,
+      run_token_list);
   add(*token, all, "remove", "takes one away", all.token_remove, run_token_remove);
 }
 

@@ -4,9 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "daemon/access/tokens.hpp"
 #include "daemon/cli/daemon_call.hpp"
-#include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
 
 namespace weft::daemon::cli {
@@ -154,20 +152,6 @@ void add_options(CLI::App& command, CallArgs& args) {
   add_socket(command, args);
   command.add_option("METHOD", args.method, "noun.verb; rpc.discover lists all")->required();
   command.add_option("PARAMS", args.params, "a JSON object")->capture_default_str();
-}
-void add_options(CLI::App& command, TokenAddArgs& args) {
-  command.add_option("NAME", args.name, "whom it is for")->required();
-  command.add_option("--tokens", args.file, "the daemon's file of tokens")->required();
-  command.add_option("--role", args.role, "observer, operator, engineer or admin")
-      ->check(CLI::IsMember({"observer", "operator", "engineer", "admin"}))
-      ->capture_default_str();
-  command.add_option("--days", args.days, "how long it is good for")
-      ->check(CLI::Range(1, 3660))
-      ->capture_default_str();
-}
-void add_options(CLI::App& command, TokenRemoveArgs& args) {
-  command.add_option("NAME", args.name, "whose it is")->required();
-  command.add_option("--tokens", args.file, "the daemon's file of tokens")->required();
 }
 
 namespace {
@@ -350,32 +334,6 @@ Result<int> run_call(const CallArgs& args, Console& console) {
   const auto result = call(*daemon, args.method, json::parse(args.params));
   if (!result) return pass(result.error());
   print(console, result->dump(2) + "\n", *result);
-  return exit_ok;
-}
-
-Result<int> run_token_add(const TokenAddArgs& args, Console& console) {
-  constexpr std::int64_t day_us = 86'400'000'000;
-  const std::int64_t expires_us = utc_now().count() / 1000 + args.days * day_us;
-  std::string made;
-  const Status changed = access::TokenFile::change(
-      args.file, access::TokenFile::Wait::until_free, [&](access::TokenFile& tokens) -> Status {
-        auto token = tokens.add(args.name, *access::role_from(args.role), expires_us);
-        if (!token) return pass(token.error());
-        made = std::move(*token);
-        return {};
-      });
-  if (!changed) return pass(changed.error());
-  print(console, made + "\n",
-        {{"token", made}, {"name", args.name}, {"role", args.role}, {"expires_us", expires_us}});
-  return exit_ok;
-}
-
-Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console) {
-  const Status changed = access::TokenFile::change(
-      args.file, access::TokenFile::Wait::until_free,
-      [&args](access::TokenFile& tokens) { return tokens.remove(args.name); });
-  if (!changed) return pass(changed.error(), args.file.string());
-  print(console, args.name + " has no token any more\n", {{"removed", args.name}});
   return exit_ok;
 }
 

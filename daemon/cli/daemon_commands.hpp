@@ -1,6 +1,6 @@
 #pragma once
 // `weft status | start | watch | pause | resume | recover | confirm | stop | abort | halt | log |
-// call | page | token`: what a person asks of a running weftd.
+// call | page`: what a person asks of a running weftd.
 
 #include <cstdint>
 #include <filesystem>
@@ -55,17 +55,6 @@ struct PageArgs : SocketArgs {
   std::string role = "operator";
   int days = 1;
 };
-struct TokenAddArgs {
-  std::filesystem::path file;
-  std::string name;
-  std::string role = "operator";
-  int days = 30;
-};
-struct TokenRemoveArgs {
-  std::filesystem::path file;
-  std::string name;
-};
-
 void add_options(CLI::App& command, StatusArgs& args);
 void add_options(CLI::App& command, StartArgs& args);
 void add_options(CLI::App& command, PauseArgs& args);
@@ -81,8 +70,6 @@ void add_options(CLI::App& command, WatchArgs& args);
 void add_options(CLI::App& command, LogArgs& args);
 void add_options(CLI::App& command, CallArgs& args);
 void add_options(CLI::App& command, PageArgs& args);
-void add_options(CLI::App& command, TokenAddArgs& args);
-void add_options(CLI::App& command, TokenRemoveArgs& args);
 
 Result<int> run_status(const StatusArgs& args, Console& console);
 /// Takes a lease of the rig, puts the run in line; with --wait until it has ended: exit_ok only
@@ -108,9 +95,5 @@ Result<int> run_log(const LogArgs& args, Console& console);
 Result<int> run_call(const CallArgs& args, Console& console);
 /// Has the daemon make a token, and prints the link that opens its page with it.
 Result<int> run_page(const PageArgs& args, Console& console);
-/// Makes a token for TCP and prints it, once.
-Result<int> run_token_add(const TokenAddArgs& args, Console& console);
-/// Takes one away; within a second or so it is good for nothing more.
-Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console);
 
 }  // namespace weft::daemon::cli

@@ -99,6 +99,21 @@ def a_token_ends(folder, ports, local, lease):
     return staying, other
 
 
+def whose_tokens(file, secret):
+    """Names, roles and until when, for people and programs; nothing that a token could be made of."""
+    write_tokens(file, ("third", "observer", secret, 3600), ("late", "admin", "gone by", -3600))
+    asked = [WEFT, "token", "list", "--tokens", file]
+    lines = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
+    assert [line.split()[:3] for line in lines.splitlines()] == [["third", "observer", "until"], ["late", "admin", "over"]], lines
+    told = subprocess.run([*asked, "--json"], check=True, capture_output=True, text=True).stdout
+    third, late = json.loads(told)["tokens"]
+    assert (third["name"], third["role"], third["over"]) == ("third", "observer", False) and third["expires_us"] > time.time() * 1e6, third
+    assert (late["name"], late["role"], late["over"]) == ("late", "admin", True), late
+    digests = [one["sha256"] for one in json.loads(file.read_text())["tokens"]]
+    assert not any(word in lines + told for word in [secret, *digests])
+    assert subprocess.run([*asked[:-1], file.with_name("none.json")], capture_output=True).returncode != 0
+
+
 def tokens_come_and_go(folder, ports, local, staying, other):
     """What weft token add wrote is good at once; what is no more in the file ends within a second or so."""
     tcp, web = ports
@@ -116,6 +131,7 @@ def tokens_come_and_go(folder, ports, local, staying, other):
     while not local.call("log.query", kind="tokens.unreadable")["lines"]:
         time.sleep(0.1)  # the daemon looks once a second
     (folder / "tokens.json").chmod(0o600)
+    whose_tokens(folder / "tokens.json", third)
     removed = introduced(tcp, third)
     subprocess.run([WEFT, "token", "remove", "third", "--tokens", folder / "tokens.json"], check=True, capture_output=True)
     assert last_words(removed)[0]["data"]["kind"] == "access.token" and ask(web, third).status == 401
