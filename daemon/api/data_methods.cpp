@@ -14,12 +14,18 @@ using rpc::Call;
 using rpc::Outcome;
 using rpc::ParamType;
 
+/// The one in its folder.
+const std::string& digest_of(const control::RunView& run) {
+  return run.since ? run.since->dataset_sha256 : run.stored.dataset_sha256;
+}
+
 json data_set_json(const control::RunView& run) {
   const control::StoredRun& stored = run.stored;
-  if (stored.dataset_sha256.empty()) return {};
+  if (digest_of(run).empty()) return {};
   json one{{"run", stored.id()},        {"recipe", stored.recipe.stem().string()},
            {"name", stored.name},       {"created_us", stored.created_us},
-           {"outcome", stored.outcome}, {"dataset_sha256", stored.dataset_sha256}};
+           {"outcome", stored.outcome}, {"dataset_sha256", digest_of(run)}};
+  if (run.since) one["campaign_since"] = run_json(run).at("campaign_since");
   if (run.hand_over) one["handover"] = to_string(run.hand_over->state);
   return one;
 }
@@ -28,7 +34,8 @@ std::string path_of(const std::string& run, const std::string& name) {
   return std::string(server::data_path) + run + "/" + name;
 }
 
-Outcome files_told(DataFiles& known, const control::StoredRun& run) {
+Outcome files_told(DataFiles& known, const control::RunView& view) {
+  const control::StoredRun& run = view.stored;
   const auto files = known.list(run.folder);
   if (!files) return refused(files.error());
   const auto exports = exports_now(run.folder);
@@ -40,7 +47,7 @@ Outcome files_told(DataFiles& known, const control::StoredRun& run) {
                    {"path", path_of(run.id(), file.name)}});
   return text_of({{"run", run.id()},
                   {"outcome", run.outcome},
-                  {"dataset_sha256", run.dataset_sha256},
+                  {"dataset_sha256", digest_of(view)},
                   {"folder", run.folder.string()},
                   {"exports", exports ? exports_json(*exports) : json::array()},
                   {"files", std::move(out)}});
@@ -49,9 +56,8 @@ Outcome files_told(DataFiles& known, const control::StoredRun& run) {
 void files_of_run(const Services& services, const Call& call, const rpc::Responder& respond) {
   const auto run = services.desk->get(run_of(call));
   if (!run) return respond(refused(run.error()));
-  answer_apart(services.file_errand, respond, [files = services.files, stored = run->stored] {
-    return files_told(*files, stored);
-  });
+  answer_apart(services.file_errand, respond,
+               [files = services.files, view = *run] { return files_told(*files, view); });
 }
 
 /// A run that nobody writes to. Errors: not_found, wrong_state.
@@ -246,7 +252,8 @@ void add_data_methods(rpc::Methods& methods, const Services& services) {
                {},
                {},
                page_params(),
-               "datasets: run, recipe, name, created_us, outcome, dataset_sha256, handover; next, "
+               "datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of "
+               "the file that is there now), campaign_since (as run.get), handover; next, "
                "null where there is no more"},
               [s](const Call& call) { return runs_page(*s, call, "datasets", data_set_json); });
   methods.add(

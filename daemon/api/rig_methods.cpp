@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/parts.hpp"
+#include "daemon/api/rig_delta.hpp"
 
 namespace weft::daemon::api {
 namespace {
@@ -19,6 +20,16 @@ std::string_view fact_of(RunState state) {
   return stands ? "holding" : "moving";
 }
 
+/// Why it does not stand safe.
+void add_reason(const control::RigStanding& standing, json& out) {
+  using Fact = control::RigStanding::Fact;
+  if (standing.fact == Fact::latched) {
+    out["latch"] = standing.emergency ? "estop" : "halt";
+    out["latched_by"] = standing.why;
+  }
+  if (standing.fact == Fact::unknown) out["left_by"] = standing.why;
+}
+
 json rig_json(const control::RunDesk& desk) {
   using Fact = control::RigStanding::Fact;
   const control::RigStanding& standing = desk.standing();
@@ -26,11 +37,7 @@ json rig_json(const control::RunDesk& desk) {
   const bool moves = run && standing.fact != Fact::latched;
   json out{{"rig", moves ? fact_of(desk.get(*run)->machine.state) : to_string(standing.fact)}};
   if (run) out["run"] = *run;
-  if (standing.fact == Fact::latched) {
-    out["latch"] = standing.emergency ? "estop" : "halt";
-    out["latched_by"] = standing.why;
-  }
-  if (standing.fact == Fact::unknown) out["left_by"] = standing.why;
+  add_reason(standing, out);
   return out;
 }
 
@@ -70,6 +77,16 @@ Outcome reset(const Services& services, const Call& call) {
 }
 
 }  // namespace
+
+json rig_delta(const control::RigStanding& standing, std::string_view by) {
+  json delta{{"rig", to_string(standing.fact)},
+             {"latch", nullptr},
+             {"latched_by", nullptr},
+             {"left_by", nullptr},
+             {"by", by}};
+  add_reason(standing, delta);
+  return delta;
+}
 
 void add_rig_methods(rpc::Methods& methods, const Services& services) {
   const Services* const s = &services;

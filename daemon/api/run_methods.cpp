@@ -292,7 +292,9 @@ void add_run_reads(rpc::Methods& methods, const Services* s) {
                {run_param},
                "the run; submitted_by who put it in line, by who changed it last; attention is the "
                "next human action (null: none), next_attention_us since "
-               "when it is asked or when it will be"},
+               "when it is asked or when it will be; campaign_since, where its campaign was gone "
+               "on with without the daemon (weft run --resume): what its folder holds by now, "
+               "trials_done, trials_planned, complete, dataset_sha256"},
               [s](const Call& call) -> Outcome {
                 const auto run = s->desk->get(run_of(call));
                 if (!run) return refused(run.error());
@@ -368,6 +370,11 @@ json run_json(const RunView& run) {
   if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
   if (run.hand_over) out["handover"] = hand_over_json(*run.hand_over);
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
+  if (run.since)
+    out["campaign_since"] = {{"trials_done", run.since->trials_done},
+                             {"trials_planned", run.since->trials_planned},
+                             {"complete", run.since->complete},
+                             {"dataset_sha256", run.since->dataset_sha256}};
   return out;
 }
 

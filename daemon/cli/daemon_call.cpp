@@ -61,6 +61,11 @@ std::string run_line(const json& run) {
             run.value("run", "");
   if (run.contains("error")) line += "\n  " + run.value("error", "");
   if (run.contains("dataset_error")) line += "\n  not concluded: " + run.value("dataset_error", "");
+  if (const json since = run.value("campaign_since", json()); since.is_object())
+    line += "\n  its folder holds " + std::to_string(since.value("trials_done", 0)) + " of " +
+            std::to_string(since.value("trials_planned", 0)) + " trials by now" +
+            (since.value("complete", false) ? ", complete" : "") +
+            ": its campaign was gone on with without the daemon";
   if (run.contains("handover")) line += hand_over_words(run.at("handover"));
   return line + "\n";
 }

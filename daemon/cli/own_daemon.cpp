@@ -49,9 +49,7 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
       console.err << "weft: from elsewhere: weft watch, pause, stop, halt ... --socket "
                   << socket.string() << std::endl;
     ran = control::caught([&] { return campaign(hooks); });
-    Result<CampaignSummary> told = *ran;
-    if (told) told->wants_hand_over = false;  // `weft run` does that itself
-    return told;
+    return *ran;
   };
   server::DaemonOptions options;
   options.rig = request.rig;

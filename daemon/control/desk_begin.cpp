@@ -54,7 +54,14 @@ void RunDesk::begin_next() {
   if (next == nullptr) return;
   // What it did would be forgotten, or there is no room for it; tick() looks again.
   disk_is_awaited_ = !store_.in_place() || !around_.room(around_.data, bytes_awaited(*next));
-  if (!disk_is_awaited_) begin(*next);
+  if (!disk_is_awaited_ && is_rig_file_whole(*next)) begin(*next);
+}
+
+// Of `weft run` it was looked at just now, and nobody waits.
+bool RunDesk::is_rig_file_whole(const Run& next) {
+  const Status holds = around_.one_run ? Status{} : around_.rig_holds(around_.rig);
+  if (!holds) hold_after(next, holds.error());
+  return holds.has_value();
 }
 
 // One that goes on is refused without loss; it may only want its data set.
@@ -74,6 +81,8 @@ void RunDesk::begin(Run& run) {
   if (!run.view.stored.resume) run.view.stored.rig = around_.rig;
   run.view.stored.bench = to_string(bench_kind_of(around_.rig));
   run.view.stored.rig_untaken = true;
+  run.view.since.reset();
+  run.certified_at.reset();
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
   run.orders.emplace();
   run.at_work = true;

@@ -97,7 +97,8 @@ void RunDesk::ended(Run& run, const Result<CampaignSummary>& summary, bool may_g
   tell_end(run);
   // What goes on may lack something of its own; a recipe was checked when it was put in line.
   const bool costs_all = run.checked || !stored.resume;
-  if (!summary && costs_all && !run.took_rig && cut_short == "failed") hold_after(run);
+  if (!summary && costs_all && !run.took_rig && cut_short == "failed")
+    hold_after(run, summary.error());
   begin_next();
 }
 

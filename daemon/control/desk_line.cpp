@@ -98,12 +98,13 @@ Status RunDesk::withdraw(std::string_view id, std::string_view by) {
   return {};
 }
 
-void RunDesk::hold_after(const Run& run) {
+void RunDesk::hold_after(const Run& run, const Error& why) {
   if (line_.runs.empty() || line_.held()) return;
   RunLine next = line_;
   next.held_by = after_failure;
-  const nlohmann::json payload{{"run", run.view.stored.id()}};
-  note("", "queue_paused", after_failure, payload.dump());
+  const nlohmann::json payload{{"run", run.view.stored.id()}, {"error", to_string(why)}};
+  note("", "queue_paused", after_failure,
+       payload.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   line_is(std::move(next), after_failure);
 }
 

@@ -54,8 +54,8 @@ std::string_view to_string(Recovery choice) {
 
 std::string RunDesk::way_on(const Run& run) {
   const StoredRun& stored = run.view.stored;
-  const bool is_whole = stored.outcome == "complete" && stored.dataset_error.empty();
-  if (run.state() != RunState::ended || is_whole || stored.recovered == "discard" ||
+  const bool has_all = stored.has_all() || (run.view.since && run.view.since->complete);
+  if (run.state() != RunState::ended || has_all || stored.recovered == "discard" ||
       run.view.trials_done == 0)
     return {};
   const std::string seed = stored.seed ? " --seed " + std::to_string(*stored.seed) : "";

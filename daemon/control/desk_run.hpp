@@ -55,6 +55,8 @@ struct RunDesk::Run {
   };
   std::vector<Curious> curious;  ///< wait for what `looker` finds
   std::jthread looker;
+  /// When the certificate in its folder was written, as it was read last.
+  std::optional<std::filesystem::file_time_type> certified_at;
   bool settling = false;  ///< so `settler` is at work
   std::jthread settler;
   struct Waiting {

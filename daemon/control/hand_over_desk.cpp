@@ -74,8 +74,7 @@ std::optional<HandOverFact> HandOverDesk::get(std::string_view run) const {
 }
 
 void HandOverDesk::consider(const StoredRun& run, std::optional<bool> wanted) {
-  if (run.state != RunState::ended || run.outcome != "complete" || items_.contains(run.id()))
-    return;
+  if (run.state != RunState::ended || !run.has_all() || items_.contains(run.id())) return;
   const auto known = on_record_.find(run.number);
   HandOverFact fact = known == on_record_.end() ? first_look(run, wanted) : known->second;
   const bool as_it_was = known != on_record_.end() && is_over(fact.state);

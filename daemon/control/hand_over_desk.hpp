@@ -32,9 +32,10 @@ class HandOverDesk {
   HandOverDesk(const HandOverDesk&) = delete;
   HandOverDesk& operator=(const HandOverDesk&) = delete;
 
-  /// A run has changed, or was on record when the daemon began. The first time that it is complete
-  /// its recipe says whether it is handed over: `wanted`, or, where that is not known, as it is on
-  /// record in the run's folder, which is read then.
+  /// A run has changed, or was on record when the daemon began. The first time that it has ended
+  /// with all of its trials (StoredRun::has_all) its recipe says whether it is handed over:
+  /// `wanted`, or, where that is not known, as it is on record in the run's folder, which is read
+  /// then.
   void consider(const StoredRun& run, std::optional<bool> wanted);
   /// Once more, where it failed, was cancelled, or its files were damaged since.
   /// Errors: not_found, no hand-over of that run; wrong_state, it is under way.

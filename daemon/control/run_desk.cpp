@@ -84,6 +84,12 @@ std::optional<std::string> RunDesk::active() const {
   return std::nullopt;
 }
 
+std::optional<std::string> RunDesk::lost() const {
+  for (const auto& run : runs_)
+    if (run->at_work && run->is_over()) return run->view.stored.id();
+  return std::nullopt;
+}
+
 CampaignRequest RunDesk::request_for(const RunWish& wish) const {
   return {wish.recipe, around_.rig, {}, wish.seed};
 }
@@ -191,6 +197,7 @@ RunView RunDesk::shown(const Run& run) const {
   for (std::string* fact : {&stored.outcome, &stored.cleanup, &stored.rig_fact, &stored.error,
                             &stored.dataset_sha256, &stored.dataset_error})
     fact->clear();
+  view.since.reset();
   return view;
 }
 
@@ -243,6 +250,7 @@ void RunDesk::close() {
 
 void RunDesk::tick() {
   keep_again();
+  look_at_next_folder();
   if (std::exchange(disk_is_awaited_, false)) begin_next();
   note_repeated(repeated_stops_.over(around_.now()));
   constexpr std::chrono::seconds set_otherwise{1};

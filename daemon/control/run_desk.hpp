@@ -12,11 +12,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "daemon/control/repeated_stops.hpp"
 #include "daemon/control/run_machine.hpp"
 #include "daemon/control/run_store.hpp"
+#include "daemon/run/bench_check.hpp"
 #include "daemon/run/campaign.hpp"
 #include "daemon/run/resume.hpp"
 
@@ -43,6 +45,15 @@ struct Attention {
   std::optional<std::int64_t> at_us = {};
 };
 
+/// What the folder of a run that is over holds by now, where its campaign was gone on with since,
+/// and not by the daemon: `weft run --resume` was.
+struct CampaignSince {
+  std::size_t trials_done = 0, trials_planned = 0;
+  bool complete = false;  ///< it came to its end with all of them
+  std::string dataset_sha256;
+  friend bool operator==(const CampaignSince&, const CampaignSince&) = default;
+};
+
 /// A run and where it is.
 struct RunView {
   StoredRun stored;
@@ -59,6 +70,7 @@ struct RunView {
   std::optional<HandOverFact> hand_over;  ///< where its recipe has one and it is complete
   /// Whether its recipe has one, once the run has ended in this life of the daemon.
   std::optional<bool> wants_hand_over = {};
+  std::optional<CampaignSince> since = {};
 };
 
 /// What becomes of an interrupted run.
@@ -96,6 +108,8 @@ class RunDesk {
         run_campaign;
     /// Whether a folder has room for so many bytes.
     std::function<Status(const std::filesystem::path&, std::uint64_t)> room = check_space;
+    /// Whether a rig file can be run, as far as that is known without a recipe.
+    std::function<Status(const std::filesystem::path&)> rig_holds = check_rig_file;
     /// Of the daemon inside `weft run`: after the first submit() every other is refused, the run
     /// has no deadline but those that follow an order, and ends for good.
     bool one_run = false;
@@ -185,16 +199,21 @@ class RunDesk {
   /// them for a while.
   void note(std::string_view run, std::string_view kind, std::string_view by,
             std::string payload_json = "{}");
-  /// Call often: deadlines.
+  /// Call often: deadlines, and what others did in the folders of runs that are over.
   void tick();
   /// The daemon is told to end: nothing more begins, and the run under way retracts the probe. It
-  /// is interrupted then where anything of it is left. Tick on until nothing is active().
+  /// is interrupted then where anything of it is left. Tick on until nothing is active(), or what
+  /// is is lost().
   void close();
+  /// The run that did not obey in time, whose thread has not come to an end: only the process's
+  /// end ends it.
+  [[nodiscard]] std::optional<std::string> lost() const;
 
  private:
   struct Run;
   void begin_next();
   [[nodiscard]] Run* next_in_line() const;
+  bool is_rig_file_whole(const Run& next);
   void begin(Run& run);
   static std::uint64_t bytes_awaited(const Run& run);
   /// What its thread calls; most of it is done by the desk's.
@@ -213,7 +232,7 @@ class RunDesk {
   /// a line of the journal, all of it or nothing.
   Status becomes(Run& run, StoredRun stored, const RunMachine& machine, std::string_view by);
   /// What keeps one run from its bench would cost all that wait.
-  void hold_after(const Run& run);
+  void hold_after(const Run& run, const Error& why);
   Run* numbered(std::int64_t number) const;
   void moved(Run& run, const RunMoment& moment);
   void ask(Run& run, const recipes::AskOperator& asked);
@@ -248,6 +267,8 @@ class RunDesk {
   void take_down(Run& run, const Result<CampaignSummary>& summary, std::string_view cut_short);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
   void look(Run& run);
+  /// One folder each time, of a run that may have been gone on with from elsewhere.
+  void look_at_next_folder();
   void settled(Run& run, Recovery choice, std::string_view by,
                const Result<CampaignSummary>& summary, const SettledTold& told);
   void note_rejected(Run& run, const TrialProgress& line);
@@ -274,6 +295,8 @@ class RunDesk {
   std::atomic<bool> closing_ = false;  ///< read by runs' threads too
   bool disk_is_awaited_ = false;  ///< its folder or its room, which keeps a run from its beginning
   RepeatedStops repeated_stops_;
+  std::size_t folders_looked_at_ = 0;
+  std::jthread folder_reader_;             ///< at work in the one that was looked at last
   std::deque<RunStore::Line> notes_;       // not in the journal yet
   std::int64_t asks_ = 0;                  ///< so many names of asks are taken, in other lives too
   std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were told last

@@ -178,6 +178,12 @@ std::string StoredRun::id() const {
   return "R-" + digits;
 }
 
+bool StoredRun::has_all() const {
+  if (!dataset_error.empty() || recovered == "discard") return false;
+  const bool counted = trials_done && trials_done == trials_planned;
+  return outcome == "complete" || (counted && !dataset_sha256.empty());
+}
+
 Result<RunStore> RunStore::open(const std::filesystem::path& file) {
   // SQLite's own word for it is an error of its lock.
   const std::filesystem::path folder = file.parent_path();

@@ -52,6 +52,8 @@ struct StoredRun {
   bool rig_untaken = false;
 
   [[nodiscard]] std::string id() const;  ///< "R-000318"
+  /// Every trial is in a data set, however the bench came to its end after them.
+  [[nodiscard]] bool has_all() const;
 };
 
 /// Whether the rig may be moved without somebody's word, and why not.

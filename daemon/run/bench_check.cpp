@@ -189,4 +189,13 @@ std::vector<Diagnostic> check_rig(const OpenedRig& rig, const std::filesystem::p
   return look_at(rig.limits, rig.file, rig_path, plugins, nullptr).rig;
 }
 
+Status check_rig_file(const std::filesystem::path& path) {
+  const auto rig = open_rig(path, {});
+  if (!rig) return pass(rig.error());
+  const auto problems = check_rig(*rig, path, PluginDrivers::unread);
+  if (problems.empty()) return {};
+  return fail(Errc::invalid_argument, recipes::to_string(problems.front()), path.string(), {}, {},
+              "weft check tells all of it");
+}
+
 }  // namespace weft::daemon

@@ -34,5 +34,8 @@ BenchFindings check_bench(const recipes::Plan& plan, const RigFile& rig,
 std::vector<recipes::Diagnostic> check_rig(const OpenedRig& rig,
                                            const std::filesystem::path& rig_path,
                                            PluginDrivers plugins);
+/// Both of a file as it is now, plugins' drivers unread. Errors: open_rig()'s; invalid_argument,
+/// the first problem.
+Status check_rig_file(const std::filesystem::path& path);
 
 }  // namespace weft::daemon

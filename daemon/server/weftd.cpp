@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/access/token_keeper.hpp"
+#include "daemon/api/rig_delta.hpp"
 #include "daemon/api/services.hpp"
 #include "daemon/loop/rising_utc.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -63,7 +64,10 @@ class Daemon {
   ~Daemon() { ending_ = true; }
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
-  void run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready);
+  /// Returns the run that does not answer any more, where there is one: its thread holds on to all
+  /// of the daemon, which may not be destroyed under it.
+  std::optional<std::string> run(const std::atomic<bool>& stop,
+                                 const std::function<void(const Ports&)>& ready);
   /// Until the daemon's own run has ended. Errors: RunDesk::submit()'s.
   Status run_own();
 
@@ -108,22 +112,6 @@ class Daemon {
   std::unique_ptr<control::RunDesk> desk_;             // gone first: its threads post to the server
   std::unique_ptr<control::HandOverDesk> hand_overs_;  // likewise, and tells the desk
 };
-
-// What changes of the topic "rig"; null where a reason is gone.
-nlohmann::json rig_delta(const control::RigStanding& standing, std::string_view by) {
-  using Fact = control::RigStanding::Fact;
-  nlohmann::json delta{{"rig", to_string(standing.fact)},
-                       {"latch", nullptr},
-                       {"latched_by", nullptr},
-                       {"left_by", nullptr},
-                       {"by", by}};
-  if (standing.fact == Fact::latched) {
-    delta["latch"] = standing.emergency ? "estop" : "halt";
-    delta["latched_by"] = standing.why;
-  }
-  if (standing.fact == Fact::unknown) delta["left_by"] = standing.why;
-  return delta;
-}
 
 Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const OwnRun* own) {
   if (Status made = make_folder(options.data); !made) return pass(made.error());
@@ -217,7 +205,7 @@ control::RunDesk::Surroundings Daemon::around_desk(const DaemonOptions& options)
           .changed = [this](const control::RunView& run) { changed(run); },
           .stands =
               [this](const control::RigStanding& standing, std::string_view by) {
-                hub_.publish("rig", rig_delta(standing, by), utc_us());
+                hub_.publish("rig", api::rig_delta(standing, by), utc_us());
               },
           .voted =
               [this](const control::RunView& run) {
@@ -276,7 +264,7 @@ Status Daemon::begin(const DaemonOptions& options) {
     if (http_) http_->pump();
   });
   for (const control::RunView& run : desk_->all()) changed(run);
-  hub_.publish("rig", rig_delta(desk_->standing(), "auto:daemon"), utc_us());
+  hub_.publish("rig", api::rig_delta(desk_->standing(), "auto:daemon"), utc_us());
   return log_.journal(utc_us(), "", "daemon.started", "auto:daemon");
 }
 
@@ -300,10 +288,11 @@ void Daemon::changed(const control::RunView& run) {
   nlohmann::json told = api::run_json(run);
   // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
   for (const char* const gone :
-       {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256"})
+       {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since"})
     if (!told.contains(gone)) told[gone] = nullptr;
   hub_.publish("run:" + run.stored.id(), told, utc_us());
-  if (hand_overs_) hand_overs_->consider(run.stored, run.wants_hand_over);
+  if (hand_overs_ && own_ == nullptr)  // `weft run` does that itself
+    hand_overs_->consider(run.stored, run.wants_hand_over);
 }
 
 void Daemon::lined(const control::RunLine& line, std::string_view by) {
@@ -346,14 +335,19 @@ void Daemon::tick() {
     api::tell_expired(services_, lease);
 }
 
-void Daemon::run(const std::atomic<bool>& stop, const std::function<void(const Ports&)>& ready) {
+std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
+                                       const std::function<void(const Ports&)>& ready) {
   ready({server_->port(), http_ ? http_->port() : std::uint16_t{0}});
   server_->run([this, &stop] {
     tick();
     if (!stop.load(std::memory_order_relaxed)) return;
     desk_->close();
-    if (!desk_->active()) server_->stop();  // else how its run ended would not be written down
+    // Else how its run ended would not be written down.
+    if (!desk_->active() || desk_->lost()) server_->stop();
   });
+  auto lost = desk_->lost();
+  if (lost) hand_overs_.reset();  // goes on at the next start
+  return lost;
 }
 
 Status Daemon::run_own() {
@@ -382,8 +376,11 @@ Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
                   const std::function<void(const Ports&)>& ready) {
   auto daemon = Daemon::open(options);
   if (!daemon) return pass(daemon.error());
-  (*daemon)->run(stop, ready);
-  return {};
+  const auto lost = (*daemon)->run(stop, ready);
+  if (!lost) return {};
+  static_cast<void>(daemon->release());
+  return fail(Errc::timeout, "a run does not answer, and the daemon ends without it", *lost, {}, {},
+              "weft status says how the rig stands, once weftd is started again");
 }
 
 Status run_daemon_for(const DaemonOptions& options, const OwnRun& own) {

@@ -32,7 +32,9 @@ struct Ports {
 };
 
 /// Serves until `stop` is true; then the run under way is aborted, its probe up and its data kept.
-/// `ready` is told the ports, 0 for none, once clients can connect.
+/// `ready` is told the ports, 0 for none, once clients can connect. Errors: those of beginning;
+/// timeout, where that run does not answer by its deadlines: its thread is left behind, and the
+/// process is to end.
 Status run_daemon(const DaemonOptions& options, const std::atomic<bool>& stop,
                   const std::function<void(const Ports&)>& ready);
 

@@ -1,18 +1,26 @@
-/* Preloaded into a program: its wall clock is the machine's, shifted by the whole seconds that the file WEFT_SHIFTED_CLOCK names. */
+/* Preloaded into a program: its wall clock is the machine's, shifted by the whole seconds in the file that WEFT_SHIFTED_CLOCK names, its
+ * monotonic clock likewise by those of WEFT_SHIFTED_STEADY. Where WEFT_LOCK_HANGS is set, who locks a folder waits for good. */
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/file.h>
 #include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
 int clock_gettime(clockid_t clock, struct timespec* now) {
   const long outcome = syscall(SYS_clock_gettime, clock, now);
-  const char* const name = getenv("WEFT_SHIFTED_CLOCK");
-  if (outcome != 0 || clock != CLOCK_REALTIME || name == NULL) return (int)outcome;
+  const int is_wall = clock == CLOCK_REALTIME;
+  const char* const name = getenv(is_wall ? "WEFT_SHIFTED_CLOCK" : "WEFT_SHIFTED_STEADY");
+  if (outcome != 0 || (!is_wall && clock != CLOCK_MONOTONIC) || name == NULL) return (int)outcome;
   FILE* const file = fopen(name, "r");
   if (file == NULL) return (int)outcome;
   long shift_s = 0;
   if (fscanf(file, "%ld", &shift_s) == 1) now->tv_sec += shift_s;
   fclose(file);
   return (int)outcome;
+}
+
+int flock(int descriptor, int operation) {
+  while (getenv("WEFT_LOCK_HANGS") != NULL) pause();
+  return (int)syscall(SYS_flock, descriptor, operation);
 }

@@ -1,31 +1,43 @@
 #!/usr/bin/env python3
-"""weftd while its machine's wall clock is set forward and back: a token that has expired stays so, and the journal's times rise.
+"""weftd while its machine's wall clock is set forward and back: a token that has expired stays so, and the journal's times rise. And with
+time made to pass: one that is told to end does so also where its run does not answer.
 
     weftd_clock.py WEFTD WEFT SOURCE_ROOT SHIFTED_CLOCK_LIBRARY
 """
+import contextlib
 import json
 import os
 import pathlib
+import signal
+import subprocess
 import sys
 import tempfile
 import time
 
-from weftd_support import Client, Daemon, token_of
+from weftd_support import PATIENCE_S, Client, Daemon, token_of
 
 WEFTD, WEFT, ROOT, LIBRARY = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]), sys.argv[4]
 DAY_S = 86400
 
 
 class Clock:
-    def __init__(self, folder):
-        self.file = folder / "shift"
+    def __init__(self, folder, which="CLOCK"):
+        self.file = folder / f"shift-{which}"
         self.set(0)
-        self.environment = {"LD_PRELOAD": LIBRARY, "WEFT_SHIFTED_CLOCK": str(self.file)}
+        self.environment = {"LD_PRELOAD": LIBRARY, f"WEFT_SHIFTED_{which}": str(self.file)}
 
     def set(self, shift_s):
         new = self.file.with_suffix(".new")
         new.write_text(f"{shift_s}\n")
         new.replace(self.file)  # whole at every moment
+
+
+def daemon_by(clock, folder, *arguments):
+    os.environ.update(clock.environment)
+    daemon = Daemon(WEFTD, ROOT, folder, *arguments)
+    for variable in clock.environment:
+        del os.environ[variable]
+    return daemon
 
 
 def refused(port, token):
@@ -64,6 +76,30 @@ def times_ahead(client, clock):
     client.call("run.wait", run=run)
 
 
+def does_not_answer(folder):
+    """A run that waits for the disk for good is given up by its deadlines, and one SIGTERM is enough."""
+    clock = Clock(folder, "STEADY")
+    clock.environment["WEFT_LOCK_HANGS"] = "1"
+    daemon = daemon_by(clock, folder)
+    client = Client(daemon.socket)
+    client.call("sub.open", topics=["run:*"], mode="every")
+    run = client.call("run.start", recipe="people", lease=client.call("lease.acquire")["lease"])["run"]
+    client.until(run, "arming")
+    daemon.process.send_signal(signal.SIGTERM)
+    for hours in range(1, PATIENCE_S):
+        clock.set(hours * 3600)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            daemon.process.wait(1)
+            break
+    assert daemon.process.returncode == 1, daemon.process.returncode
+    said = daemon.process.stderr.read()
+    assert run in said and "the daemon ends without it" in said, said
+    daemon = Daemon(WEFTD, ROOT, folder)
+    lost = Client(daemon.socket).call("run.get", run=run)
+    assert lost["error"] == "the run does not answer", lost
+    assert daemon.end() == 0
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -74,10 +110,7 @@ def main():
         (folder / "recipes/people.json").write_text(json.dumps(people))
         token = token_of(WEFT, folder / "data" / "tokens.json", "ada", "operator")  # good for 30 days
         clock = Clock(folder)
-        os.environ.update(clock.environment)
-        daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
-        for variable in clock.environment:
-            del os.environ[variable]
+        daemon = daemon_by(clock, folder, "--port", "0")
         try:
             client = Client(daemon.socket)
             before = journal_us(client)
@@ -93,6 +126,7 @@ def main():
             times_ahead(client, clock)
         finally:
             assert daemon.end() == 0
+        does_not_answer(folder)
     print("weftd_clock: all as it should be")
 
 

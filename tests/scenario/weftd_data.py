@@ -230,6 +230,27 @@ def partial_export(web, client, lease):
     made = client.call("data.export", run=run)
     assert 2 <= made["trials"] < made["trials_planned"] == 12, made
     assert hashlib.sha256(web.get(made["path"])[2]).hexdigest() == made["sha256"]
+    return run
+
+
+def completed_elsewhere(client, folder, run):
+    """`weft run --resume` in the folder of a run that was aborted: what it holds by now is told, and the run stays told as it ended."""
+    before = client.call("run.get", run=run)
+    out = pathlib.Path(before["folder"])
+    recipe = [folder / "recipes/slower.json", "--rig", ROOT / "sim/rigs/bench17.json"]
+    subprocess.run([WEFT, "run", *recipe, "--out", out, "--resume", "--no-evaluate"], check=True, capture_output=True)
+    while not client.event()["delta"].get("campaign_since"):
+        pass
+    digest = json.loads((out / "certificate.json").read_text())["dataset_sha256"]
+    since = {"trials_done": 12, "trials_planned": 12, "complete": True, "dataset_sha256": digest}
+    after = client.call("run.get", run=run)
+    assert after == before | {"campaign_since": since, "by": "auto:folder"} and after["outcome"] == "aborted", (before, after)
+    assert [r for r in client.call("run.list")["runs"] if r["run"] == run] == [after]
+    (listed,) = [d for d in client.call("data.list")["datasets"] if d["run"] == run]
+    assert (listed["outcome"], listed["dataset_sha256"], listed["campaign_since"]) == ("aborted", digest, since), listed
+    assert client.call("data.get", run=run)["dataset_sha256"] == digest != before["dataset_sha256"]
+    status = subprocess.run([WEFT, "status", "--socket", client.wire.getpeername()], check=True, capture_output=True, text=True).stdout
+    assert "holds 12 of 12 trials by now, complete" in status, status
 
 
 def nothing_else(web, run, data):
@@ -305,7 +326,7 @@ def main():
             exports(web, client, folder, run)
             nothing_else(web, run, data)
             beside_others(web, client, folder, data)
-            partial_export(web, client, lease)
+            completed_elsewhere(client, folder, partial_export(web, client, lease))
             assert daemon.end() == 0
         finally:
             daemon.process.kill()

@@ -210,6 +210,30 @@ def given_up(folder, daemon, client, slow):
     return daemon
 
 
+def ended_in_its_last_retreat(folder):
+    """SIGTERM while the probe goes up after the last trial: the run was aborted, with all of its trials, and the next daemon hands them over."""
+    daemon = Daemon(WEFTD, ROOT, folder, data="last")
+    client = Client(daemon.socket)
+    client.call("sub.open", topics=["run:*"], mode="every")
+    run, trials = start(client, "quick"), len(FABRICS[:2]) * 6
+    while client.event()["delta"].get("trials_done", 0) < trials - 2:
+        pass
+    client.call("sim.clock", pace=4)
+    while client.event()["delta"].get("trials_done", 0) < trials - 1:
+        pass
+    while (client.event()["delta"].get("at") or {}).get("step") != "retracting":
+        pass
+    assert daemon.end() == 0
+    daemon = Daemon(WEFTD, ROOT, folder, data="last")
+    try:
+        done = Client(daemon.socket).call("run.wait", run=run, hand_over=True)
+        assert (done["state"], done["outcome"], done["trials_done"]) == ("ended", "aborted", trials), done
+        assert done.get("handover", {}).get("state") == "done", done
+        assert daemon.end() == 0
+    finally:
+        daemon.process.kill()
+
+
 def made_up(folder):
     """`weft run` whose hand-over is killed, or left out: verify says that it is missing, --resume makes it up."""
     command = [WEFT, "run", folder / "recipes/quick.json", "--rig", ROOT / "sim/rigs/bench17.json", "--repeats", "2", "--out"]
@@ -253,6 +277,7 @@ def main():
             daemon = over_restarts(folder, daemon, Client(daemon.socket), slow, done)
             daemon = given_up(folder, daemon, Client(daemon.socket), slow)
             made_up(folder)
+            ended_in_its_last_retreat(folder)
             assert daemon.end() == 0, "a hand-over under way holds nobody up who ends the daemon"
         finally:
             daemon.process.kill()

@@ -64,6 +64,8 @@ struct DeskBench {
   control::RunStore store;
   /// What every run's thread does at each line of its progress.
   std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
+  /// Likewise, at each change of its engine's step.
+  std::function<void(const RunMoment&)> at_moment = {};
   /// Likewise, before it looks at anything.
   std::function<void()> at_start = {};
   /// Likewise, when it asks for the rig.
@@ -112,6 +114,10 @@ struct DeskBench {
     hooks.progress = [this, &hooks, told = hooks.progress](const TrialProgress& line) {
       told(line);
       if (at_line) at_line(line, *hooks.orders);
+    };
+    hooks.moment = [this, told = hooks.moment](const RunMoment& moment) {
+      told(moment);
+      if (at_moment) at_moment(moment);
     };
     hooks.rig_taken = [this, taken = hooks.rig_taken] {
       if (at_asking) at_asking();

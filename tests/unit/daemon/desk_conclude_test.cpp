@@ -113,9 +113,11 @@ TEST_CASE("a run that does not answer while it only concludes leaves bench and r
   REQUIRE(bench.desk->recover(id, "test"));
   REQUIRE(bench.desk->order(id, Order::abort, "test"));
   for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
+    CHECK_FALSE(bench.desk->lost());
     bench.now += std::chrono::hours(1);
     bench.desk->tick();
   }
+  CHECK(bench.desk->lost() == id);
   const RunView lost = *bench.desk->get(id);
   CHECK(lost.machine.state == RunState::ended);
   CHECK(facts_of(lost) == Facts{"complete", "done", "safe", "the run does not answer", ""});
@@ -124,6 +126,7 @@ TEST_CASE("a run that does not answer while it only concludes leaves bench and r
   answers.set_value();
   const auto is_back = [&] { return bench.desk->get(id)->machine.state == RunState::interrupted; };
   REQUIRE(bench.posted.run_until(is_back));
+  CHECK_FALSE(bench.desk->lost());
   bench.at_start = {};
   CHECK(bench.desk->standing() == RigStanding{});
   const RunView whole = concluded(bench, id);

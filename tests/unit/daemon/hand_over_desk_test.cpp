@@ -105,6 +105,27 @@ TEST_CASE("Who ends the daemon on purpose has not ended it under a hand-over") {
   }
 }
 
+TEST_CASE(
+    "All trials are handed over, however the bench came to its end after them; no fewer are") {
+  const TemporaryFolder folder;
+  Life life(folder);
+  life.run.outcome = GENERATE("aborted", "failed");
+  life.run.trials_planned = 4;
+  life.run.trials_done = 3;
+  life.run.dataset_sha256 = "36426411";
+  life.desk->consider(life.run, true);
+  CHECK_FALSE(life.desk->get(life.run.id()));
+  life.run.trials_done = 4;
+  StoredRun discarded = life.run, not_concluded = life.run;
+  discarded.recovered = "discard";
+  not_concluded.dataset_error = "no room";
+  for (const StoredRun& other : {discarded, not_concluded}) life.desk->consider(other, true);
+  CHECK_FALSE(life.desk->get(life.run.id()));
+  life.desk->consider(life.run, true);
+  REQUIRE(life.desk->get(life.run.id()));
+  CHECK(life.desk->get(life.run.id())->state == HandOverState::running);
+}
+
 TEST_CASE("What a run has told of its recipe is not looked for in its folder") {
   const TemporaryFolder folder;
   Life life(folder);

@@ -72,8 +72,8 @@ class DataMethods:
 
         from_: this run on: next of the page before
         most: runs, 1000 at most, and no more than 1 MiB
-        Result: datasets: run, recipe, name, created_us, outcome, dataset_sha256, handover; next, null where there is no more.
-        Least role: observer.
+        Result: datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of the file that is there now),
+        campaign_since (as run.get), handover; next, null where there is no more. Least role: observer.
         """
         return self._call("data.list", {"from": from_, "most": most})
 
@@ -479,7 +479,9 @@ class RunMethods:
 
         run: its name, "R-000318"
         Result: the run; submitted_by who put it in line, by who changed it last; attention is the next human action (null:
-        none), next_attention_us since when it is asked or when it will be. Least role: observer.
+        none), next_attention_us since when it is asked or when it will be; campaign_since, where its campaign was gone on
+        with without the daemon (weft run --resume): what its folder holds by now, trials_done, trials_planned, complete,
+        dataset_sha256. Least role: observer.
         """
         return self._call("run.get", {"run": run})
 

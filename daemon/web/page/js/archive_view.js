@@ -3,7 +3,7 @@ import { byId, button, el, facts, fill, table } from './dom.js';
 import { attempt, note } from './dialog.js';
 import { bytes, clock, percent, plural, words } from './format.js';
 import { confusion } from './confusion.js';
-import { hand_over_text, problems, three_facts } from './run_panel.js';
+import { later_facts, problems, three_facts } from './run_panel.js';
 
 const past = new Set(['ended', 'interrupted']);
 const most_listed = 200;
@@ -71,7 +71,7 @@ export class ArchiveView {
 
   #head(run) {
     const rows = [['recipe', run.recipe], ['name', run.name || '–'], ['started by', `${run.submitted_by}, ${clock(run.created_us)}`],
-      ['trials', run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : 'not known'], ['hand-over', hand_over_text(run.handover)],
+      ['trials', run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : 'not known'], ...later_facts(run),
       ['data set', el('code', { class: 'digest' }, run.dataset_sha256 ?? 'none')]];
     return [el('h2', {}, `${run.run} · ${run.recipe} `, badge_of(run)), three_facts(run), facts(rows),
       ...problems(run), el('p', { class: 'row' }, button('Verify every byte', () => this.#verify(run.run), { 'data-key': 'verify' }))];

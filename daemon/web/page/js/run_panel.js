@@ -32,10 +32,18 @@ export function problems({ error, dataset_error }) {
   return [error, dataset_error].filter(Boolean).map((sentence) => el('p', { class: 'problem' }, sentence));
 }
 
-export function hand_over_text(over) {
+function hand_over_text(over) {
   if (!over) return 'none';
   const step = over.state === 'running' && over.steps ? `, step ${over.step} of ${over.steps}` : '';
   return `${over.state}${step}${over.error ? `: ${over.error}` : ''}`;
+}
+
+/** What became of its data after its end: by the daemon, and by others in its folder. */
+export function later_facts({ handover, campaign_since: since }) {
+  const told = [['hand-over', hand_over_text(handover)]];
+  if (!since) return told;
+  const whole = since.complete ? ', complete' : '';
+  return [...told, ['folder', `${since.trials_done} of ${plural(since.trials_planned, 'repetition')} by now${whole}: gone on with without the daemon`]];
 }
 
 export class RunPanel {
@@ -57,7 +65,7 @@ export class RunPanel {
     this.#progress(run);
     this.#place(run);
     this.#times();
-    fill(byId('run-facts'), [run.outcome, run.cleanup, run.rig, run.handover, run.error, run.dataset_error, run.recovered], () => this.#end(run));
+    fill(byId('run-facts'), [run.outcome, run.cleanup, run.rig, run.handover, run.error, run.dataset_error, run.recovered, run.campaign_since], () => this.#end(run));
     const may = this.store.may_operate && !this.lease.others && this.store.live;
     fill(byId('run-orders'), [run.run, run.state, may], () => this.#orders(run, may));
   }
@@ -98,7 +106,7 @@ export class RunPanel {
 
   #end(run) {
     if (run.state !== 'ended' && run.state !== 'interrupted' && !run.handover) return [];
-    return [run.outcome ? three_facts(run) : null, facts([['hand-over', hand_over_text(run.handover)]]), ...problems(run)].filter(Boolean);
+    return [run.outcome ? three_facts(run) : null, facts(later_facts(run)), ...problems(run)].filter(Boolean);
   }
 
   #orders(run, may) {
