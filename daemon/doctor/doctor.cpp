@@ -85,9 +85,15 @@ std::vector<std::size_t> order_of(const RigFile& rig) {
 bool is_in_use(const RigFile& rig, const DoctorReport& report) {
   std::set<std::string> shared;
   for (const Finding& finding : shared_ports(rig.devices)) shared.insert(finding.subject);
-  return std::ranges::any_of(report.devices, [&](const DeviceReport& device) {
+  const auto is_refused = [&](const DeviceReport& device) {
     return device.error && device.error->message == port_in_use && !shared.contains(device.name);
-  });
+  };
+  const auto is_open_elsewhere = [](const DeviceEntry& entry) {
+    const auto* serial = std::get_if<SerialSettings>(&entry.link);
+    return serial != nullptr && !others_with(*serial).empty();
+  };
+  return std::ranges::any_of(report.devices, is_refused) ||
+         std::ranges::any_of(rig.devices, is_open_elsewhere);
 }
 
 /// A sensor in a network streams to who asked last: from a campaign on this rig it would be taken.

@@ -73,7 +73,6 @@ Finding no_permission(const std::string& device, const std::string& path, const 
           (name == "root" ? "; better a udev rule: SUBSYSTEM==\"tty\", GROUP=\"dialout\"" : "")};
 }
 
-/// "minicom (pid 17)" for every other process that has the file open, as far as it may be seen.
 std::vector<std::string> holders(const fs::path& port) {
   std::vector<std::string> out;
   std::error_code error;
@@ -162,13 +161,18 @@ std::vector<Finding> check_serial(const std::string& device, const SerialSetting
              "Name the device file: /dev/ttyUSB0, or better a link in /dev/serial/by-id"}};
   if (::access(port.c_str(), R_OK | W_OK) != 0) return {no_permission(device, settings.path, file)};
   std::vector<Finding> findings;
-  // weft-rig holds both ends of the pseudo-terminals that it serves.
-  const bool pseudo = port.string().rfind("/dev/pts/", 0) == 0;
-  if (const auto others = holders(port); !pseudo && !others.empty())
+  if (const auto others = others_with(settings); !others.empty())
     findings.push_back({Severity::problem, device, settings.path + " is open in " + joined(others),
                         "End it: two programs on one port each see half of the answers"});
   check_latency_timer(device, port, findings);
   return findings;
+}
+
+std::vector<std::string> others_with(const SerialSettings& settings) {
+  std::error_code error;
+  const fs::path port = fs::canonical(settings.path, error);
+  const bool is_pseudo = port.string().starts_with("/dev/pts/");
+  return error || is_pseudo ? std::vector<std::string>{} : holders(port);
 }
 
 std::vector<Finding> shared_ports(const std::vector<DeviceEntry>& devices) {

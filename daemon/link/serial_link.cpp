@@ -30,11 +30,15 @@ tl::unexpected<Error> cannot_open(int number) {
               std::generic_category().message(number), hint_for(number));
 }
 
+tl::unexpected<Error> in_use(int number) {
+  return fail(Errc::io, port_in_use, {}, {}, std::generic_category().message(number),
+              "End it, or give each its own port");
+}
+
 /// Two programs on one line would each see half of the answers.
 Status claim(int descriptor) {
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {};
-  return fail(Errc::io, port_in_use, {}, {}, std::generic_category().message(errno),
-              "End it, or give each its own port");
+  return in_use(errno);
 }
 
 class OpenPort {
@@ -86,7 +90,8 @@ struct FreePort {
 
 tl::unexpected<Error> library_refused(sp_return code) {
   if (code == SP_ERR_ARG) return cannot_open(ENOENT);
-  return cannot_open(sp_last_error_code());
+  const int number = sp_last_error_code();
+  return number == EBUSY ? in_use(number) : cannot_open(number);
 }
 
 // Handshake by RTS begins with the line raised (protocols.md A.1). Where the kernel's driver does

@@ -8,6 +8,7 @@ import json
 import pathlib
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 
@@ -78,6 +79,15 @@ def in_use(t, d, path, rig):
     told = problems(report, "ft")
     t.expect("not looked at" in told and "End that program" in told and not of(report, "ft")["answered"], f"the sensor: {told}")
     t.expect(of(report, "stage.z")["armed"], "ports that are free are looked at")
+
+    # A port of a device is not tried at all where somebody has it open; any character device will do.
+    def elsewhere(devices, rig):
+        devices["stage.x"]["link"]["path"] = "/dev/null"
+    with subprocess.Popen(["sleep", "600"], stdin=subprocess.DEVNULL) as other:
+        report = doctor(t, d, change(d, path, "elsewhere.json", elsewhere), 1)
+        other.kill()
+    t.expect("is open in" in problems(report, "stage.x"), f"a port that is open: {report['findings']}")
+    t.expect("not looked at" in problems(report, "ft") and not of(report, "ft")["answered"], f"the sensor: {report['findings']}")
 
 
 def emulated(t, d, root, weft_rig):
