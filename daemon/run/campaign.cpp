@@ -247,14 +247,14 @@ class Run {
     complete_ += done.outcome == recipes::Outcome::complete ? 1 : 0;
     rejected_ += again ? 1 : 0;
     ended_early_ += done.ended_early ? 1 : 0;
-    if (!again) pace_->trial_ended(done.trial + 1);
+    const bool is_over = done.outcome == recipes::Outcome::complete ||
+                         done.outcome == recipes::Outcome::failed;  // else it is taken once more
+    if (is_over) pace_->trial_ended(done.trial + 1);
     if (done.error)
       recording.journal(session_->loop().now(), again ? "take_rejected" : "trial_error",
                         json{{"trial", done.trial}, {"error", to_string(*done.error)}}.dump());
     if (!hooks_->progress) return;
     TrialProgress line;
-    const bool is_over = done.outcome == recipes::Outcome::complete ||
-                         done.outcome == recipes::Outcome::failed;  // else it is taken once more
     line.done = done.trial + (is_over ? 1 : 0);
     line.error = done.error;
     line.takes_rejected = rejected_;

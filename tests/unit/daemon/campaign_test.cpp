@@ -317,7 +317,9 @@ TEST_CASE("a repetition that a pause cuts, to be taken again, does not count as 
   };
   hooks.progress = [&](const TrialProgress& line) {
     counted.push_back(line.done);
-    if (line.outcome == recipes::Outcome::stopped) orders.give({Order::resume, "test"});
+    if (line.outcome != recipes::Outcome::stopped) return;
+    CHECK(line.wall_left_s > 0);  // of it
+    orders.give({Order::resume, "test"});
   };
   const auto summary = run_campaign(request_in(folder, short_recipe("denim")), hooks);
   REQUIRE(summary);
