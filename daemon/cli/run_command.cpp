@@ -50,9 +50,10 @@ std::string summary_text(const CampaignSummary& s) {
                            std::to_string(s.trials_planned) + " complete" + ended_early_words(s)});
   if (s.takes_rejected > 0)
     facts.row({"bad takes", std::to_string(s.takes_rejected) + ", kept and taken again"});
-  facts.row({"bench time", duration(s.virtual_s)});
+  if (s.virtual_s > 0) facts.row({"bench time", duration(s.virtual_s)});
   facts.row({"wall time", duration(s.wall_s)});
-  facts.row({"force error", fixed(s.force.rms_n(), 3) + " N RMS while held"});
+  if (s.force.samples > 0)
+    facts.row({"force error", fixed(s.force.rms_n(), 3) + " N RMS while held"});
   facts.row({"campaign", s.campaign_file.string()});
   if (!s.dataset_sha256.empty()) {
     facts.row({"data set", s.dataset_file.string()});

@@ -65,7 +65,14 @@ ordered_json core_json(const CoreLine& line) {
           {"support_vectors", line.support_vectors}};
 }
 
+/// null where nobody measured it, as in a run that only wrote down the end of another.
+ordered_json known(bool is_known, double value) {
+  return is_known ? ordered_json(value) : ordered_json(nullptr);
+}
+
 ordered_json tally_json(const ForceTally& tally) {
+  if (tally.samples == 0)
+    return {{"samples", 0}, {"rms_error_n", nullptr}, {"worst_error_n", nullptr}, {"in_band_fraction", nullptr}};
   return {{"samples", tally.samples},
           {"rms_error_n", tally.rms_n()},
           {"worst_error_n", tally.worst_n},
@@ -108,12 +115,12 @@ ordered_json run_json(const CampaignSummary& run) {
   out["takes_rejected"] = run.takes_rejected;
   out["complete"] = is_complete(run);
   out["forecast_s"] = run.forecast_s;
-  out["virtual_s"] = run.virtual_s;
+  out["virtual_s"] = known(run.virtual_s > 0, run.virtual_s);
   out["wall_s"] = run.wall_s;
-  out["realtime_factor"] = ratio(run.virtual_s, run.wall_s);
+  out["realtime_factor"] = known(run.virtual_s > 0, ratio(run.virtual_s, run.wall_s));
   out["time_shares"] = time_json(run.time);
   out["dataset_sha256"] = run.dataset_sha256;
-  out["force_rms_error_n"] = run.force.rms_n();
+  out["force_rms_error_n"] = known(run.force.samples > 0, run.force.rms_n());
   out["force"] = tally_json(run.force);
   if (!run.simulation.empty()) {
     out["simulation"] = ordered_json::parse(to_json(run.simulation));
