@@ -30,10 +30,12 @@ Result<Client> Client::open(const Where& where) {
   if (!channel) return pass(channel.error());
   Client client(std::move(*channel));
   const auto greeting = client.read_line();
-  if (!greeting && where.at.starts_with("tcp://"))
-    return fail(Errc::io, "the daemon says nothing in the clear", where.at, {}, {},
-                "Where it serves TLS (--tls-cert) its port is tls://HOST:PORT");
-  if (!greeting) return pass(greeting.error());
+  if (!greeting) {
+    Error error = greeting.error();
+    if (where.at.starts_with("tcp://"))
+      error.hint = "Where it serves TLS (--tls-cert) its port is tls://HOST:PORT";
+    return pass(std::move(error));
+  }
   const json hello = json::parse(*greeting, nullptr, false);
   if (!hello.is_object() || hello.value("method", "") != "hello")
     return fail(Errc::parse, "that is no weftd", where.at, "a greeting");
