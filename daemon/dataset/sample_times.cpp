@@ -13,6 +13,7 @@ constexpr double longest_wait_ns = 500e6;  // no adapter holds samples back for 
 constexpr double usual_waits = 5;          // nor for so many of its usual waits
 constexpr double read_on_ns = 500e3;       // less where a reader takes what has waited for it
 constexpr double slow_ns = 5e6;            // no reader takes so long for each
+constexpr double most_reading = 0.05;      // of the time a reader reads, a sensor's strokes last longer
 
 /// From one sample that was read without another waiting behind it to the next such one.
 struct Step {
@@ -205,6 +206,7 @@ std::vector<Run> runs_of(const std::vector<std::int64_t>& t_ns) {
   if (!are_short(runs) || usual_of(runs).period_ns >= slow_ns) return runs;
   std::erase_if(waits_ns, [most_ns](double ns) { return ns <= most_ns; });
   if (waits_ns.empty() || usual_of(runs).period_ns >= read_on_ns) return {};
+  if (sum_of(runs).ns > most_reading * since_ns(t_ns.front(), t_ns.back())) return {};
   runs = runs_of(t_ns, usual_waits * quantile(waits_ns, 0.5));
   return are_batches(runs) ? runs : std::vector<Run>{};
 }
@@ -325,8 +327,10 @@ bool may_have_period(const std::vector<std::int64_t>& t_ns, double period_s) {
   // A frame that was lost is told from a late one where many stamps are: in few it lengthens the
   // period.
   constexpr double most_untold = 1.25;  // intervals
-  const double tolerance = rate_tolerance + most_untold / std::max(own.intervals, 1.0);
-  return own.period_s() == 0 || std::abs(own.period_s() / period_s - 1.0) <= tolerance;
+  const double longer = own.period_s() / period_s - 1.0;
+  return own.period_s() == 0 ||
+         (longer >= -rate_tolerance &&
+          longer <= rate_tolerance + most_untold / std::max(own.intervals, 1.0));
 }
 
 double common_period_s(const std::vector<std::vector<std::int64_t>>& recordings) {

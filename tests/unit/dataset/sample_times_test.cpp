@@ -251,6 +251,9 @@ TEST_CASE("times of a slow reader or of a fast sensor, which do not tell which, 
   CHECK(tell_nothing(in_batches(100, 0.2, 150)));  // too few
   CHECK(tell_nothing(in_batches(100, 0.2, 100)));
   CHECK(tell_nothing(in_batches(100, 0.01, 100)));
+  std::vector<double> strokes_ms(2400, 0.125);  // 8 kHz for 0.3 s in each second, or 2400 Hz
+  strokes_ms.back() = 700;
+  CHECK(tell_nothing(times(strokes_ms, 24000)));
   std::vector<double> uneven_ms;  // of batches of one rate their wait is as long
   for (int stroke = 0; stroke < 10; ++stroke) {
     uneven_ms.insert(uneven_ms.end(), 99, 0.2);
@@ -263,6 +266,14 @@ TEST_CASE("64 bits need not hold what lies between two times") {
   constexpr std::int64_t far = 9'000'000'000'000'000'000;
   CHECK(sampled_time({-far, 0, far}).period_s() == Approx(9e9));
   CHECK(sampled_time({-far, far}).period_s() == Approx(1.8e10));
+}
+
+TEST_CASE("few stamps lengthen a period where a frame is lost and do not shorten one") {
+  CHECK_FALSE(may_be_together(times({10}, 25), times({1000.0 / 120}, 25)));
+  CHECK_FALSE(may_be_together(times({10}, 9), times({1000.0 / 150}, 9)));
+  auto lost = times({10}, 25);
+  for (std::size_t i = 12; i < lost.size(); ++i) lost[i] += 10'000'000;
+  CHECK(may_be_together(times({10}, 25), lost));
 }
 
 TEST_CASE("a recording may be of the rate that its times tell, whatever came late") {
