@@ -168,6 +168,8 @@ void RunDesk::settled(Run& run, Recovery choice, std::string_view by,
   stored.dataset_sha256 = summary->dataset_sha256;
   stored.error = summary->error ? to_string(*summary->error) : "";
   stored.dataset_error.clear();
+  run.view.since.reset();
+  run.certified_at.reset();
   if (choice == Recovery::keep_partial) {
     run.view.trials_done = summary->trials_complete;
     run.view.trials_planned = summary->trials_planned;

@@ -25,27 +25,52 @@ Result<Since> since_in(const std::filesystem::path& folder, const std::string& d
 
 }  // namespace
 
-void RunDesk::look_at_next_folder() {
-  if (runs_.empty() || folder_reader_.joinable()) return;
-  Run& run = *runs_[folders_looked_at_++ % runs_.size()];
+bool RunDesk::may_be_gone_on_with(const Run& run) {
   const StoredRun& stored = run.view.stored;
-  if (!run.is_over() || run.at_work || run.settling || stored.has_all()) return;
+  return run.is_over() && !run.at_work && !run.settling && !stored.has_all() &&
+         stored.recovered != to_string(Recovery::discard);
+}
+
+/// A disk may hang, so that no folder is looked at by the thread of the server.
+void RunDesk::look_at_folders() {
+  constexpr std::chrono::seconds between{1};
+  if (folder_reader_.joinable() || around_.now() < next_look_) return;
+  next_look_ = around_.now() + between;
+  std::vector<Look> looks;
+  for (const auto& run : runs_)
+    if (may_be_gone_on_with(*run))
+      looks.push_back({run.get(), run->view.stored.folder, run->view.stored.dataset_sha256,
+                       run->certified_at});
+  if (looks.empty()) return;
+  folder_reader_ = std::jthread([this, looks = std::move(looks)]() mutable {
+    std::erase_if(looks, [](Look& look) { return !has_news(look); });
+    around_.post([this, looks = std::move(looks)] {
+      folder_reader_.join();  // this was its last word
+      for (const Look& look : looks) seen(look);
+    });
+  });
+}
+
+/// What cannot be read is looked at again.
+bool RunDesk::has_news(Look& look) {
   std::error_code unseen;
-  const auto written = std::filesystem::last_write_time(stored.folder / certificate_file_name,
+  const auto written = std::filesystem::last_write_time(look.folder / certificate_file_name,
                                                         unseen);  // the earliest without one
-  if (run.certified_at == written) return;
-  run.certified_at = written;
-  folder_reader_ =
-      std::jthread([this, &run, folder = stored.folder, sha256 = stored.dataset_sha256] {
-        const auto read = caught([&] { return since_in(folder, sha256); });
-        around_.post([this, &run, read, sha256] {
-          folder_reader_.join();  // this was its last word
-          const Since now = read.value_or(Since{});
-          if (sha256 != run.view.stored.dataset_sha256 || now == run.view.since) return;
-          run.view.since = now;
-          tell(run, "auto:folder");
-        });
-      });
+  if (look.certified_at == written) return false;
+  const auto read = caught([&] { return since_in(look.folder, look.dataset_sha256); });
+  if (!read) return false;
+  look.certified_at = written;
+  look.since = *read;
+  return true;
+}
+
+void RunDesk::seen(const Look& look) {
+  Run& run = *look.run;
+  if (!may_be_gone_on_with(run) || look.dataset_sha256 != run.view.stored.dataset_sha256) return;
+  run.certified_at = look.certified_at;
+  if (look.since == run.view.since) return;
+  run.view.since = look.since;
+  tell(run, "auto:folder");
 }
 
 }  // namespace weft::daemon::control

@@ -50,11 +50,16 @@ HandOverDesk::HandOverDesk(Surroundings around, RunStore& store)
   if (auto known = store_.hand_overs()) on_record_ = std::move(*known);
 }
 
-// Who ends the daemon on purpose has not ended it under this one.
 HandOverDesk::~HandOverDesk() {
-  if (active_.empty()) return;
   thread_.request_stop();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
+  put_off();
+}
+
+// Who ends the daemon on purpose has not ended it under this one.
+void HandOverDesk::put_off() {
+  thread_.request_stop();
+  if (active_.empty()) return;
   Item& item = *find(active_);
   item.fact.state = cancelled_by_.empty() ? HandOverState::waiting : HandOverState::cancelled;
   if (!cancelled_by_.empty()) item.fact.by = cancelled_by_;

@@ -42,6 +42,9 @@ class HandOverDesk {
   Status again(std::string_view run, std::string_view by);
   /// Errors: not_found; wrong_state, it is over.
   Status cancel(std::string_view run, std::string_view by);
+  /// The daemon ends: what runs is told to, and is done at the next start. Nobody waits for it: a
+  /// disk may hang.
+  void put_off();
   /// Nothing where there is none.
   [[nodiscard]] std::optional<HandOverFact> get(std::string_view run) const;
   /// Calls back once it is over; at once where it is, or there is none; never, once `listener` is

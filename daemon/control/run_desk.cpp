@@ -250,7 +250,7 @@ void RunDesk::close() {
 
 void RunDesk::tick() {
   keep_again();
-  look_at_next_folder();
+  look_at_folders();
   if (std::exchange(disk_is_awaited_, false)) begin_next();
   note_repeated(repeated_stops_.over(around_.now()));
   constexpr std::chrono::seconds set_otherwise{1};

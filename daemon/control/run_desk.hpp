@@ -267,8 +267,18 @@ class RunDesk {
   void take_down(Run& run, const Result<CampaignSummary>& summary, std::string_view cut_short);
   void ended(Run& run, const Result<CampaignSummary>& summary, bool may_go_on);
   void look(Run& run);
-  /// One folder each time, of a run that may have been gone on with from elsewhere.
-  void look_at_next_folder();
+  /// A run that may have been gone on with from elsewhere, and what was seen in its folder.
+  struct Look {
+    Run* run;
+    std::filesystem::path folder;
+    std::string dataset_sha256;
+    std::optional<std::filesystem::file_time_type> certified_at;
+    std::optional<CampaignSince> since = {};
+  };
+  static bool may_be_gone_on_with(const Run& run);
+  void look_at_folders();
+  static bool has_news(Look& look);
+  void seen(const Look& look);
   void settled(Run& run, Recovery choice, std::string_view by,
                const Result<CampaignSummary>& summary, const SettledTold& told);
   void note_rejected(Run& run, const TrialProgress& line);
@@ -295,8 +305,8 @@ class RunDesk {
   std::atomic<bool> closing_ = false;  ///< read by runs' threads too
   bool disk_is_awaited_ = false;  ///< its folder or its room, which keeps a run from its beginning
   RepeatedStops repeated_stops_;
-  std::size_t folders_looked_at_ = 0;
-  std::jthread folder_reader_;             ///< at work in the one that was looked at last
+  Clock next_look_{};          ///< at the folders of runs that are over
+  std::jthread folder_reader_;
   std::deque<RunStore::Line> notes_;       // not in the journal yet
   std::int64_t asks_ = 0;                  ///< so many names of asks are taken, in other lives too
   std::chrono::nanoseconds wall_ahead_{};  ///< of the monotonic clock, when times were told last

@@ -346,7 +346,7 @@ std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
     if (!desk_->active() || desk_->lost()) server_->stop();
   });
   auto lost = desk_->lost();
-  if (lost) hand_overs_.reset();  // goes on at the next start
+  if (lost) hand_overs_->put_off();
   return lost;
 }
 

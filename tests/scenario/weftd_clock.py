@@ -81,17 +81,20 @@ def does_not_answer(folder):
     clock = Clock(folder, "STEADY")
     clock.environment["WEFT_LOCK_HANGS"] = "1"
     daemon = daemon_by(clock, folder)
-    client = Client(daemon.socket)
-    client.call("sub.open", topics=["run:*"], mode="every")
-    run = client.call("run.start", recipe="people", lease=client.call("lease.acquire")["lease"])["run"]
-    client.until(run, "arming")
-    daemon.process.send_signal(signal.SIGTERM)
-    for hours in range(1, PATIENCE_S):
-        clock.set(hours * 3600)
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            daemon.process.wait(1)
-            break
-    assert daemon.process.returncode == 1, daemon.process.returncode
+    try:
+        client = Client(daemon.socket)
+        client.call("sub.open", topics=["run:*"], mode="every")
+        run = client.call("run.start", recipe="people", lease=client.call("lease.acquire")["lease"])["run"]
+        client.until(run, "arming")
+        daemon.process.send_signal(signal.SIGTERM)
+        for hours in range(1, PATIENCE_S):
+            clock.set(hours * 3600)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                daemon.process.wait(1)
+                break
+        assert daemon.process.returncode == 1, daemon.process.returncode
+    finally:
+        daemon.process.kill()
     said = daemon.process.stderr.read()
     assert run in said and "the daemon ends without it" in said, said
     daemon = Daemon(WEFTD, ROOT, folder)

@@ -215,6 +215,7 @@ def ended_in_its_last_retreat(folder):
     daemon = Daemon(WEFTD, ROOT, folder, data="last")
     client = Client(daemon.socket)
     client.call("sub.open", topics=["run:*"], mode="every")
+    client.call("sim.clock", pace=40)  # slow enough to be slowed down in time
     run, trials = start(client, "quick"), len(FABRICS[:2]) * 6
     while client.event()["delta"].get("trials_done", 0) < trials - 2:
         pass

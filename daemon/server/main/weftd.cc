@@ -1,6 +1,7 @@
 // The daemon's program; see daemon/server/weftd.hpp.
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <iostream>
 
 #include "daemon/cli/command_line.hpp"
@@ -61,5 +62,5 @@ int main(int argc, char** argv) {
   const weft::Status ended = weft::daemon::server::run_daemon(options, signals.asked(), ready);
   if (ended) return 0;
   std::cerr << "weftd: " << weft::to_string(ended.error()) << std::endl;
-  return 1;
+  std::quick_exit(1);  // threads of a run that does not answer are at work yet
 }

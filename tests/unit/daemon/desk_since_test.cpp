@@ -31,6 +31,7 @@ CampaignSummary gone_on_with(const DeskBench& bench, const RunView& run) {
 
 /// Until what was seen of a folder is told.
 bool tells(DeskBench& bench, const std::string& id) {
+  bench.now += std::chrono::seconds(1);  // so often it looks
   bench.desk->tick();
   return bench.posted.run_until([&] { return bench.desk->get(id)->since.has_value(); });
 }
@@ -83,7 +84,24 @@ TEST_CASE("what was completed while no daemon was there is seen by the next one"
   CHECK_FALSE(bench.desk->get(id)->since);
   const RunView own = bench.ended(id);
   CHECK(own.stored.outcome == "complete");
+  bench.now += std::chrono::seconds(1);
   bench.desk->tick();
+  CHECK_FALSE(bench.desk->get(id)->since);
+}
+
+TEST_CASE("what a person keeps of a campaign that was gone on with is the run's own") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  const std::string id = bench.desk->all().front().stored.id();
+  gone_on_with(bench, bench.desk->all().front());
+  REQUIRE(tells(bench, id));
+  bool is_settled = false;
+  bench.desk->settle(id, Recovery::keep_partial, "test", [&](const Result<RunView>& run) {
+    if (!run) FAIL(to_string(run.error()));
+    is_settled = true;
+  });
+  REQUIRE(bench.posted.run_until([&] { return is_settled; }));
   CHECK_FALSE(bench.desk->get(id)->since);
 }
 
@@ -91,6 +109,7 @@ TEST_CASE("a folder that nobody touched since is the run's own") {
   const TemporaryFolder folder;
   DeskBench bench(folder);
   const std::string id = stopped(bench).stored.id();
+  bench.now += std::chrono::seconds(1);
   bench.desk->tick();
   REQUIRE(bench.posted.arrives());
   bool is_seen = false;

@@ -72,7 +72,7 @@ export class ArchiveView {
   #head(run) {
     const rows = [['recipe', run.recipe], ['name', run.name || '–'], ['started by', `${run.submitted_by}, ${clock(run.created_us)}`],
       ['trials', run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : 'not known'], ...later_facts(run),
-      ['data set', el('code', { class: 'digest' }, run.dataset_sha256 ?? 'none')]];
+      ['data set', el('code', { class: 'digest' }, run.campaign_since?.dataset_sha256 ?? run.dataset_sha256 ?? 'none')]];
     return [el('h2', {}, `${run.run} · ${run.recipe} `, badge_of(run)), three_facts(run), facts(rows),
       ...problems(run), el('p', { class: 'row' }, button('Verify every byte', () => this.#verify(run.run), { 'data-key': 'verify' }))];
   }
