@@ -39,8 +39,8 @@ void RunDesk::look_at_folders() {
   std::vector<Look> looks;
   for (const auto& run : runs_)
     if (may_be_gone_on_with(*run))
-      looks.push_back({run.get(), run->view.stored.folder, run->view.stored.dataset_sha256,
-                       run->certified_at});
+      looks.push_back(
+          {run.get(), run->view.stored.folder, run->view.stored.dataset_sha256, run->certified_at});
   if (looks.empty()) return;
   folder_reader_ = std::jthread([this, looks = std::move(looks)]() mutable {
     std::erase_if(looks, [](Look& look) { return !has_news(look); });

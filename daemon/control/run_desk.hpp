@@ -305,7 +305,7 @@ class RunDesk {
   std::atomic<bool> closing_ = false;  ///< read by runs' threads too
   bool disk_is_awaited_ = false;  ///< its folder or its room, which keeps a run from its beginning
   RepeatedStops repeated_stops_;
-  Clock next_look_{};          ///< at the folders of runs that are over
+  Clock next_look_{};  ///< at the folders of runs that are over
   std::jthread folder_reader_;
   std::deque<RunStore::Line> notes_;       // not in the journal yet
   std::int64_t asks_ = 0;                  ///< so many names of asks are taken, in other lives too

@@ -33,8 +33,8 @@ std::vector<std::string> thorlabs_without_port(const std::filesystem::path& usb_
 std::vector<Finding> check_serial(const std::string& device, const SerialSettings& settings,
                                   const std::vector<SerialPortSeen>& present);
 
-/// "minicom (pid 17)" for every other program that has the port open, as far as it may be seen. None
-/// of a pseudo-terminal, of which weft-rig holds both ends.
+/// "minicom (pid 17)" for every other program that has the port open, as far as it may be seen.
+/// None of a pseudo-terminal, of which weft-rig holds both ends.
 std::vector<std::string> others_with(const SerialSettings& settings);
 
 /// Devices of a rig that claim one port, each pair once.

@@ -72,7 +72,10 @@ ordered_json known(bool is_known, double value) {
 
 ordered_json tally_json(const ForceTally& tally) {
   if (tally.samples == 0)
-    return {{"samples", 0}, {"rms_error_n", nullptr}, {"worst_error_n", nullptr}, {"in_band_fraction", nullptr}};
+    return {{"samples", 0},
+            {"rms_error_n", nullptr},
+            {"worst_error_n", nullptr},
+            {"in_band_fraction", nullptr}};
   return {{"samples", tally.samples},
           {"rms_error_n", tally.rms_n()},
           {"worst_error_n", tally.worst_n},
