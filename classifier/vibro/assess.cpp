@@ -58,6 +58,7 @@ class Assessor {
     const auto trained = train(split.train, options);
     if (!trained) return pass(trained.error());
     out_.train_s += seconds() - begun;
+    out_.components = std::max(out_.components, trained->components());
     out_.explained += trained->explained();
     Confusion own(classes_.labels);
     std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> votes;

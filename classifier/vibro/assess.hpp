@@ -27,6 +27,7 @@ struct Assessment {
   /// Over the splits, split_interval(); 0 to 1 with one alone, whose windows are not independent.
   Interval accuracy_ci95{}, f_score_ci95{};
   Interval voted_ci95{};         ///< of `voted_accuracy`: split_interval() of the splits' answers
+  std::size_t components = 0;    ///< that were taken, the most of any split; 0: none
   double explained = 1.0;        ///< by the components, mean over the splits
   double train_s = 0.0;          ///< mean over the splits
   double answer_s = 0.0;         ///< one row at a time, scaling and components included: the median

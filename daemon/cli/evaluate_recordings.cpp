@@ -128,6 +128,7 @@ json method_json(const vibro::Assessment& a) {
           {"recordings_tested", a.voted},
           {"recordings_answers", a.voted_answers},
           {"windows_tested", a.confusion.total()},
+          {"components", a.components},
           {"explained", a.explained},
           {"train_s", a.train_s},
           {"answer_s", a.answer_s},

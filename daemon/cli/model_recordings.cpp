@@ -1,5 +1,6 @@
 #include "daemon/cli/model_recordings.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -28,7 +29,7 @@ struct RecordingPlan {
   vibro::PipelineOptions pipeline;
 };
 
-Result<RecordingPlan> plan_for(const TrainArgs& args) {
+Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   const RecordingChoice& choice = args.recordings;
   if (auto ok = check_given(args.trials.given, DataKind::whole_recordings); !ok)
     return pass(ok.error(), args.dataset.string());
@@ -44,7 +45,9 @@ Result<RecordingPlan> plan_for(const TrainArgs& args) {
   if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
   out.setup.step_s = choice.step_s;
   out.pipeline.method = *method;
-  out.pipeline.components = choice.components;
+  const std::size_t columns =
+      vibro::columns_of(set.recordings.front().channels, *features).size();
+  out.pipeline.components = std::min(choice.components, columns);
   out.pipeline.learner.seed = args.training.seed;
   out.pipeline.learner.threads = args.training.threads;
   return out;
@@ -76,7 +79,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   const auto set = open_recordings(args.dataset);
   if (!set) return pass(set.error());
-  const auto plan = plan_for(args);
+  const auto plan = plan_for(args, *set);
   if (!plan) return pass(plan.error());
   const double began_s = steady_wall_seconds();
   const auto model =
@@ -102,6 +105,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
          {"dataset_sha256", model->provenance.dataset_sha256},
          {"training", model->provenance.training},
          {"method", vibro::to_string(model->method)},
+         {"components", model->pipeline.components()},
          {"labels", model->labels},
          {"recordings", trained},
          {"too_short", too_short_json(too_short)},

@@ -29,7 +29,7 @@ Result<Pipeline> Pipeline::train(const Training& training, const PipelineOptions
     if (!refused) return pass(refused.error());
   }
   out.scaler_ = fit_scaler(*training.rows);
-  if (options.components > 0 && options.components < training.rows->cols()) {
+  if (options.components > 0) {
     PcaBasis basis = pca_basis(scaled(out.scaler_, *training.rows), options.components);
     out.axes_ = std::move(basis.axes);
     out.explained_ = basis.explained.back();

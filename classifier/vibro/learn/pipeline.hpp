@@ -16,8 +16,9 @@ namespace weft::classifier::vibro {
 
 struct PipelineOptions {
   Method method = Method::nb;
-  std::size_t components = 0;  ///< principal components; the paper's 3. 0, or no fewer than the
-                               ///< features: none, the scaled features themselves
+  /// Most principal components, the paper's 3; of fewer features as many as there are, which turns
+  /// them. 0: none, the scaled features themselves.
+  std::size_t components = 0;
   MethodOptions learner;
   /// Asked before each training; true: what is under way ends with wrong_state.
   std::function<bool()> stop = {};
@@ -38,6 +39,8 @@ class Pipeline {
   /// Class of a row. Refuses another number of features than the training had, and values that are
   /// not finite.
   [[nodiscard]] Result<std::size_t> classify(std::span<const double> features) const;
+  /// Principal components that were taken; 0: none, the scaled features themselves.
+  [[nodiscard]] std::size_t components() const { return axes_.rows(); }
   /// Share of the variance of the scaled features that the components have; 1 without any.
   [[nodiscard]] double explained() const { return explained_; }
 

@@ -261,5 +261,27 @@ TEST_CASE("A pipeline scales, turns to components and refuses what it was not tr
   CHECK_FALSE(Pipeline::train({&none, {}, 0}, {}));
 }
 
+TEST_CASE("As many components as there are features, or more, turn all of them") {
+  // Both features rise and fall together; their difference is what tells the classes apart.
+  Set train = gaussian_set(2, 40, 2, 0.0, 3);
+  for (std::size_t r = 0; r < train.rows.rows(); ++r)
+    train.rows(r, 1) = train.rows(r, 0) + 0.1 * train.rows(r, 1) + (train.of_row[r] == 0 ? 0 : 0.6);
+  const auto right = [&](const Pipeline& pipeline) {
+    std::size_t out = 0;
+    for (std::size_t r = 0; r < train.rows.rows(); ++r)
+      out += pipeline.classify(train.rows.row(r)).value() == train.of_row[r] ? 1 : 0;
+    return out;
+  };
+  const auto plain = Pipeline::train(train.training(), {Method::nb, 0, quick()}).value();
+  CHECK(plain.components() == 0);
+  for (const std::size_t asked : {2UL, 3UL, 99UL}) {
+    const auto turned = Pipeline::train(train.training(), {Method::nb, asked, quick()}).value();
+    CHECK(turned.components() == 2);
+    CHECK(turned.explained() == Approx(1.0));
+    CHECK(right(turned) > right(plain) + 10);
+  }
+  CHECK(Pipeline::train(train.training(), {Method::nb, 1, quick()})->components() == 1);
+}
+
 }  // namespace
 }  // namespace weft::classifier::vibro::vibro_learners_test
