@@ -1,6 +1,7 @@
 #include "classifier/vibro/feature_set.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "protocols/base/names.hpp"
 
@@ -46,6 +47,13 @@ std::string common_unit(const std::vector<Channel>& channels) {
 }
 
 }  // namespace
+
+bool same_sensor(const std::vector<Channel>& a, const std::vector<Channel>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Channel& x, const Channel& y) {
+    return x.name == y.name && x.unit == y.unit &&
+           std::abs(x.rate_hz - y.rate_hz) <= clock_tolerance * x.rate_hz;
+  });
+}
 
 std::string words_of(const std::vector<Channel>& channels) {
   std::string out;

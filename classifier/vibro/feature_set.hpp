@@ -18,6 +18,13 @@ struct Channel {
   friend bool operator==(const Channel&, const Channel&) = default;
 };
 
+/// By how much the rates of two recordings of one sensor may differ: the clocks of two sensors of
+/// one model are off by 100 ppm each.
+inline constexpr double clock_tolerance = 2e-4;
+/// Whether recordings of both can be compared: the same names and units in the same order, rates
+/// within clock_tolerance.
+bool same_sensor(const std::vector<Channel>& a, const std::vector<Channel>& b);
+
 /// "S 8000.000000 Hz [Pa], X 200.000000 Hz [m/s2]", for messages.
 std::string words_of(const std::vector<Channel>& channels);
 

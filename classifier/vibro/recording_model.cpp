@@ -130,7 +130,7 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
                                                          std::span<const Recording> recordings) {
   const RecordingSetup& setup = model.setup;
   for (const Recording& recording : recordings)
-    if (recording.channels != setup.channels)
+    if (!same_sensor(recording.channels, setup.channels))
       return fail(Errc::invalid_argument, "the model was trained for another sensor",
                   recording.file, words_of(setup.channels), words_of(recording.channels));
   const auto windows =

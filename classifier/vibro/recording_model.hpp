@@ -56,7 +56,7 @@ struct RecordingAnswer {
   std::size_t label = 0;             ///< into RecordingModel::labels
   std::vector<std::size_t> windows;  ///< per label: windows that were answered so
 };
-/// One per recording. Refuses other channels, by name, rate or unit, than the training had, and a
+/// One per recording. Refuses other channels than the training had, as same_sensor() tells, and a
 /// recording shorter than a window.
 Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& model,
                                                          std::span<const Recording> recordings);

@@ -97,11 +97,9 @@ class TableRates {
     TimedRate own;
   };
 
-  // Clocks of two sensors of one model are off by 100 ppm each.
   static bool may_be_one(const TimedRate& a, const TimedRate& b) {
-    constexpr double of_clocks = 2e-4;
     return std::abs(a.measured_hz - b.measured_hz) <=
-           a.tolerance_hz + b.tolerance_hz + of_clocks * a.measured_hz;
+           a.tolerance_hz + b.tolerance_hz + classifier::vibro::clock_tolerance * a.measured_hz;
   }
 
   [[nodiscard]] TimedRate common() const {

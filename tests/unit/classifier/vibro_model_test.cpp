@@ -195,6 +195,15 @@ TEST_CASE("A model of recordings refuses another sensor and a recording without 
   REQUIRE(!refused);
   CHECK(refused.error().where.find("b2") != std::string::npos);
   CHECK(refused.error().got.find("100") != std::string::npos);
+  auto next_session = three_levels(2);  // the same sensor, its clock 150 ppm off
+  for (Recording& recording : next_session)
+    for (Channel& channel : recording.channels) channel.rate_hz *= 1.00015;
+  CHECK(classify_recordings(*model, next_session));
+  for (Recording& recording : next_session) recording.channels[1].rate_hz *= 1.0001;
+  CHECK_FALSE(classify_recordings(*model, next_session));
+  next_session = three_levels(2);
+  for (Recording& recording : next_session) recording.channels[0].unit = "Pa";
+  CHECK_FALSE(classify_recordings(*model, next_session));
   auto brief = three_levels(2);
   for (auto& channel : brief[2].samples) channel.resize(50);
   const auto no_window = classify_recordings(*model, brief);
