@@ -9,6 +9,7 @@
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/evaluate_importance.hpp"
 #include "daemon/cli/evaluate_text.hpp"
+#include "daemon/cli/open_recordings.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -201,13 +202,6 @@ Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
 
 }  // namespace
 
-Result<RecordingSet> open_recordings(const std::filesystem::path& path) {
-  if (is_recordings_file(path)) return read_recordings(path);
-  const auto dataset = open_dataset(path);
-  if (!dataset) return pass(dataset.error());
-  return recordings_of(*dataset);
-}
-
 Result<vibro::FeatureChoice> features_of(const RecordingChoice& choice) {
   const auto family = vibro::family_from(choice.features);
   if (!family) return pass(family.error(), "--features");
@@ -336,7 +330,7 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
   if (!args.report.empty())
     if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
-  const auto set = open_recordings(args.dataset);
+  const auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
   const auto plan = plan_of(args);
   if (!plan) return pass(plan.error());
@@ -374,6 +368,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   print(console, text,
         {{"command", "evaluate"},
          {"kind", "recordings"},
+         {"exploration", args.trials.exploration},
          {"dataset", args.dataset.string()},
          {"dataset_sha256", recordings_sha256(*set)},
          {"bench", to_string(set->kind)},

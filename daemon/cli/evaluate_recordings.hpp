@@ -1,13 +1,11 @@
 #pragma once
 // `weft evaluate` on recordings of sound and vibration.
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "classifier/vibro/feature_set.hpp"
 #include "daemon/cli/console.hpp"
-#include "daemon/recordings/recording_set.hpp"
 #include "protocols/base/result.hpp"
 
 namespace CLI {
@@ -42,9 +40,6 @@ Result<classifier::vibro::FeatureChoice> features_of(const RecordingChoice& choi
 /// Whether the file, or what was asked for, is about recordings: a file of them, or a data set
 /// with --method or --importance.
 bool is_about_recordings(const EvaluateArgs& args);
-
-/// A file of recordings, or those of a data set with a vibration sensor.
-Result<RecordingSet> open_recordings(const std::filesystem::path& path);
 
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console);
 

@@ -62,7 +62,7 @@ const std::vector<OptionRow>& options_by_kind() {
       {"--window-step-s",
        for_slides,
        {{for_even_steps, "--step-s"}, {for_random, "--per-recording"}}},
-      {"--exploration", for_slides},
+      {"--exploration", for_slides | for_recordings},
       {"--norm", for_slides},
       {"--remove-level", for_slides},
       {"--live", for_slides},

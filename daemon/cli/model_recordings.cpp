@@ -12,6 +12,7 @@
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_recordings.hpp"
 #include "daemon/cli/evaluate_text.hpp"
+#include "daemon/cli/open_recordings.hpp"
 #include "daemon/cli/train_command.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -45,21 +46,21 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
   out.setup.step_s = choice.step_s;
   out.pipeline.method = *method;
-  const std::size_t columns =
-      vibro::columns_of(set.recordings.front().channels, *features).size();
+  const std::size_t columns = vibro::columns_of(set.recordings.front().channels, *features).size();
   out.pipeline.components = std::min(choice.components, columns);
   out.pipeline.learner.seed = args.training.seed;
   out.pipeline.learner.threads = args.training.threads;
   return out;
 }
 
-std::string words_of(const RecordingPlan& plan) {
+std::string words_of(const RecordingPlan& plan, const std::string& exploration) {
   return std::string(vibro::to_string(plan.pipeline.method)) + ", " +
          std::string(vibro::to_string(plan.setup.features.family)) + " " +
          std::string(vibro::to_string(plan.setup.features.combine)) + ", " +
          general(plan.setup.window_s) + " s windows every " + general(plan.setup.step_s) + " s, " +
          std::to_string(plan.pipeline.components) + " components, seed " +
-         std::to_string(plan.pipeline.learner.seed);
+         std::to_string(plan.pipeline.learner.seed) +
+         (exploration.empty() ? "" : ", exploration " + exploration);
 }
 
 json by_label(const std::vector<std::string>& labels, const std::vector<std::size_t>& windows) {
@@ -77,7 +78,7 @@ bool is_about_recordings(const TrainArgs& args) {
 
 Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
-  const auto set = open_recordings(args.dataset);
+  const auto set = open_recordings(args.dataset, args.trials.exploration, true);
   if (!set) return pass(set.error());
   const auto plan = plan_for(args, *set);
   if (!plan) return pass(plan.error());
@@ -85,7 +86,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   const auto model =
       vibro::train_recording_model(set->recordings, plan->setup, plan->pipeline,
                                    {std::string(to_string(set->kind)), recordings_sha256(*set),
-                                    software_version(), words_of(*plan)});
+                                    software_version(), words_of(*plan, args.trials.exploration)});
   if (!model) return pass(model.error(), args.dataset.string());
   const double train_s = steady_wall_seconds() - began_s;
   const auto too_short = vibro::too_short_for(plan->setup, set->recordings);
@@ -95,8 +96,8 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   print(console,
         bench_banner(set->kind) + args.out.string() + ": " + std::to_string(model->labels.size()) +
-            " textures, " + words_of(*plan) + ", trained on " + std::to_string(trained) +
-            " recordings in " + duration(train_s) + "\n" +
+            " textures, " + words_of(*plan, args.trials.exploration) + ", trained on " +
+            std::to_string(trained) + " recordings in " + duration(train_s) + "\n" +
             (too_short.empty() ? "" : "  " + too_short_words(too_short) + "\n"),
         {{"command", "train"},
          {"kind", "recordings"},
@@ -119,7 +120,7 @@ Result<int> run_classify_recordings(const ClassifyArgs& args, Console& console) 
   std::ifstream in(args.model, std::ios::binary);
   const auto model = vibro::load_recording_model(in);
   if (!model) return pass(model.error(), args.model.string());
-  const auto set = open_recordings(args.trials);
+  const auto set = open_all_recordings(args.trials);
   if (!set) return pass(set.error());
   const auto answers = vibro::classify_recordings(*model, set->recordings);
   if (!answers) return pass(answers.error(), args.trials.string());

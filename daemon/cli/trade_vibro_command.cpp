@@ -7,6 +7,7 @@
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_recordings.hpp"
+#include "daemon/cli/open_recordings.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
 #include "daemon/dataset/atomic_file.hpp"
@@ -54,11 +55,11 @@ struct NamedSet {
 };
 
 // All of them before the first is measured, which takes long.
-Result<std::vector<NamedSet>> checked_sets(const std::vector<std::filesystem::path>& paths,
+Result<std::vector<NamedSet>> checked_sets(const TradeVibroArgs& args,
                                            const VibroTradeOptions& options) {
   std::vector<NamedSet> out;
-  for (const std::filesystem::path& path : paths) {
-    auto set = open_recordings(path);
+  for (const std::filesystem::path& path : args.datasets) {
+    auto set = open_recordings(path, args.exploration, false);
     if (!set) return pass(set.error());
     if (auto ok = check_vibro_trade(*set, options); !ok) return pass(ok.error(), path.string());
     out.push_back({path.string(), std::move(*set)});
@@ -126,6 +127,8 @@ void add_options(CLI::App& command, TradeVibroArgs& args) {
                   "some of SMMRP, FFT, SMMRPFFT (these without it), SMMRP10, ALL, BANDS, WIDE")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command.add_option("--exploration", args.exploration,
+                     "of campaigns: only trials of this exploration, such as V1");
   command.add_option("--window-s", args.windows_s, "lengths of windows")
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -159,7 +162,7 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
   const auto progress = [&](std::size_t step, std::size_t steps, const std::string& what) {
     console.err << "trade " << step + 1 << "/" << steps << ": " << what << std::endl;
   };
-  const auto sets = checked_sets(args.datasets, *options);
+  const auto sets = checked_sets(args, *options);
   if (!sets) return pass(sets.error());
   for (const auto& [path, set] : *sets) {
     const auto trade = measure_vibro_trade(set, *options, steady_wall_seconds, progress);

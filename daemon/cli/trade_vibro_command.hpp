@@ -19,6 +19,7 @@ struct TradeVibroArgs {
   std::filesystem::path data;  ///< JSON; empty: not written
   std::vector<std::string> methods;
   std::vector<std::string> families;
+  std::string exploration;  ///< of campaigns; empty: the only one there is
   std::vector<double> windows_s = {1.0, 2.0};
   std::size_t blocks = 5;
   double step_s = 0.25;

@@ -29,26 +29,29 @@ bool factors_tell(const Dataset& dataset) {
   return !dataset.info.factors.empty();
 }
 
-// The exploration that `choice` means; nothing: all of them.
-Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const TrialChoice& choice,
+}  // namespace
+
+Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const std::string& wanted,
                                                   bool one_exploration) {
   const std::vector<std::string> present = explorations_of(dataset);
   if (present.empty()) return fail(Errc::not_found, "no complete trial in the data set");
-  if (choice.exploration.empty()) {
+  if (wanted.empty()) {
     if (present.size() == 1) return present.front();
     if (!one_exploration && factors_tell(dataset)) return std::nullopt;
     return fail(Errc::invalid_argument, "the data set holds several explorations", {}, {},
                 joined(present), "Choose one with --exploration");
   }
-  if (choice.exploration.find('+') != std::string::npos)
+  if (wanted.find('+') != std::string::npos)
     return fail(Errc::unsupported, "a model is of one exploration", "--exploration",
-                joined(present), choice.exploration,
+                joined(present), wanted,
                 "weft evaluate and weft features take several, side by side");
-  if (std::ranges::find(present, choice.exploration) == present.end())
+  if (std::ranges::find(present, wanted) == present.end())
     return fail(Errc::not_found, "no trial has this exploration", "--exploration", joined(present),
-                choice.exploration);
-  return choice.exploration;
+                wanted);
+  return wanted;
 }
+
+namespace {
 
 classifier::FeatureSetup setup_of(const TrialSelection& chosen, const TrialChoice& choice,
                                   double period_s) {
@@ -186,7 +189,7 @@ Status check_rate(const Dataset& dataset, const std::optional<std::string>& expl
 
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration) {
-  const auto exploration = exploration_of(dataset, choice, one_exploration);
+  const auto exploration = exploration_of(dataset, choice.exploration, one_exploration);
   if (!exploration) return pass(exploration.error());
   if (one_exploration || choice.window_s != 0.0)
     if (Status same = one_rate(dataset, *exploration); !same) return pass(same.error());

@@ -60,10 +60,14 @@ struct TrialSelection {
   std::vector<classifier::Trial> trials;
 };
 
+/// The exploration that `wanted` means; empty: the only one there is. Nothing: all, cells of a
+/// sweep (not in `one_exploration` mode). Refuses one that is not there, and several of them
+/// without a name: M1 and M2 are different experiments.
+Result<std::optional<std::string>> exploration_of(const Dataset& dataset, const std::string& wanted,
+                                                  bool one_exploration);
+
 /// Complete trials of the exploration that `choice` names, or of the only one there is, cut into
-/// windows where asked for. Refuses an exploration that is not there. Several of them
-/// without a name are refused: M1 and M2 are different experiments. Cells of a sweep are all taken,
-/// but not in `one_exploration` mode.
+/// windows where asked for; refuses what exploration_of() refuses.
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration);
 

@@ -6,6 +6,7 @@
 The shipped recipe with shorter phases and fewer repetitions. What was recorded is read from the campaign file by this script itself.
 """
 import array
+import copy
 import json
 import pathlib
 import sqlite3
@@ -153,6 +154,35 @@ def weighed(t, d):
     t.expect("SIMULATED" in page and "Confusion by material" in page and "PERCEPTUAL" in page and "felt" in page, "the page of an evaluation")
 
 
+def two_explorations(t, d, root, rig):
+    """A campaign of two explorations is asked about one of them: slides at two speeds are two experiments."""
+    recipe = small(root)
+    del recipe["hand_over"]
+    recipe["fabrics"], recipe["repetitions"] = ["sandpaper_p60", "felt"], 2
+    recipe["explorations"]["V2"] = copy.deepcopy(recipe["explorations"]["V1"])
+    recipe["explorations"]["V2"]["phases"][2]["speed_mm_s"] = 3
+    (d / "two.json").write_text(json.dumps(recipe))
+    ran = t.run("run", "two.json", "--rig", rig, "--out", "two", "--no-error-check", "--no-evaluate", cwd=d)
+    t.expect(ran.returncode == 0, f"run: {ran.stderr}")
+    common = ["--window-s", "1", "--step-s", "0.5", "--method", "LDA"]
+    asked = {"evaluate": [*common, "--leave-one-group-out"], "train": [*common, "-o", "two.model"],
+             "trade": ["-o", "two.html", "--window-s", "1", "--features", "SMMRP", "--method", "NB", "--blocks", "2", "--per-recording", "10", "--repeats", "2"]}
+    for command, options in asked.items():
+        verb = ["trade", "vibro"] if command == "trade" else [command]
+        t.refuses(*verb, "two/dataset.h5", *options, cwd=d, says=["two/dataset.h5", "several explorations", "V1, V2", "--exploration"])
+        t.refuses(*verb, "two/dataset.h5", *options, "--exploration", "V3", cwd=d, says=["no trial has this exploration", "V1, V2"])
+        t.refuses(*verb, "two/dataset.h5", *options, "--exploration", "V1+V2", cwd=d, says=["--exploration", "V1+V2", "one name"])
+    digests = set()
+    for exploration, windows in (("V1", 44), ("V2", 60)):
+        told = t.succeeds("evaluate", "two/dataset.h5", *asked["evaluate"], "--exploration", exploration, cwd=d)
+        t.expect(told["exploration"] == exploration and abs(told["windows"] - windows) < 6, f"{exploration}: {told['windows']} windows of four slides")
+        made = t.succeeds("train", "two/dataset.h5", *asked["train"], "--exploration", exploration, cwd=d)
+        t.expect(made["recordings"] == 4 and f"exploration {exploration}" in made["training"], f"trained on {exploration}: {made}")
+        digests |= {told["dataset_sha256"], made["dataset_sha256"]}
+    t.expect(len(digests) == 2, "recordings of each exploration")
+    t.succeeds("trade", "vibro", "two/dataset.h5", *asked["trade"], "--exploration", "V2", cwd=d)
+
+
 def main():
     t = Checks(sys.argv[1])
     root = pathlib.Path(sys.argv[2]).resolve()
@@ -169,6 +199,7 @@ def main():
         evaluated(t, d)
         stored(t, d)
         weighed(t, d)
+        two_explorations(t, d, root, rig)
         t.refuses("check", "recipe.json", "--rig", root / "sim/rigs/bench17.json", cwd=d, says=["vibration sensor"])
     t.finish()
 
