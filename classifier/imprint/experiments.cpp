@@ -147,10 +147,26 @@ Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> l
   return side_by_side(lists);
 }
 
+Status check_rounds(const Rounds& rounds, std::span<const std::string> labels) {
+  const Rounds of_class = rows_by(classes_of(labels));
+  for (const auto& aside : rounds)
+    for (const auto& rows : of_class) {
+      const auto left = std::ranges::count_if(
+          rows, [&](std::size_t r) { return std::ranges::find(aside, r) == aside.end(); });
+      if (left == 0)
+        return fail(Errc::invalid_argument, "a round leaves the class nothing to learn from",
+                    labels[rows.front()], "an imprint that is not set aside", {},
+                    "Leave the class out, or press more of its objects");
+    }
+  return {};
+}
+
 Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
                                          Rule rule) {
   const auto rounds = test_rounds(experiment, matrix.labels, matrix.groups);
   if (!rounds) return pass(rounds.error());
+  if (auto ok = check_rounds(*rounds, matrix.labels); !ok)
+    return pass(ok.error(), to_string(experiment));
   ExperimentOutcome out;
   for (const auto& aside : *rounds) {
     const auto trained = train_rule(take_rows(matrix, others(matrix.size(), aside)), rule);

@@ -32,6 +32,11 @@ Result<std::vector<std::vector<std::size_t>>> test_rounds(Experiment experiment,
                                                           std::span<const std::string> labels,
                                                           std::span<const std::string> objects);
 
+/// Refuses rounds of `labels` that leave a class no imprint to learn from: its imprints can only be
+/// answered wrongly.
+Status check_rounds(const std::vector<std::vector<std::size_t>>& rounds,
+                    std::span<const std::string> labels);
+
 /// What learns.
 enum class Rule {
   kesler,         ///< the paper's perceptron on the features as they are
@@ -57,7 +62,7 @@ struct ExperimentOutcome {
 };
 
 /// Ends with the first training that does not converge, for then convergence has failed. Refuses
-/// what the rule refuses, among it fewer than two classes left to train.
+/// what test_rounds(), check_rounds() and the rule refuse.
 Result<ExperimentOutcome> run_experiment(const FeatureMatrix& matrix, Experiment experiment,
                                          Rule rule);
 

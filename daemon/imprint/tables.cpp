@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <set>
 
 #include "classifier/learn/parallel.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
@@ -13,6 +12,23 @@ namespace {
 
 namespace ci = classifier::imprint;
 using classifier::FeatureMatrix;
+
+std::string left_out_words(const ImprintTables& tables) {
+  std::vector<std::string> out;
+  for (const auto& [experiment, why] : tables.left_out)
+    out.push_back(experiment + " (" + why + ")");
+  return joined(out);
+}
+
+// Of experiments that never ask about some imprints.
+std::string asked_words(const ImprintTables& tables) {
+  std::string out;
+  for (std::size_t e = 0; e < tables.asked.size(); ++e)
+    if (tables.asked[e] < tables.imprints)
+      out += " " + std::string(ci::to_string(tables.options.experiments[e])) + " asks about " +
+             std::to_string(tables.asked[e]) + " of them.";
+  return out;
+}
 
 struct PreparedSet {
   FeatureSet set;
@@ -39,6 +55,53 @@ Result<std::vector<PreparedSet>> prepare_sets(std::span<const ci::Imprint> impri
     out.push_back({{{}, {}, size, {}, {}}, std::move(*matrix)});
   }
   return out;
+}
+
+// Why `experiment` has no meaning on these imprints, or nothing; how many it asks about.
+Result<std::optional<std::string>> cannot_ask(ci::Experiment experiment,
+                                              const std::vector<std::string>& labels,
+                                              const std::vector<std::string>& objects,
+                                              bool pressed_twice, std::size_t& asked) {
+  const auto rounds = ci::test_rounds(experiment, labels, objects);
+  if (!rounds) return pass(rounds.error());
+  asked = 0;
+  for (const auto& aside : *rounds) asked += aside.size();
+  const bool of_objects =
+      experiment == ci::Experiment::object_of_all || experiment == ci::Experiment::object_of_class;
+  // Setting such objects aside is setting imprints aside.
+  if (of_objects && !pressed_twice) return "no object was pressed twice";
+  if (const auto ok = ci::check_rounds(*rounds, labels); !ok)
+    return ok.error().where + ": " + ok.error().message;
+  return std::nullopt;
+}
+
+// Notes classes, objects and the experiments that have a meaning, of which there must be one.
+Status choose_experiments(std::span<const ci::Imprint> imprints,
+                          std::vector<ci::Experiment>& experiments, ImprintTables& out) {
+  std::vector<std::string> labels, objects;
+  for (const ci::Imprint& one : imprints) {
+    labels.push_back(one.label);
+    objects.push_back(one.object);
+  }
+  out.classes = ci::classes_of(labels).names.size();
+  out.objects = ci::classes_of(objects).names.size();
+  std::vector<ci::Experiment> kept;
+  for (const ci::Experiment experiment : experiments) {
+    std::size_t asked = 0;
+    const auto why = cannot_ask(experiment, labels, objects, out.objects < imprints.size(), asked);
+    if (!why) return pass(why.error());
+    if (*why) {
+      out.left_out.emplace_back(ci::to_string(experiment), **why);
+      continue;
+    }
+    kept.push_back(experiment);
+    out.asked.push_back(asked);
+  }
+  experiments = std::move(kept);
+  if (!experiments.empty()) return {};
+  return fail(Errc::invalid_argument, "no experiment can be made of these imprints", {},
+              "two objects of each class, pressed twice, for all four", left_out_words(out),
+              "Name the objects in the manifest's column group");
 }
 
 Status measure_set(const TableOptions& options, PreparedSet& one) {
@@ -73,23 +136,8 @@ Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions option
   const auto imprints = imprints_of(dataset);
   if (!imprints) return pass(imprints.error());
   ImprintTables out;
-  std::set<std::string> labels, objects;
-  for (const ci::Imprint& one : *imprints) {
-    labels.insert(one.label);
-    objects.insert(one.object);
-  }
-  // Without an object that was pressed twice, setting objects aside is setting imprints aside.
-  if (objects.size() == imprints->size())
-    std::erase_if(options.experiments, [&](ci::Experiment experiment) {
-      const bool of_objects = experiment == ci::Experiment::object_of_all ||
-                              experiment == ci::Experiment::object_of_class;
-      if (of_objects) out.left_out.emplace_back(ci::to_string(experiment));
-      return of_objects;
-    });
-  if (options.experiments.empty())
-    return fail(Errc::invalid_argument, "no object was pressed twice", dataset.info.name,
-                "two imprints of an object, to set the object aside", {},
-                "Name the objects in the manifest's column group");
+  if (auto ok = choose_experiments(*imprints, options.experiments, out); !ok)
+    return pass(ok.error(), dataset.info.name);
   auto prepared = prepare_sets(*imprints, options);
   if (!prepared) return pass(prepared.error());
   std::vector<std::optional<Error>> problems(prepared->size());
@@ -102,8 +150,6 @@ Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions option
   out.dataset = dataset.info.name;
   out.sha256 = dataset_sha256(dataset);
   out.imprints = imprints->size();
-  out.classes = labels.size();
-  out.objects = objects.size();
   out.options = std::move(options);
   for (PreparedSet& one : *prepared) out.sets.push_back(std::move(one.set));
   return out;
@@ -136,10 +182,8 @@ std::string tables_note(const ImprintTables& tables) {
          std::to_string(tables.imprints) + " imprints of " + std::to_string(tables.objects) +
          " objects in " + std::to_string(tables.classes) + " classes" +
          (tables.bench == BenchKind::simulated ? ", SIMULATED" : "") +
-         "; \u221E: the perceptron did not converge in 1000 rounds." +
-         (tables.left_out.empty()
-              ? ""
-              : " Left out, as no object was pressed twice: " + joined(tables.left_out) + ".");
+         "; \u221E: the perceptron did not converge in 1000 rounds." + asked_words(tables) +
+         (tables.left_out.empty() ? "" : " Left out: " + left_out_words(tables) + ".");
 }
 
 }  // namespace weft::daemon

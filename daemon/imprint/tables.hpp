@@ -4,6 +4,7 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "classifier/imprint/laws.hpp"
@@ -46,7 +47,9 @@ struct ImprintTables {
   std::string sha256;
   std::size_t imprints = 0, classes = 0, objects = 0;
   TableOptions options;
-  std::vector<std::string> left_out;  ///< experiments that have no meaning on this data set
+  std::vector<std::size_t> asked;  ///< imprints that each experiment sets aside
+  /// Experiments that have no meaning on this data set, and why.
+  std::vector<std::pair<std::string, std::string>> left_out;
   std::vector<FeatureSet> sets;
 
   [[nodiscard]] const classifier::imprint::ExperimentOutcome& outcome(const FeatureSet& set,
@@ -56,8 +59,9 @@ struct ImprintTables {
   }
 };
 
-/// Errors: a data set that does not hold imprints, no scales, experiments or rules, what the rules
-/// refuse; wrong_state where it was stopped.
+/// Leaves out an experiment that check_rounds() refuses. Errors: a data set that does not hold
+/// imprints, an object of two classes, no scales, experiments (that are left) or rules, what the
+/// rules refuse; wrong_state where it was stopped.
 Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions options);
 
 /// "18 / 24 (75 %)"; the infinity sign where convergence failed.

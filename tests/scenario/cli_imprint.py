@@ -49,6 +49,22 @@ def scene_and_tables(t, d):
     t.expect("SIMULATED" in text and "19 / 24" in text and "2/N" not in text, f"chosen tables: {text}")
 
 
+def classes_of_one_object(t, d):
+    """Where setting an object aside leaves its class nothing to train, the experiment is left out by name and the others are made."""
+    folder = d / "single"
+    folder.mkdir()
+    rows = [f"{label},{label}{obj}," + ",".join(str(30 + (17 * i + 5 * press + 3 * ord(label[0]) * (i % 4)) % 50) for i in range(64))
+            for label, objects in (("knit", 2), ("planar", 2), ("rasp", 1)) for obj in range(objects) for press in range(3)]
+    (folder / "t.csv").write_text("\n".join(rows) + "\n")
+    t.succeeds("dataset", "import", "--format", "imprint-table", "--shape", "8x8", "t.csv", "-o", "t.h5", cwd=folder)
+    few = ["--rules", "lda", "--scales", "1", "--no-laws"]
+    told = t.succeeds("imprint", "tables", "t.h5", *few, cwd=folder)
+    t.expect(sorted(told["left_out"]) == ["2/CLASS", "2/N"] and all("rasp" in why for why in told["left_out"].values()), f"left out: {told['left_out']}")
+    t.expect(told["asked"] == {"1/N": 15, "1/CLASS": 9}, f"asked: {told['asked']}")
+    t.refuses("imprint", "tables", "t.h5", "--experiments", "2/N", *few, cwd=folder, says=["no experiment", "rasp"])
+    t.refuses("imprint", "search", "t.h5", "--judge", "2/N", "--rule", "lda", "--scales", "1,2", cwd=folder, says=["2/N", "rasp", "nothing to learn from"])
+
+
 def search(t, d):
     found = t.succeeds("imprint", "search", "zplus.h5", "--scales", "0,1,2,4", "--most-scales", "2", cwd=d)
     scores = [one["correct"] for one in found["best"]]
@@ -157,6 +173,7 @@ def main():
     t, shared = Checks(sys.argv[1]), pathlib.Path(sys.argv[2])
     with tempfile.TemporaryDirectory() as d:
         scene_and_tables(t, d)
+        classes_of_one_object(t, pathlib.Path(d))
         search(t, d)
         files(t, d)
         models(t, d)

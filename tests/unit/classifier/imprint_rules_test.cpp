@@ -165,6 +165,27 @@ TEST_CASE("the four experiments set aside what they say") {
   CHECK(!test_rounds(Experiment::one_of_all, labels, mixed));
 }
 
+TEST_CASE("a round that leaves a class nothing to learn from is refused") {
+  // Class b has one object, c one imprint.
+  const std::vector<std::string> labels{"a", "a", "a", "a", "b", "b", "c"};
+  const std::vector<std::string> objects{"A1", "A1", "A2", "A2", "B1", "B1", "C1"};
+  FeatureMatrix matrix{{"f"}, Matrix(7, 1), labels, objects, labels};
+  for (std::size_t r = 0; r < 7; ++r) matrix.values(r, 0) = static_cast<double>(r);
+  for (const Experiment experiment : all_experiments) {
+    const auto refused = run_experiment(matrix, experiment, Rule::least_squares);
+    REQUIRE(!refused);
+    CHECK(refused.error().where.find(to_string(experiment)) != std::string::npos);
+  }
+  const std::span<const std::string> without_c(labels.data(), 6), six(objects.data(), 6);
+  const auto check = [&](Experiment experiment) {
+    return check_rounds(test_rounds(experiment, without_c, six).value(), without_c);
+  };
+  CHECK(check(Experiment::one_of_all));
+  CHECK(check(Experiment::one_of_class));
+  CHECK(check(Experiment::object_of_all).error().where == "b");
+  CHECK(check(Experiment::object_of_class).error().where == "b");
+}
+
 std::vector<Imprint> stripes() {
   RandomEngine engine(3);
   std::vector<Imprint> out;

@@ -153,11 +153,43 @@ TEST_CASE("without an object that was pressed twice no object is set aside") {
   const auto tables = measure_tables(*dataset, options);
   REQUIRE(tables);
   CHECK(tables->objects == 4);
-  CHECK(tables->left_out == std::vector<std::string>{"2/N", "2/CLASS"});
+  REQUIRE(tables->left_out.size() == 2);
+  CHECK(tables->left_out[0] ==
+        std::pair<std::string, std::string>("2/N", "no object was pressed twice"));
+  CHECK(tables->left_out[1].first == "2/CLASS");
   CHECK(tables->options.experiments.size() == 2);
-  CHECK(tables_note(*tables).find("2/N, 2/CLASS") != std::string::npos);
+  CHECK(tables_note(*tables).find("2/CLASS (no object was pressed twice)") != std::string::npos);
   options.experiments = {classifier::imprint::Experiment::object_of_all};
   CHECK_FALSE(measure_tables(*dataset, options));
+}
+
+TEST_CASE("an experiment that would train a class with nothing is left out, with the reason") {
+  const TemporaryFolder folder;
+  std::string lines = "label,object,then\n";
+  for (const char* object : {"a,1", "a,2", "b,3", "b,4", "b,5", "c,6"})  // c has one object
+    for (const char* values : {"1,2,3,4", "5,6,8,7"})
+      lines += std::string(object) + "," + values + "\n";
+  write_file(folder / "t.csv", lines);
+  const auto dataset = import_imprint_table(folder / "t.csv", 2, 2);
+  REQUIRE(dataset);
+  TableOptions options;
+  options.scales = {{0}};
+  options.rules = {classifier::imprint::Rule::least_squares};
+  options.laws = false;
+  const auto tables = measure_tables(*dataset, options);
+  REQUIRE(tables);
+  CHECK(tables->options.experiments == std::vector{classifier::imprint::Experiment::one_of_all,
+                                                   classifier::imprint::Experiment::one_of_class});
+  REQUIRE(tables->left_out.size() == 2);
+  CHECK(tables->left_out[0].first == "2/N");
+  CHECK(tables->left_out[0].second.find("c: a round leaves the class nothing") == 0);
+  CHECK(tables->asked == std::vector<std::size_t>{12, 6});
+  CHECK(tables_note(*tables).find("1/CLASS asks about 6 of them") != std::string::npos);
+  for (const auto experiment : {classifier::imprint::Experiment::object_of_all,
+                                classifier::imprint::Experiment::object_of_class}) {
+    options.experiments = {experiment};
+    CHECK_FALSE(measure_tables(*dataset, options));
+  }
 }
 
 TEST_CASE("a table of imprints: an object of its own where groups mix labels") {
