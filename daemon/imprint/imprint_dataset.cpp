@@ -28,6 +28,23 @@ void take_from_scene(const std::string& text, TaxelGrid& grid) {
 
 }  // namespace
 
+namespace {
+
+std::string size_words(std::size_t rows, std::size_t cols) {
+  return std::to_string(rows) + " x " + std::to_string(cols) + " taxels";
+}
+
+// Imprints of a set are of one array.
+Status check_size(const classifier::Trial& first, std::size_t rows, std::size_t cols,
+                  const std::string& file) {
+  if (first.samples() == rows && first.taxels == cols) return {};
+  return fail(Errc::invalid_argument, "imprints of different sizes", file,
+              size_words(first.samples(), first.taxels) + " as in " + first.file,
+              size_words(rows, cols), "Make a data set of the imprints of each array");
+}
+
+}  // namespace
+
 bool holds_imprints(const Dataset& dataset) {
   if (holds_scans(dataset)) return true;
   return !dataset.records.empty() && std::ranges::all_of(dataset.records, [](const auto& record) {
@@ -37,6 +54,9 @@ bool holds_imprints(const Dataset& dataset) {
 
 Status append_imprint(Dataset& dataset, const Image& image, std::string file, std::string label,
                       std::string group) {
+  if (!dataset.trials.empty())
+    if (auto ok = check_size(dataset.trials.front(), image.rows(), image.cols(), file); !ok)
+      return ok;
   classifier::Trial trial;
   trial.file = std::move(file);
   trial.label = std::move(label);
@@ -68,6 +88,9 @@ Result<std::vector<Imprint>> imprints_of(const Dataset& dataset) {
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     const classifier::Trial& trial = dataset.trials[i];
     if (dataset.records[i].outcome != TrialOutcome::complete) continue;
+    if (auto ok = check_size(dataset.trials.front(), trial.samples(), trial.taxels, trial.file);
+        !ok)
+      return pass(ok.error());
     Imprint one{Image(trial.samples(), trial.taxels), trial.file, trial.label, object_of(trial)};
     std::ranges::copy(trial.counts, one.image.data().begin());
     out.push_back(std::move(one));

@@ -18,15 +18,15 @@ inline constexpr std::string_view imprint_exploration = "imprint";
 /// Every trial is an imprint, or scans of an array; false of an empty set.
 bool holds_imprints(const Dataset& dataset);
 
-/// Adds one. `image` must be checked. Errors: those of append(), for another number of columns than
-/// the imprints before it have.
+/// Adds one. `image` must be checked. Errors: invalid_argument, for another size than the imprints
+/// before it have, and those of append().
 Status append_imprint(Dataset& dataset, const classifier::imprint::Image& image, std::string file,
                       std::string label, std::string group);
 
 /// The complete imprints, in order; of scans see recorded_imprints.hpp. The object is the trial's
 /// group; where a group holds several labels, objects are numbered within their class and one is
 /// label and group together; without a group an imprint is an object of its own. Errors:
-/// invalid_argument, for a data set that holds other trials.
+/// invalid_argument, for a data set that holds other trials, or imprints of different sizes.
 Result<std::vector<classifier::imprint::Imprint>> imprints_of(const Dataset& dataset);
 
 /// The array of `imprints`, which are those of `dataset`: rows and columns, and of scans and of the

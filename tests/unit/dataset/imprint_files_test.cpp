@@ -98,8 +98,8 @@ TEST_CASE("a manifest of imprints becomes a data set that survives its file") {
   write_file(folder / "m.csv", "file,label,group\na.csv,knit,K1\nb.pgm,knit,K1\nc.npy,rasp,R1\n");
   write_file(folder / "a.csv", "1,2,3\n4,5,6\n");
   write_file(folder / "b.pgm", "P2 3 2 9 1 2 3 4 5 9\n");
-  write_file(folder / "c.npy", npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 3), }",
-                                   std::string(24, '\0')));
+  write_file(folder / "c.npy", npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }",
+                                   std::string(48, '\0')));
   const auto made = import_imprints(folder / "m.csv");
   REQUIRE(made);
   REQUIRE(write_hdf5(*made, folder / "d.h5"));
@@ -112,11 +112,33 @@ TEST_CASE("a manifest of imprints becomes a data set that survives its file") {
   REQUIRE(imprints->size() == 3);
   CHECK((*imprints)[1].object == "K1");
   CHECK((*imprints)[1].image(1, 2) == 9.0);
-  CHECK((*imprints)[2].image.rows() == 1);
+  CHECK((*imprints)[2].image.rows() == 2);
   write_file(folder / "a.csv", "1,2\n4,5\n");
   CHECK(import_imprints(folder / "m.csv").error().where.find("m.csv:3") != std::string::npos);
   write_file(folder / "a.csv", "1,nan,3\n");
   CHECK(!import_imprints(folder / "m.csv"));
+}
+
+TEST_CASE("imprints of different sizes are no set, whoever opens it") {
+  const TemporaryFolder folder;
+  write_file(folder / "m.csv", "file,label,group\na.csv,knit,K1\nb.csv,rasp,R1\n");
+  write_file(folder / "a.csv", "1,2,3\n4,5,6\n");
+  write_file(folder / "b.csv", "1,2,3\n4,5,6\n7,8,9\n");
+  const auto refused = import_imprints(folder / "m.csv");
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().where.find("m.csv:3: b.csv") != std::string::npos);
+  CHECK(refused.error().expected == "2 x 3 taxels as in a.csv");
+  CHECK(refused.error().got == "3 x 3 taxels");
+  // A set that another program wrote.
+  write_file(folder / "b.csv", "1,2,3\n4,5,6\n");
+  auto mixed = import_imprints(folder / "m.csv").value();
+  mixed.trials[1].counts.resize(3);
+  mixed.trials[1].phase.resize(1);
+  mixed.records[1].t_ns.resize(1);
+  CHECK(imprints_of(mixed).error().where == "b.csv");
+  TableOptions options;
+  options.scales = {{0}};
+  CHECK(measure_tables(mixed, options).error().where == "b.csv");
 }
 
 TEST_CASE("objects that are numbered within their class are as many as they are") {
