@@ -17,6 +17,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
 #include "daemon/report/leak_words.hpp"
+#include "daemon/trade/measure_vibro.hpp"
 #include "daemon/trade/vibro_evaluation_page.hpp"
 
 namespace weft::daemon::cli {
@@ -284,27 +285,29 @@ struct Windows {
   vibro::Leak leak;
   std::vector<classifier::NeverTested> never_tested;  ///< labels of which no recording tests
   classifier::Twins twins;                            ///< test windows of copies of what trains
-  double features_s_each = 0;
+  double features_s_each = 0;                         ///< as vibro_features_time() tells
 };
 
+constexpr std::size_t features_timed = 101;  // windows of which the median is told
+
 Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan) {
-  const double begun = steady_wall_seconds();
   vibro::ProtocolOptions protocol = plan.protocol;
   for (const std::vector<std::string>& names : copies_in(set))
     for (const std::string& copy : names) protocol.drawn_as[copy] = names.front();
   auto windows = vibro::cut_and_extract(set.recordings, protocol.window_s,
                                         vibro::places_of(protocol), plan.features);
   if (!windows) return pass(windows.error());
-  const double features_s = steady_wall_seconds() - begun;
   auto splits = vibro::split_windows(*windows, plan.protocol);
   if (!splits) return pass(splits.error());
   const vibro::Leak leak = vibro::leak_of(*windows, *splits);
-  const double each_s = features_s / static_cast<double>(windows->matrix.size());
+  const auto each_s = vibro_features_time(set.recordings, *windows, plan.features, features_timed,
+                                          steady_wall_seconds);
+  if (!each_s) return pass(each_s.error());
   const classifier::FeatureMatrix& matrix = windows->matrix;
   auto never = classifier::never_tested(*splits, matrix.labels, matrix.groups, matrix.files);
   classifier::Twins twins = classifier::twins_of(matrix, *splits);
   return Windows{std::move(*windows), std::move(*splits), leak,
-                 std::move(never),    std::move(twins),   each_s};
+                 std::move(never),    std::move(twins),   *each_s};
 }
 
 Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,

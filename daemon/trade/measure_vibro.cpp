@@ -8,29 +8,9 @@
 #include "daemon/report/leak_words.hpp"
 
 namespace weft::daemon {
-namespace {
 
 namespace vibro = classifier::vibro;
 
-constexpr const char* sound = "S";
-
-std::string other_channels(const RecordingSet& set) {
-  std::string out;
-  std::size_t count = 0;
-  for (const auto& c : set.recordings.front().channels) {
-    if (c.name == sound) continue;
-    out += c.name;
-    ++count;
-  }
-  return count > 3 ? std::to_string(count) + " channels" : out;
-}
-
-bool has_sound(const RecordingSet& set) {
-  return std::ranges::any_of(set.recordings.front().channels,
-                             [](const auto& c) { return c.name == sound; });
-}
-
-// Of one window on this thread, the median over windows in turn.
 Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordings,
                                    const vibro::WindowSet& windows, vibro::FeatureChoice choice,
                                    std::size_t timings, const classifier::SecondsNow& now) {
@@ -49,6 +29,26 @@ Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordin
     if (i > 0) seconds.push_back(ended - begun);  // the first one makes tables
   }
   return median_of(std::move(seconds));
+}
+
+namespace {
+
+constexpr const char* sound = "S";
+
+std::string other_channels(const RecordingSet& set) {
+  std::string out;
+  std::size_t count = 0;
+  for (const auto& c : set.recordings.front().channels) {
+    if (c.name == sound) continue;
+    out += c.name;
+    ++count;
+  }
+  return count > 3 ? std::to_string(count) + " channels" : out;
+}
+
+bool has_sound(const RecordingSet& set) {
+  return std::ranges::any_of(set.recordings.front().channels,
+                             [](const auto& c) { return c.name == sound; });
 }
 
 std::array<vibro::Protocol, 2> protocols_of(const VibroTradeOptions& options) {

@@ -59,6 +59,14 @@ std::vector<classifier::vibro::Recording> of_source(const RecordingSet& set,
 /// "random windows", "contiguous parts", "whole recordings".
 std::string protocol_name(classifier::vibro::Protocol protocol);
 
+/// Seconds that the features of one window take on this thread: the median over `timings` windows
+/// of `windows`, which were cut from `recordings`, a first one not counted. Refuses what extraction
+/// refuses.
+Result<double> vibro_features_time(const std::vector<classifier::vibro::Recording>& recordings,
+                                   const classifier::vibro::WindowSet& windows,
+                                   classifier::vibro::FeatureChoice choice, std::size_t timings,
+                                   const classifier::SecondsNow& now);
+
 /// What can be known before anything is trained: fewer than 5 timings, what check() refuses of the
 /// set, and every window and protocol whose places, with all channels, do not give splits or cannot
 /// be cut, by the window.

@@ -95,6 +95,20 @@ TEST_CASE("Every choice is measured under both protocols, and only one of them l
     CHECK(tables.find(words) != std::string::npos);
 }
 
+TEST_CASE("The time of a window's features is that of one extraction, of a set of any size") {
+  const RecordingSet set = three_materials();
+  const vibro::FeatureChoice choice;
+  for (const double step_s : {0.5, 2.0}) {
+    vibro::ProtocolOptions protocol;
+    protocol.window_s = 1.0;
+    protocol.step_s = step_s;
+    const auto windows =
+        vibro::cut_and_extract(set.recordings, 1.0, vibro::places_of(protocol), choice);
+    REQUIRE(windows);
+    CHECK(vibro_features_time(set.recordings, *windows, choice, 7, ticks).value() == Approx(1e-6));
+  }
+}
+
 TEST_CASE("Too few timings and recordings too short for their blocks are refused") {
   VibroTradeOptions options = few();
   options.timings = 4;
