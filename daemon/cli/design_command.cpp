@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/number_range.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/design/design_json.hpp"
@@ -78,10 +79,10 @@ void add_options(CLI::App& command, DesignAnalyseArgs& args) {
       ->capture_default_str();
   command.add_option("--seed", args.seed, "of resamples and learner")->capture_default_str();
   command.add_option("--shortest-mm", args.shortest_mm, "shortest period of a texture")
-      ->check(CLI::Range(0.001, 1000.0))
+      ->check(number_range(0.001, 1000.0))
       ->capture_default_str();
   command.add_option("--longest-mm", args.longest_mm, "longest period of a texture")
-      ->check(CLI::Range(0.001, 1000.0))
+      ->check(number_range(0.001, 1000.0))
       ->capture_default_str();
 }
 
@@ -133,7 +134,7 @@ void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
       ->check(CLI::Range(3, 100'000))
       ->capture_default_str();
   command.add_option("--accuracy", args.accuracy, "that is wanted")
-      ->check(CLI::Range(0.01, 0.9999))
+      ->check(number_range(0.01, 0.9999))
       ->capture_default_str();
   command.add_option("--most", args.most, "repetitions that are looked for")
       ->check(CLI::Range(3, 100'000))

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "daemon/cli/number_range.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/doctor/doctor.hpp"
 
@@ -112,7 +113,7 @@ void add_options(CLI::App& command, DoctorArgs& args) {
   command.add_option("--out", args.out, "folder where campaigns will be recorded")
       ->capture_default_str();
   command.add_option("--listen", args.listen_s, "seconds to listen to the devices")
-      ->check(CLI::Range(0.1, 600.0))
+      ->check(number_range(0.1, 600.0))
       ->capture_default_str();
   add_options(command, args.plugins);
 }

@@ -7,6 +7,7 @@
 #include "classifier/evaluate/stranger_check.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_text.hpp"
+#include "daemon/cli/number_range.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
@@ -104,7 +105,7 @@ void add_split_options(CLI::App& command, EvaluateArgs& args) {
   test->delimiter(',')->allow_extra_args(false)->needs(train);
   auto* fraction = command.add_option("--train-fraction", args.train_fraction,
                                       "share of each label's trials that trains, such as 0.4");
-  fraction->excludes(train)->check(CLI::Range(0.001, 0.999));
+  fraction->excludes(train)->check(number_range(0.001, 0.999));
   command
       .add_flag("--leave-one-group-out", args.leave_one_group_out,
                 "every group tests once, all others train; try --fold-unit group with it")

@@ -9,6 +9,7 @@
 #include "daemon/cli/evaluate_command.hpp"
 #include "daemon/cli/evaluate_importance.hpp"
 #include "daemon/cli/evaluate_text.hpp"
+#include "daemon/cli/number_range.hpp"
 #include "daemon/cli/open_recordings.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/dataset/atomic_file.hpp"
@@ -226,7 +227,7 @@ void add_recording_feature_options(CLI::App& command, RecordingChoice& choice) {
       ->capture_default_str()
       ->group(recordings_group);
   command.add_option("--step-s", choice.step_s, "from one window to the next")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(number_range(0.001, 1e6))
       ->capture_default_str()
       ->group(recordings_group);
 }

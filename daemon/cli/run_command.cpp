@@ -9,6 +9,7 @@
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/file_problems.hpp"
+#include "daemon/cli/number_range.hpp"
 #include "daemon/cli/operator_prompt.hpp"
 #include "daemon/cli/own_daemon.hpp"
 #include "daemon/cli/progress.hpp"
@@ -235,7 +236,7 @@ void add_options(CLI::App& command, RunArgs& args) {
       .add_option(
           "--level-max-age-h", args.level_max_age_h,
           "a level that was found longer ago is refused; 0: any age, and by a clock that was ahead")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(number_range(0.0, 1e6))
       ->capture_default_str();
   command.add_flag("--yes", args.yes,
                    "operator steps count as done without asking: for a bench that needs nobody");

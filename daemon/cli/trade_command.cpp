@@ -7,6 +7,7 @@
 
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/number_range.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
@@ -185,7 +186,7 @@ void add_split_options(CLI::App& command, TradeClassifierArgs& args) {
       command.add_option("--train-fraction", args.train_fraction,
                          "random splits with this share of each label's trials training; without "
                          "any of these 0.4 for campaigns, else each group left out in turn");
-  fraction->excludes(train)->check(CLI::Range(0.001, 0.999));
+  fraction->excludes(train)->check(number_range(0.001, 0.999));
   command
       .add_flag("--leave-one-group-out", args.leave_one_group_out,
                 "every group tests once, all others train")

@@ -7,6 +7,7 @@
 #include "daemon/cli/campaign_report.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/evaluate_recordings.hpp"
+#include "daemon/cli/number_range.hpp"
 #include "daemon/cli/open_recordings.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
@@ -132,13 +133,13 @@ void add_options(CLI::App& command, TradeVibroArgs& args) {
   command.add_option("--window-s", args.windows_s, "lengths of windows")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::Range(0.01, 1e4))
+      ->check(number_range(0.01, 1e4))
       ->capture_default_str();
   command.add_option("--blocks", args.blocks, "contiguous parts of every recording")
       ->check(CLI::Range(2, 1000))
       ->capture_default_str();
   command.add_option("--step-s", args.step_s, "from one window of a part to the next")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(number_range(0.001, 1e6))
       ->capture_default_str();
   command.add_option("--per-recording", args.per_recording, "windows at random")
       ->check(CLI::Range(10, 100000))

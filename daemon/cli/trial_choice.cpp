@@ -9,6 +9,7 @@
 #include "classifier/features/options.hpp"
 #include "daemon/cli/dataset_file.hpp"
 #include "daemon/cli/imprint_features.hpp"
+#include "daemon/cli/number_range.hpp"
 #include "daemon/dataset/sample_times.hpp"
 #include "daemon/imprint/imprint_dataset.hpp"
 #include "daemon/report/format.hpp"
@@ -75,10 +76,10 @@ void add_trial_options(CLI::App& command, TrialChoice& choice) {
   command
       .add_option("--window-s", choice.window_s,
                   "cut phase M into windows of this many seconds; without it whole strokes")
-      ->check(CLI::Range(1e-3, 1e6));
+      ->check(number_range(1e-3, 1e6));
   command
       .add_option("--window-step-s", choice.window_step_s, "from one window's start to the next")
-      ->check(CLI::Range(1e-3, 1e6))
+      ->check(number_range(1e-3, 1e6))
       ->needs("--window-s");
   command
       .add_option("--norm", choice.norm,

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Where answers and files go: a full disk is told, devices and pipes are not replaced, a link stays a link. What comes in: names that are no
-text, rates that differ, names with '#', sums of explorations.
+text, rates that differ, names with '#', sums of explorations, numbers that are none.
 
     cli_output.py WEFT
 """
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -92,6 +93,19 @@ def explorations(t, d):
         t.refuses("features", "d.h5", "-o", "bad.csv", "--exploration", wrong, cwd=d, says=["--exploration", "not a sum"])
 
 
+def numbers(t, d):
+    """What is no number, or has no end, is in no range: "nan" was, and made windows without end."""
+    seen = 0
+    for command in ("run", "doctor", "features", "train", "evaluate", "trade classifier", "trade vibro", "design analyse", "design repetitions"):
+        options = re.findall(r"(--[\w-]+) FLOAT:FLOAT in", t.run(*command.split(), "--help", cwd=d).stdout)
+        seen += len(options)
+        for option in options:
+            for value in ("nan", "-NaN", "inf"):
+                ran = t.run(*command.split(), f"{option}={value}", cwd=d)
+                t.expect(ran.returncode == 2 and f"{option}: Value {value}" in ran.stderr, f"{command} {option} {value}: {ran.returncode} {ran.stderr}")
+    t.expect(seen > 12, f"{seen} options take a number in a range")
+
+
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory() as name:
@@ -104,6 +118,7 @@ def main():
         rates(t, d)
         pauses(t, d)
         explorations(t, d)
+        numbers(t, d)
     t.finish()
 
 
