@@ -18,6 +18,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
 #include "daemon/report/leak_words.hpp"
+#include "daemon/report/too_short_words.hpp"
 #include "daemon/trade/measure_vibro.hpp"
 #include "daemon/trade/vibro_evaluation_page.hpp"
 

@@ -23,10 +23,7 @@ nlohmann::json never_tested_json(const std::vector<classifier::NeverTested>& lab
 std::string twins_words(const classifier::Twins& twins, std::string_view rows);
 nlohmann::json twins_json(const classifier::Twins& twins);
 
-/// "2 recordings are left out, as no window fits into them: a.wav (felt), b.wav (foil)".
-std::string too_short_words(const std::vector<classifier::vibro::TooShort>& recordings,
-                            std::size_t parts = 1);
-/// Their files.
+/// The files of recordings into which no window fits.
 nlohmann::json too_short_json(const std::vector<classifier::vibro::TooShort>& recordings);
 
 /// What stands above every table: data, features, split, labels that it never tests, training.

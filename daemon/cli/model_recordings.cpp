@@ -17,6 +17,7 @@
 #include "daemon/dataset/atomic_file.hpp"
 #include "daemon/loop/wall_clock.hpp"
 #include "daemon/report/format.hpp"
+#include "daemon/report/too_short_words.hpp"
 #include "daemon/version/software_version.hpp"
 
 namespace weft::daemon::cli {

@@ -162,8 +162,7 @@ Result<std::string> set_text(const TradeSet& set, const std::vector<TradeCost>& 
   }
   std::string out = bench_banner(set.bench) + set.dataset + " (" +
                     std::string(to_string(set.bench)) + ")\n" + table.text();
-  for (const auto& [family, why] : set.left_out)
-    out += "  not varied: " + family + ", " + why + "\n";
+  for (const auto& [family, why] : set.left_out) out += "  left out: " + family + ", " + why + "\n";
   return out;
 }
 

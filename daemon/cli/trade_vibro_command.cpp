@@ -105,8 +105,11 @@ std::string vibro_summary(const TradeSet& set) {
                fixed(best->ci95.low, 3) + " to " + fixed(best->ci95.high, 3),
                duration(best->answer_s)});
   }
+  std::string left_out;
+  for (const auto& [what, why] : set.left_out)
+    left_out += "  left out: " + what + ", " + why + "\n";
   return bench_banner(set.bench) + set.dataset + "\n  " + daemon::text_of(set.facts.back()) + "\n" +
-         table.text();
+         left_out + table.text();
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "daemon/report/format.hpp"
 #include "daemon/report/interval_words.hpp"
 #include "daemon/report/leak_words.hpp"
+#include "daemon/report/too_short_words.hpp"
 
 namespace weft::daemon {
 
@@ -70,12 +71,30 @@ struct Bed {
   vibro::ProtocolOptions protocol;
 };
 
+// Each recording once, however many sources and features leave it out.
+void note_too_short(const Bed& bed, const std::vector<vibro::TooShort>& recordings,
+                    VibroTrade& out) {
+  if (recordings.empty()) return;
+  const vibro::ProtocolOptions& own = bed.protocol;
+  auto at = std::ranges::find_if(out.too_short, [&](const VibroTooShort& one) {
+    return one.protocol == own.protocol && one.window_s == own.window_s;
+  });
+  if (at == out.too_short.end()) {
+    const std::size_t parts = own.protocol == vibro::Protocol::blocks ? own.blocks : 1;
+    at = out.too_short.insert(at, {own.protocol, own.window_s, parts, {}});
+  }
+  for (const vibro::TooShort& one : recordings)
+    if (std::ranges::find(at->recordings, one.file, &vibro::TooShort::file) == at->recordings.end())
+      at->recordings.push_back(one);
+}
+
 Status measure_bed(const Bed& bed, const VibroTradeOptions& options,
                    const classifier::SecondsNow& now, VibroTrade& out) {
   const vibro::FeatureChoice choice{bed.family, options.combine};
   const auto windows = vibro::cut_and_extract(*bed.recordings, bed.protocol.window_s,
                                               vibro::places_of(bed.protocol), choice);
   if (!windows) return pass(windows.error());
+  note_too_short(bed, windows->too_short, out);
   const auto splits = vibro::split_windows(*windows, bed.protocol);
   if (!splits) return pass(splits.error());
   const auto features_s =
@@ -206,6 +225,10 @@ TradeSet vibro_trade_set(const VibroTrade& trade, const RecordingSet& set, const
                                             : leak_sentence(leak)}};
   for (const std::string& name : trade.left_out)
     out.left_out.emplace_back(name, "this build of Weft has no library for it");
+  for (const VibroTooShort& one : trade.too_short)
+    if (one.protocol == protocol)
+      out.left_out.emplace_back("recordings for windows of " + general(one.window_s) + " s",
+                                too_short_words(one.recordings, one.parts));
   for (const VibroPoint& p : trade.points) {
     if (p.protocol != protocol) continue;
     TradePoint point;

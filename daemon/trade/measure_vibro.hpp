@@ -42,12 +42,21 @@ struct VibroPoint {
   double features_s = 0.0;  ///< of one window, one thread
 };
 
+/// Recordings of which windows of one length under one protocol left nothing, of any source.
+struct VibroTooShort {
+  classifier::vibro::Protocol protocol{};
+  double window_s = 0.0;
+  std::size_t parts = 1;  ///< of a recording, into each of which a window must fit
+  std::vector<classifier::vibro::TooShort> recordings;
+};
+
 struct VibroTrade {
   std::vector<VibroPoint> points;
   classifier::vibro::Protocol honest = classifier::vibro::Protocol::blocks;
   /// Of random windows, and of the honest protocol: of all choices the one with the largest median.
   classifier::vibro::Leak random_leak, honest_leak;
   std::vector<std::string> left_out;  ///< learners that this build has no library for
+  std::vector<VibroTooShort> too_short;
 };
 
 /// "S", "XYZ" and both where the recordings have sound and something else; else the one there is.

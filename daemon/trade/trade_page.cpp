@@ -80,7 +80,7 @@ std::string facts(const TradeSet& set) {
                     definition("SHA-256", set.sha256) +
                     definition("bench", std::string(to_string(set.bench)));
   for (const Setting& fact : set.facts) out += definition(fact.first, text_of(fact));
-  for (const auto& [family, why] : set.left_out) out += definition("not varied: " + family, why);
+  for (const auto& [family, why] : set.left_out) out += definition("left out: " + family, why);
   return out + "</dl></figure>\n";
 }
 

@@ -48,7 +48,7 @@ struct TradeSet {
   std::string sha256;
   BenchKind bench = BenchKind::unknown;
   std::vector<Setting> facts;                                 ///< trials, split, training ...
-  std::vector<std::pair<std::string, std::string>> left_out;  ///< family, why
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< what, why
   std::vector<TradePoint> points;                             ///< at least one
 };
 

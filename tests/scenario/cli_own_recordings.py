@@ -125,6 +125,12 @@ def short_recordings(t, d, rows):
     imported(t, d, "parts", rows + [["brief.csv", "felt", "4"]], "--format", "recordings")
     text = t.run("evaluate", "parts.h5", "--method", "LDA", "--window-s", "1", cwd=d).stdout
     t.expect("no window fits into one of the 5 parts of it (--blocks; fewer are longer): brief.csv (felt)" in text, text)
+    trade = ("trade", "vibro", "parts.h5", "-o", "parts.html", "--method", "NB", "--features", "FFT", "--window-s", "1", "--per-recording", "10", "--repeats", "2")
+    random, blocks = t.succeeds(*trade, cwd=d)["data_sets"]
+    why = "no window fits into one of the 5 parts of it (--blocks; fewer are longer): brief.csv (felt)"
+    t.expect(random["left_out"] == {}, f"brief.csv has windows at random: {random['left_out']}")
+    t.expect([why in one for one in blocks["left_out"].values()] == [True], f"left out of the blocks: {blocks['left_out']}")
+    t.expect(why in t.run(*trade, cwd=d).stdout and why in (d / "parts.html").read_text(), "and so say text and page")
     # A label of which nothing is left is not passed over.
     imported(t, d, "gone", rows + [["short.csv", "silk", "1"]], "--format", "recordings")
     t.refuses("train", "gone.h5", "-o", "bad.model", cwd=d, says=["silk", "as long as a window", "--window-s"])

@@ -95,6 +95,25 @@ TEST_CASE("Every choice is measured under both protocols, and only one of them l
     CHECK(tables.find(words) != std::string::npos);
 }
 
+TEST_CASE("Recordings too short for a window are named, of each window and protocol once") {
+  RecordingSet set = three_materials();
+  vibro::Recording brief = set.recordings.front();
+  brief.file = "brief";
+  for (std::size_t c = 0; c < brief.channels.size(); ++c)
+    brief.samples[c].resize(static_cast<std::size_t>(1.5 * brief.channels[c].rate_hz));
+  set.recordings.push_back(brief);
+  VibroTradeOptions options = few();
+  options.methods = {vibro::Method::nb};
+  const auto trade = measure_vibro_trade(set, options, ticks).value();
+  const auto random = vibro_trade_set(trade, set, "d", vibro::Protocol::random).left_out;
+  REQUIRE(random.size() == 1);  // of 2 s; windows of 1 s it has
+  CHECK(random[0].first == "recordings for windows of 2 s");
+  CHECK(random[0].second.find("fits into it: brief (material0)") != std::string::npos);
+  const auto blocks = vibro_trade_set(trade, set, "d", vibro::Protocol::blocks).left_out;
+  REQUIRE(blocks.size() == 2);
+  CHECK(blocks[0].second.find("of the 3 parts of it") != std::string::npos);
+}
+
 TEST_CASE("The time of a window's features is that of one extraction, of a set of any size") {
   const RecordingSet set = three_materials();
   const vibro::FeatureChoice choice;
