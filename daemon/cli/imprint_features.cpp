@@ -35,15 +35,23 @@ Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::
   return out;
 }
 
+std::vector<std::string> imprint_groups(const Dataset& dataset,
+                                        std::span<const ci::Imprint> imprints) {
+  std::vector<std::string> out;
+  if (holds_scans(dataset))
+    for (const ci::Imprint& one : imprints) out.push_back(one.object);
+  else
+    for (const classifier::Trial& trial : complete_trials(dataset)) out.push_back(trial.group);
+  return out;
+}
+
 Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
                                                    const ci::FeaturePlan& plan) {
   const auto imprints = imprints_of(dataset);
   if (!imprints) return pass(imprints.error());
   auto out = ci::build_matrix(*imprints, plan);
   if (!out) return pass(out.error());
-  if (holds_scans(dataset)) return out;
-  const auto trials = complete_trials(dataset);
-  for (std::size_t i = 0; i < trials.size(); ++i) out->groups[i] = trials[i].group;
+  out->groups = imprint_groups(dataset, *imprints);
   return out;
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 // Features of the imprints of a data set, as a command line asks for them.
 
+#include <span>
 #include <string>
+#include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "classifier/imprint/feature_plan.hpp"
+#include "classifier/imprint/imprint_set.hpp"
 #include "daemon/dataset/dataset.hpp"
 
 namespace weft::daemon::cli {
@@ -15,8 +18,12 @@ namespace weft::daemon::cli {
 Result<classifier::imprint::FeaturePlan> feature_plan_from(const std::string& scales,
                                                            const std::string& kinds);
 
-/// A row for every complete imprint; groups are those of the data set, of recorded scans the
-/// objects. Errors: those of build_matrix().
+/// The groups of `imprints`, which are the complete ones of `dataset`: those of the data set, of
+/// recorded scans the objects.
+std::vector<std::string> imprint_groups(const Dataset& dataset,
+                                        std::span<const classifier::imprint::Imprint> imprints);
+
+/// A row for every complete imprint; groups are imprint_groups(). Errors: those of build_matrix().
 Result<classifier::FeatureMatrix> imprint_features(const Dataset& dataset,
                                                    const classifier::imprint::FeaturePlan& plan);
 

@@ -6,6 +6,7 @@
 
 #include "classifier/imprint/scale_search.hpp"
 #include "daemon/cli/dataset_file.hpp"
+#include "daemon/cli/imprint_features.hpp"
 #include "daemon/cli/scale_list.hpp"
 #include "daemon/cli/table.hpp"
 #include "daemon/cli/trial_choice.hpp"
@@ -24,10 +25,10 @@ Result<std::vector<ci::Imprint>> imprints_to_search(const ImprintSearchArgs& arg
   auto all = imprints_of(dataset);
   if (!all) return pass(all.error(), args.dataset.string());
   if (args.groups.empty()) return all;
-  const auto trials = complete_trials(dataset);
+  const std::vector<std::string> groups = imprint_groups(dataset, *all);
   std::vector<ci::Imprint> out;
-  for (std::size_t i = 0; i < trials.size(); ++i)
-    if (std::ranges::find(args.groups, trials[i].group) != args.groups.end())
+  for (std::size_t i = 0; i < groups.size(); ++i)
+    if (std::ranges::find(args.groups, groups[i]) != args.groups.end())
       out.push_back(std::move((*all)[i]));
   if (out.empty())
     return fail(Errc::not_found, "no imprint is of these groups", "--groups", {},

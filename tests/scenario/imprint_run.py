@@ -128,6 +128,8 @@ def look_at_evaluate(t, d):
     accuracy = asked["results"]["lda"]["accuracy"]
     print("SIMULATED evaluate, objects never seen:", accuracy)
     t.expect(accuracy >= 0.75, f"accuracy {accuracy}")
+    part = t.succeeds("imprint", "search", "first/dataset.h5", "--groups", "PLANE1,RASP1,PLANE2,RASP2", "--rule", "lda", "--scales", "1,2", cwd=d)
+    t.expect(part["imprints"] == 8, f"search on some of the objects: {part}")
 
 
 def main():
