@@ -98,13 +98,16 @@ Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) 
   nlohmann::json best = nlohmann::json::array();
   for (std::size_t i = 0; i < std::min(args.shown, ranked->size()); ++i) {
     const ci::ScaleScore& score = (*ranked)[i];
+    const auto count = [&](std::size_t n) {
+      return score.outcome.converged ? nlohmann::json(n) : nlohmann::json(nullptr);
+    };
     std::vector<std::string> words;
     for (const double sigma : score.sigmas) words.push_back(general(sigma));
     table.row({joined(words), cell_text(score.outcome)});
     best.push_back({{"scales", score.sigmas},
                     {"converged", score.outcome.converged},
-                    {"correct", score.outcome.correct},
-                    {"total", score.outcome.total}});
+                    {"correct", count(score.outcome.correct)},
+                    {"total", count(score.outcome.total)}});
   }
   print(console,
         bench_banner(dataset->info.kind) + "Best of " + std::to_string(ranked->size()) +

@@ -71,6 +71,9 @@ def search(t, d):
     t.expect(found["sets"] == 10 and scores == sorted(scores, reverse=True), f"search: {found}")
     part = t.succeeds("imprint", "search", "zplus.h5", "--groups", "PLANE1,RASP1,KNIT1,PLANE2,RASP2,KNIT2", "--scales", "1,2", cwd=d)
     t.expect(part["imprints"] == 12 and part["sets"] == 3, f"search on a part: {part}")
+    raw = t.succeeds("imprint", "search", "zplus.h5", "--rule", "kesler", "--scales", "1,2,4", cwd=d)["best"]
+    t.expect({one["converged"] for one in raw} == {True, False}, f"some converge: {raw}")
+    t.expect(all((one["correct"] is None) == (one["total"] is None) == (not one["converged"]) for one in raw), f"no count of what did not converge: {raw}")
     t.refuses("imprint", "search", "zplus.h5", "--groups", "NONE", cwd=d, says=["--groups"])
 
 
