@@ -175,10 +175,12 @@ Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> spli
   return out;
 }
 
-std::vector<std::size_t> most_important(std::span<const Importance> importance, std::size_t count) {
+std::vector<std::size_t> most_important(std::span<const Importance> importance, std::size_t count,
+                                        std::span<const double> ties) {
   std::vector<std::size_t> out = numbers_below(importance.size());
   std::stable_sort(out.begin(), out.end(), [&](std::size_t a, std::size_t b) {
-    return importance[a].mean > importance[b].mean;
+    if (importance[a].mean != importance[b].mean) return importance[a].mean > importance[b].mean;
+    return !ties.empty() && ties[a] > ties[b];
   });
   out.resize(std::min(count, out.size()));
   return out;

@@ -26,9 +26,10 @@ Result<std::vector<Importance>> permutation_importance(const Pipeline& pipeline,
                                                        std::span<const std::size_t> of_row,
                                                        std::size_t repeats, std::uint64_t seed);
 
-/// The `count` features of the largest mean, most important first; equal ones in their order. The
-/// paper kept five of its ten.
-std::vector<std::size_t> most_important(std::span<const Importance> importance, std::size_t count);
+/// The `count` features of the largest mean, most important first; equal ones by what `ties` has of
+/// them, the larger first, then in their order. The paper kept five of its ten.
+std::vector<std::size_t> most_important(std::span<const Importance> importance, std::size_t count,
+                                        std::span<const double> ties = {});
 
 /// How much each feature weighs, by both of the ways that the paper used.
 struct Weighed {

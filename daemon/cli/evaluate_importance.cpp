@@ -113,8 +113,10 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
   const std::vector<std::string>& names = windows.matrix.names;
   std::vector<vibro::Importance> by_forest;
   for (const double share : weighed->forest) by_forest.push_back({share, 0.0});
-  const auto order = vibro::most_important(weighed->permutation, names.size());
-  const auto kept = named(names, vibro::most_important(weighed->permutation, features_kept));
+  const auto order = vibro::most_important(weighed->permutation, names.size(), weighed->forest);
+  std::vector<std::string> kept;  // of those that cost something
+  for (const std::size_t f : order)
+    if (kept.size() < features_kept && weighed->permutation[f].mean > 0.0) kept.push_back(names[f]);
   const auto grown = named(names, vibro::most_important(by_forest, features_kept));
   Table table;
   table.row({"feature", "permuted, accuracy lost %", "+-", "share in a forest %"});
@@ -135,8 +137,9 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
   if (!compared) return pass(compared.error());
   return "Importance by " + learner + ", values of a feature dealt out at random " +
          std::to_string(repeats) + " times among the test windows of each split:\n" + table.text() +
-         "  most by permutation " + joined(kept) + "\n  most in a forest    " + joined(grown) +
-         "\n  the paper kept      " + joined(papers_choice()) + "\n" + *compared;
+         "  most by permutation " + (kept.empty() ? "none costs accuracy" : joined(kept)) +
+         "\n  most in a forest    " + joined(grown) + "\n  the paper kept      " +
+         joined(papers_choice()) + "\n" + *compared;
 }
 
 }  // namespace weft::daemon::cli

@@ -137,6 +137,23 @@ def short_recordings(t, d, rows):
     t.refuses("evaluate", "gone.h5", "--method", "LDA", "--leave-one-group-out", cwd=d, says=["silk", "no training window"])
 
 
+def what_matters(t, d):
+    """A tree that parts two levels asks for one figure of them: the others cost nothing and are not named."""
+    ask = ("evaluate", "clean.h5", "--method", "Tree", "--features", "SMMRP10", "--window-s", "1", "--importance", "3")
+    told = t.succeeds(*ask, cwd=d)["importance"]
+    cost = [(f["permutation"], f["forest"]) for f in told["features"]]
+    t.expect(cost == sorted(cost, reverse=True), f"equal costs by the share in a forest: {cost}")
+    named = [f["feature"] for f in told["features"][:5] if f["permutation"] > 0]
+    t.expect(0 < len(named) < 5 and told["most_permutation"] == named, f"only what costs something: {told['most_permutation']}, {cost}")
+    t.expect(f"most by permutation {', '.join(named)}\n" in t.run(*ask, cwd=d).stdout, "and so in the text")
+
+
+def only_of_vibtac12(t, d):
+    write_manifest(d / "all.csv", [["felt0.csv", "felt", "0"], ["foil0.csv", "foil", "0"]])
+    for kind in ("recordings", "manifest"):
+        t.refuses("dataset", "import", "--format", kind, "all.csv", "-o", "bad.h5", "--channels", "Y", cwd=d, says=["--channels", "vibtac12", kind])
+
+
 def verified(t, d):
     held = t.succeeds("verify", "clean.h5", cwd=d)
     info = t.succeeds("dataset", "info", "clean.h5", cwd=d)
@@ -373,6 +390,8 @@ def main():
         silence_and_labels(t, d, rows)
         copies_of_slides(t, d)
         short_recordings(t, d, rows)
+        what_matters(t, d)
+        only_of_vibtac12(t, d)
         verified(t, d)
         rates(t, d)
         paused(t, d)

@@ -37,6 +37,13 @@ TEST_CASE("Dealing out the values of the feature that matters costs accuracy, of
   CHECK_FALSE(permutation_importance(tree, Matrix(), {}, 5, 1));
 }
 
+TEST_CASE("Of features that cost as much the one with the larger share in a forest comes first") {
+  const std::vector<Importance> importance{{0.0, 0}, {0.2, 0}, {0.0, 0}, {0.2, 0}};
+  const std::vector<double> shares{0.1, 0.2, 0.3, 0.4};
+  CHECK(most_important(importance, 4, shares) == std::vector<std::size_t>{3, 1, 2, 0});
+  CHECK(most_important(importance, 3) == std::vector<std::size_t>{1, 3, 0});
+}
+
 TEST_CASE("Features are weighed on test windows and by a forest, over all splits") {
   const auto recordings = levels(2, 2, 60.0);
   const Cut c = cut(recordings, with(Protocol::groups), {Family::smmrp10, Combine::concat});
