@@ -216,7 +216,10 @@ bool makes_recordings(const std::string& format) {
 }
 
 Result<RecordingSet> import_set(const ImportArgs& args) {
-  if (args.format == "vibtac12") return import_vibtac12(args.source, args.channels);
+  if (args.format == "vibtac12")
+    return import_vibtac12(args.source, args.channels.empty()
+                                            ? std::vector<std::string>{"X", "Y", "Z"}
+                                            : args.channels);
   if (args.format == "lmt_sound") return import_lmt_sound(args.source);
   if (args.format == "hapmat") return import_hapmat(args.source);
   return import_recordings(args.source);
@@ -255,10 +258,9 @@ void add_options(CLI::App& command, ImportArgs& args) {
       ->capture_default_str();
   command
       .add_option("--channels", args.channels,
-                  "vibtac12: some of X,Y,Z,S; with S only textures that have a sound track")
+                  "vibtac12: some of X,Y,Z,S (X,Y,Z); with S only textures that have a sound track")
       ->delimiter(',')
-      ->allow_extra_args(false)
-      ->capture_default_str();
+      ->allow_extra_args(false);
   command.add_option("--filter", args.filter,
                      "fabricslide: only files whose name matches, with * and ?");
   command.add_option("--shape", args.shape, "imprint-table: rows x columns, such as 28x50");
@@ -279,6 +281,9 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
     return fail(Errc::invalid_argument, "only a table needs a shape", "--shape", {}, args.shape);
   if (args.format != "fabricslide" && !args.group.empty())
     return fail(Errc::invalid_argument, "a manifest names its groups itself", "--group");
+  if (args.format != "vibtac12" && !args.channels.empty())
+    return fail(Errc::invalid_argument, "only of vibtac12 channels are chosen", "--channels",
+                "--format vibtac12", "--format " + args.format);
   if (args.format != "icub20" && !args.order.empty())
     return fail(Errc::invalid_argument, "only icub20 has two orders", "--order", {}, args.order);
   if (auto ok = check_output(args.out); !ok) return pass(ok.error());

@@ -18,10 +18,10 @@ struct ImportArgs {
   std::filesystem::path out;
   std::string format = "manifest";
   std::string filter = "*";
-  std::string shape;                                    ///< imprint-table: "28x50"
-  std::string group;                                    ///< fabricslide: empty is "repetition"
-  std::string order;                                    ///< icub20: empty is "time"
-  std::vector<std::string> channels = {"X", "Y", "Z"};  ///< vibtac12
+  std::string shape;                  ///< imprint-table: "28x50"
+  std::string group;                  ///< fabricslide: empty is "repetition"
+  std::string order;                  ///< icub20: empty is "time"
+  std::vector<std::string> channels;  ///< vibtac12; empty: X, Y, Z
 };
 void add_options(CLI::App& command, ImportArgs& args);
 Result<int> run_import(const ImportArgs& args, Console& console);
