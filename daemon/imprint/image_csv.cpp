@@ -25,6 +25,7 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
     }
     ++rows;
   }
+  if (auto ok = lines.check_end(); !ok) return pass(ok.error());
   if (rows == 0) return fail(Errc::parse, "the file holds no imprint", name, "rows of numbers");
   Image out(rows, cols);
   std::copy(values.begin(), values.end(), out.data().begin());

@@ -18,11 +18,7 @@ class GreyMapWords {
   explicit GreyMapWords(std::string_view text) : text_(text) {}
 
   std::optional<std::size_t> number() {
-    for (;;) {
-      at_ = std::min(text_.find_first_not_of(map_blanks, at_), text_.size());
-      if (at_ == text_.size() || text_[at_] != '#') break;
-      at_ = std::min(text_.find('\n', at_), text_.size());
-    }
+    skip();
     std::size_t out = 0;
     const auto [stopped, error] =
         std::from_chars(text_.data() + at_, text_.data() + text_.size(), out);
@@ -30,12 +26,30 @@ class GreyMapWords {
     at_ = static_cast<std::size_t>(stopped - text_.data());
     return out;
   }
+  /// Whether a white character follows the last number: of `127` a cut leaves `12`, a number too.
+  [[nodiscard]] bool is_ended() const {
+    return at_ < text_.size() && map_blanks.find(text_[at_]) != std::string_view::npos;
+  }
+  /// Whether nothing follows but comments.
+  [[nodiscard]] bool is_at_end() {
+    skip();
+    return at_ == text_.size();
+  }
   /// What follows the single white character behind the last number.
   [[nodiscard]] std::string_view rest() const {
     return at_ < text_.size() ? text_.substr(at_ + 1) : std::string_view{};
   }
 
  private:
+  // White characters and comments.
+  void skip() {
+    for (;;) {
+      at_ = std::min(text_.find_first_not_of(map_blanks, at_), text_.size());
+      if (at_ == text_.size() || text_[at_] != '#') return;
+      at_ = std::min(text_.find('\n', at_), text_.size());
+    }
+  }
+
   std::string_view text_;
   std::size_t at_ = 2;  // behind the magic number
 };
@@ -51,6 +65,12 @@ Status read_plain_map(const std::string& name, GreyMapWords& words, std::size_t 
       return pgm_broken(name, "a taxel is missing or too large", "0 to " + std::to_string(most));
     value = static_cast<double>(*number);
   }
+  if (!words.is_ended())
+    return pgm_broken(name, "nothing ends the last taxel: the file may be cut short",
+                      "a line break at the end");
+  if (!words.is_at_end())
+    return pgm_broken(name, "more taxels than the header says",
+                      std::to_string(out.rows()) + " x " + std::to_string(out.cols()));
   return {};
 }
 

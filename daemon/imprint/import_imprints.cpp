@@ -79,6 +79,7 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
     if (heading) continue;
     if (auto done = import_table_line(lines, rows, cols, out); !done) return pass(done.error());
   }
+  if (auto ok = lines.check_end(); !ok) return pass(ok.error());
   if (out.trials.empty()) return fail(Errc::parse, "no imprint in the table", table.string());
   if (auto ok = check(out); !ok) return pass(ok.error(), table.string());
   return out;

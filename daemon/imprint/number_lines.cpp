@@ -20,6 +20,7 @@ std::string_view without_gaps(std::string_view text) {
 bool NumberLines::next() {
   while (at_ < text_.size()) {
     const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+    broken_off_ = end == text_.size();
     const std::string_view line = without_gaps(text_.substr(at_, end - at_));
     at_ = end + 1;
     ++line_;
@@ -28,6 +29,12 @@ bool NumberLines::next() {
     return true;
   }
   return false;
+}
+
+Status NumberLines::check_end() const {
+  if (!broken_off_) return {};
+  return fail(Errc::parse, "the last line has no line break: the file may be cut short", where(),
+              "a line break at the end", {}, "Add a newline if the file is whole");
 }
 
 void NumberLines::split(std::string_view line) {

@@ -18,6 +18,9 @@ class NumberLines {
 
   /// Goes to the next line; false at the end.
   bool next();
+  /// Refuses a last line without a line break: of `1234` a cut leaves `12`, a number too. Errors:
+  /// parse, with name:line.
+  [[nodiscard]] Status check_end() const;
   /// Of the current line, without blanks around them; separated by commas or, where there is none,
   /// by blanks.
   [[nodiscard]] const std::vector<std::string_view>& fields() const { return fields_; }
@@ -35,6 +38,7 @@ class NumberLines {
   std::string_view text_;
   std::size_t at_ = 0;
   std::size_t line_ = 0;
+  bool broken_off_ = false;  // the current line has no line break
   std::vector<std::string_view> fields_;
 };
 

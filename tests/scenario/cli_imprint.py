@@ -97,6 +97,15 @@ def files(t, d):
     t.refuses("train", "zplus.h5", "-o", "no.model", "--live", cwd=d, says=["--live", "stand still"])
     t.refuses("imprint", "scene", "-o", "no.h5", "--level", "L1", cwd=d, says=["--level"], status=2)
     t.refuses("dataset", "import", "--format", "imprint-table", "a.csv", "-o", "no.h5", cwd=d, says=["--shape"])
+    whole = (folder / "a.csv").read_text()
+    plain = "P2\n12 10\n127\n" + " ".join(map(str, flat))
+    for name, text, why in (("cut.csv", whole[:-2], "cut.csv:10"), ("cut.pgm", plain[:-1], "cut short"), ("more.pgm", plain + " 1\n", "more taxels")):
+        (folder / name).write_text(text)
+        (folder / "cut_m.csv").write_text(f"file,label,group\na.csv,x,one\n{name},y,two\n")
+        t.refuses("dataset", "import", "--format", "imprints", "cut_m.csv", "-o", "no.h5", cwd=d, says=["cut_m.csv:3", name, why])
+    (folder / "short.csv").write_text(whole.split("\n", 1)[1])
+    (folder / "sizes.csv").write_text("file,label,group\na.csv,x,one\nshort.csv,y,two\n")
+    t.refuses("dataset", "import", "--format", "imprints", "sizes.csv", "-o", "no.h5", cwd=d, says=["sizes.csv:3", "short.csv", "9 x 12", "10 x 12", "a.csv"])
     t.refuses("dataset", "import", "--format", "imprint-table", "--shape", "2x6", "a.csv", "-o", "no.h5", cwd=d, says=["fields"])
 
 

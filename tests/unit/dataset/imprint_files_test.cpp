@@ -39,11 +39,13 @@ TEST_CASE("a matrix of text: commas or blanks, comments, complaints with a line"
   const auto image = parse_image_csv("a.csv", "# rows\n1, 2.5,3\r\n\n4,5,-6\n");
   CHECK(values_of(image) == std::vector<double>{1, 2.5, 3, 4, 5, -6});
   CHECK(image->rows() == 2);
-  CHECK(values_of(parse_image_csv("a.txt", "1 2\n  3\t4")) == std::vector<double>{1, 2, 3, 4});
+  CHECK(values_of(parse_image_csv("a.txt", "1 2\n  3\t4\n")) == std::vector<double>{1, 2, 3, 4});
   for (const auto& [text, where] : {std::pair{"1,2\n3\n", "a.csv:2"},
                                     {"1,x\n", "a.csv:1"},
                                     {"1,nan\n", "a.csv:1"},
                                     {"1,2,\n", "a.csv:1"},
+                                    {"1,2\n3,4", "a.csv:2"},  // of 3,45 perhaps
+                                    {"1,2\n\n3,4 ", "a.csv:3"},
                                     {"", "a.csv"}})
     CHECK(parse_image_csv("a.csv", text).error().where == where);
 }
@@ -51,17 +53,21 @@ TEST_CASE("a matrix of text: commas or blanks, comments, complaints with a line"
 TEST_CASE("grey maps: plain and binary, 8 and 16 bits, comments, cut short") {
   CHECK(values_of(parse_image_pgm("p", "P2 # comment\n3 2\n127\n1 2 3\n4 5 127\n")) ==
         std::vector<double>{1, 2, 3, 4, 5, 127});
+  CHECK(values_of(parse_image_pgm("p", "P2 2 1 9 1 2\n# that was all")) ==
+        std::vector<double>{1, 2});
   CHECK(values_of(parse_image_pgm("p", "P5\n2 2\n255\n" + bytes({0, 10, 200, 255}))) ==
         std::vector<double>{0, 10, 200, 255});
   CHECK(values_of(parse_image_pgm("p", "P5\n2 1\n1000\n" + bytes({1, 2, 3, 0}))) ==
         std::vector<double>{258, 768});
   for (const std::string& text :
        {std::string("P6\n1 1\n255\nabc"), std::string("P5\n2 2\n255\nabc"),
-        std::string("P5\n2 2\n255\nabcde"), std::string("P2\n2 2\n9\n1 2 3"),
-        std::string("P2\n2 1\n9\n1 10"), std::string("P5\n0 2\n255\n"), std::string("P2"),
+        std::string("P5\n2 2\n255\nabcde"), std::string("P2\n2 2\n9\n1 2 3\n"),
+        std::string("P2\n2 1\n9\n1 10\n"), std::string("P2\n2 1\n9\n1 1"),
+        std::string("P2\n2 1\n9\n1 1 1\n"), std::string("P2\n2 1\n9\n1 1\n# more\nx"),
+        std::string("P5\n0 2\n255\n"), std::string("P2"),
         std::string("P2\n99999999999999999999 1\n9\n1"),
         std::string("P2\n4294967296 4294967296 9\n1"), std::string("P5\n1 1\n0\na"),
-        std::string("P2\n1 1\n70000\n1")})
+        std::string("P2\n1 1\n70000\n1\n")})
     CHECK(!parse_image_pgm("p", text));
 }
 
@@ -229,6 +235,8 @@ TEST_CASE("a table of imprints: an object of its own where groups mix labels") {
   CHECK(!import_imprint_table(folder / "t.csv", 2, 3));
   CHECK(!import_imprint_table(folder / "t.csv", 0, 3));
   write_file(folder / "t.csv", "label,index,a,b\nx,1,2,3\nx,2,2,?\n");
+  CHECK(import_imprint_table(folder / "t.csv", 1, 2).error().where.ends_with(":3"));
+  write_file(folder / "t.csv", "label,index,a,b\nx,1,2,3\nx,2,2,1");
   CHECK(import_imprint_table(folder / "t.csv", 1, 2).error().where.ends_with(":3"));
 }
 
