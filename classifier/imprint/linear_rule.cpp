@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "protocols/base/number_words.hpp"
+
 namespace weft::classifier::imprint {
 
 Scaler scaler_for(FeatureScaling scaling, const Matrix& rows) {
@@ -23,7 +25,7 @@ Status check_training(const Matrix& rows, std::span<const std::size_t> of_row,
   for (const double value : rows.data())
     if (!(std::abs(value) <= 1e100))
       return fail(Errc::range, "a feature has no usable value", "training",
-                  "a finite value up to 1e100", std::to_string(value));
+                  "a finite value up to 1e100", number_words(value));
   return {};
 }
 

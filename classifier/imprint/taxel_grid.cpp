@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "protocols/base/number_words.hpp"
+
 namespace weft::classifier::imprint {
 namespace {
 
@@ -44,7 +46,7 @@ Status check_imprint(const TaxelGrid& grid, const Imprint& imprint) {
       image.data(), [=](double count) { return !(count >= 0.0 && count <= highest); });
   if (beyond == image.data().end()) return {};
   return fail(Errc::invalid_argument, "the imprint has a count that its array cannot give",
-              imprint.file, words_of(grid), std::to_string(*beyond));
+              imprint.file, words_of(grid), number_words(*beyond));
 }
 
 }  // namespace weft::classifier::imprint

@@ -6,6 +6,7 @@
 
 #include "classifier/features/feature_stream.hpp"
 #include "classifier/vibro/level_figures.hpp"
+#include "protocols/base/number_words.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -40,7 +41,7 @@ tl::unexpected<Error> overflowed(std::string_view feature, std::span<const doubl
   double largest = 0.0;
   for (const double v : samples) largest = std::max(largest, std::abs(v));
   return fail(Errc::range, "samples are so large that the feature is not finite",
-              std::string(feature), {}, "magnitude " + std::to_string(largest));
+              std::string(feature), {}, "magnitude " + number_words(largest));
 }
 
 // Sums over frames, each of `hops` hops, the first centred on sample 0; hops beyond the ends are

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "classifier/learn/random.hpp"
+#include "protocols/base/number_words.hpp"
 
 namespace weft::classifier::vibro {
 namespace {
@@ -60,7 +61,12 @@ Result<WindowView> window_at(const Recording& recording, double start_s, double 
     const double rate = recording.channels[c].rate_hz;
     const std::size_t first = first_sample(start_s, rate), count = samples_in(window_s, rate);
     const std::vector<double>& own = recording.samples[c];
-    if (count == 0 || first > own.size() || count > own.size() - first)
+    if (count == 0)
+      return fail(Errc::range, "the window holds no sample of the channel",
+                  recording.file + ": " + recording.channels[c].name,
+                  "half a sample or more at " + number_words(rate) + " Hz",
+                  number_words(window_s) + " s");
+    if (first > own.size() || count > own.size() - first)
       return fail(Errc::range, "the window does not lie in the channel",
                   recording.file + ": " + recording.channels[c].name,
                   "within " + std::to_string(own.size()) + " samples",

@@ -31,7 +31,8 @@ using WindowView = std::vector<std::span<const double>>;
 std::size_t first_sample(double start_s, double rate_hz);
 std::size_t samples_in(double window_s, double rate_hz);
 
-/// Refuses a window that no channel, or not every channel, holds to its end.
+/// Refuses a window that no channel, or not every channel, holds to its end, or of which one has no
+/// sample.
 Result<WindowView> window_at(const Recording& recording, double start_s, double window_s);
 
 /// Where a window lies.

@@ -9,7 +9,9 @@ Result<RecordingSet> open_all_recordings(const std::filesystem::path& path) {
   if (is_recordings_file(path)) return read_recordings(path);
   const auto dataset = open_dataset(path);
   if (!dataset) return pass(dataset.error());
-  return recordings_of(*dataset);
+  auto out = recordings_of(*dataset);
+  if (!out) return pass(out.error(), path.string());
+  return out;
 }
 
 Result<RecordingSet> open_recordings(const std::filesystem::path& path,
@@ -26,7 +28,9 @@ Result<RecordingSet> open_recordings(const std::filesystem::path& path,
   if (!dataset) return pass(dataset.error());
   const auto chosen = exploration_of(*dataset, exploration, one_exploration);
   if (!chosen) return pass(chosen.error(), path.string());
-  return recordings_of(*dataset, *chosen);
+  auto out = recordings_of(*dataset, *chosen);
+  if (!out) return pass(out.error(), path.string());
+  return out;
 }
 
 }  // namespace weft::daemon::cli

@@ -175,8 +175,9 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
       report.sets.push_back(vibro_trade_set(*trade, set, path, protocol));
       text += vibro_summary(report.sets.back());
     }
-    report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path) + "</h2>\n" +
-                          vibro_tables_html(*trade, bench_badge(set.kind)) + "</section>\n";
+    if (const auto tables = vibro_tables_html(*trade, bench_badge(set.kind)); !tables.empty())
+      report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path) + "</h2>\n" +
+                            tables + "</section>\n";
   }
   const auto page = trade_html(report);
   if (!page) return pass(page.error());

@@ -86,8 +86,8 @@ Result<RecordingSet> recordings_of(const Dataset& dataset,
     for (const char* axis : {"X", "Y", "Z"})
       channels.push_back({axis, info.acceleration.rate_hz, "m/s2"});
   if (channels.empty())
-    return fail(Errc::not_found, "the data set has neither sound nor acceleration", info.name, {},
-                {}, "Its rig needs a device of role vibro");
+    return fail(Errc::not_found, "the data set has neither sound nor acceleration", {}, {}, {},
+                "Its rig needs a device of role vibro");
   RecordingSet out{info.name, "campaign", info.kind, {}};
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     const classifier::Trial& trial = dataset.trials[i];
@@ -113,7 +113,7 @@ Result<RecordingSet> recordings_of(const Dataset& dataset,
     align(begin_ns, channels, own.samples);
     out.recordings.push_back(std::move(own));
   }
-  if (auto fine = check(out); !fine) return pass(fine.error(), info.name);
+  if (auto fine = check(out); !fine) return pass(fine.error());
   return out;
 }
 

@@ -97,13 +97,16 @@ std::string figure_4(const VibroTrade& trade, const std::string& badge) {
   HtmlTable out({"learner", "features", "source", "F, " + protocol_name(Protocol::random),
                  "F, " + protocol_name(trade.honest), "features of a window", "an answer"},
                 3);
+  std::size_t rows = 0;
   for (const VibroPoint& p : trade.points) {
     if (p.window_s != 2.0 || p.protocol != Protocol::random) continue;
+    ++rows;
     const VibroPoint* honest = find(trade, p.method, p.family, p.window_s, p.source, trade.honest);
     out.row({std::string(vibro::to_string(p.method)), std::string(vibro::to_string(p.family)),
              escape(p.source), score(&p), score(honest), duration(p.features_s),
              duration(p.result.answer_s)});
   }
+  if (rows == 0) return {};
   return figure(
       out.finish(),
       "Figure 4: windows of 2 s. The paper prints an average F-score of 0.91 for XGBRF with 4.69 "

@@ -13,26 +13,7 @@ import wave
 
 from cli_support import Checks
 from made_up_cloths import write_manifest, write_trial
-
-VIBRATION_HZ = 100
-
-
-def write_vibration(path, level, seed, seconds=8):
-    noise = random.Random(seed)
-    lines = [f"{i / VIBRATION_HZ:.2f},{noise.gauss(0, level):.6f}" for i in range(round(seconds * VIBRATION_HZ))]
-    path.write_text("\n".join(["t_s,X", *lines]) + "\n")
-
-
-def vibrations(folder):
-    """Two textures, four recordings of each in as many groups."""
-    folder.mkdir()
-    rows = []
-    for c, label in enumerate(("felt", "foil")):
-        for k in range(4):
-            write_vibration(folder / f"{label}{k}.csv", 1 + c, 10 * c + k)
-            rows.append([f"{label}{k}.csv", label, str(k)])
-    return rows
-
+from made_up_vibrations import VIBRATION_HZ, vibrations, write_vibration
 
 def imported(t, d, name, rows, *options):
     write_manifest(d / f"{name}.csv", rows)
@@ -135,23 +116,6 @@ def short_recordings(t, d, rows):
     imported(t, d, "gone", rows + [["short.csv", "silk", "1"]], "--format", "recordings")
     t.refuses("train", "gone.h5", "-o", "bad.model", cwd=d, says=["silk", "as long as a window", "--window-s"])
     t.refuses("evaluate", "gone.h5", "--method", "LDA", "--leave-one-group-out", cwd=d, says=["silk", "no training window"])
-
-
-def what_matters(t, d):
-    """A tree that parts two levels asks for one figure of them: the others cost nothing and are not named."""
-    ask = ("evaluate", "clean.h5", "--method", "Tree", "--features", "SMMRP10", "--window-s", "1", "--importance", "3")
-    told = t.succeeds(*ask, cwd=d)["importance"]
-    cost = [(f["permutation"], f["forest"]) for f in told["features"]]
-    t.expect(cost == sorted(cost, reverse=True), f"equal costs by the share in a forest: {cost}")
-    named = [f["feature"] for f in told["features"][:5] if f["permutation"] > 0]
-    t.expect(0 < len(named) < 5 and told["most_permutation"] == named, f"only what costs something: {told['most_permutation']}, {cost}")
-    t.expect(f"most by permutation {', '.join(named)}\n" in t.run(*ask, cwd=d).stdout, "and so in the text")
-
-
-def only_of_vibtac12(t, d):
-    write_manifest(d / "all.csv", [["felt0.csv", "felt", "0"], ["foil0.csv", "foil", "0"]])
-    for kind in ("recordings", "manifest"):
-        t.refuses("dataset", "import", "--format", kind, "all.csv", "-o", "bad.h5", "--channels", "Y", cwd=d, says=["--channels", "vibtac12", kind])
 
 
 def verified(t, d):
@@ -390,8 +354,6 @@ def main():
         silence_and_labels(t, d, rows)
         copies_of_slides(t, d)
         short_recordings(t, d, rows)
-        what_matters(t, d)
-        only_of_vibtac12(t, d)
         verified(t, d)
         rates(t, d)
         paused(t, d)

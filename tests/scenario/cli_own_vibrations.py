@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""`weft` over a person's own recordings of vibration, made up: components, the next session, what is told of figures and refused.
+
+    cli_own_vibrations.py WEFT
+"""
+import pathlib
+import random
+import sys
+import tempfile
+
+from cli_support import Checks
+from made_up_cloths import write_manifest
+from made_up_vibrations import VIBRATION_HZ, vibrations
+
+
+def imported(t, d, name, rows):
+    write_manifest(d / f"{name}.csv", rows)
+    return t.succeeds("dataset", "import", f"{name}.csv", "-o", f"{name}.h5", "--format", "recordings", cwd=d)
+
+
+def two_axes(folder, rate_hz):
+    """Two textures whose X and Y shake alike, one of them by a little more in Y."""
+    folder.mkdir()
+    rows = []
+    for c, label in enumerate(("felt", "foil")):
+        for k in range(4):
+            noise = random.Random(10 * c + k)
+            lines = []
+            for i in range(2000):
+                both = noise.gauss(0, 1 + (i // 200 + k) % 5)
+                lines.append(f"{i / rate_hz:.7f},{both:.6f},{both * (1.05 if c else 1):.6f}")
+            (folder / f"{label}{k}.csv").write_text("\n".join(["t_s,X,Y", *lines]) + "\n")
+            rows.append([f"{label}{k}.csv", label, str(k)])
+    return rows
+
+
+def components(t, d):
+    """Of two columns both components are taken, which tell what neither column tells; before, none were."""
+    folder = d / "axes"
+    imported(t, folder, "axes", two_axes(folder, VIBRATION_HZ))
+    ask = ("evaluate", "axes.h5", "--method", "NB", "--features", "FFT", "--window-s", "2", "--leave-one-group-out")
+    right = {}
+    for asked, taken in ((0, 0), (1, 1), (2, 2), (3, 2)):
+        told = t.succeeds(*ask, "--components", asked, cwd=folder)["results"]["NB"]
+        t.expect(told["components"] == taken, f"--components {asked}: {told['components']} taken")
+        right[asked] = told["accuracy"]
+    t.expect(right[2] == right[3] > right[0] + 0.2, f"what turned columns tell: {right}")
+    for asked in (2, 3):
+        made = t.succeeds("train", "axes.h5", "-o", f"{asked}.model", "--method", "NB", "--features", "FFT", "--components", asked, cwd=folder)
+        t.expect(made["components"] == 2 and "2 components" in made["training"], f"trained: {made}")
+    t.expect((folder / "2.model").read_bytes() == (folder / "3.model").read_bytes(), "three of two are two")
+
+
+def next_session(t, d):
+    """The same sensor another day, its clock 100 ppm off, is answered; another sensor is not."""
+    for name, ppm in (("session", 100), ("other", 400)):
+        imported(t, d / name, name, two_axes(d / name, VIBRATION_HZ * (1 + 1e-6 * ppm)))
+    told = t.succeeds("classify", "axes/3.model", "session/session.h5", cwd=d)
+    t.expect(len(told["recordings"]) == 8, f"answered: {told}")
+    t.refuses("classify", "axes/3.model", "other/other.h5", cwd=d, says=["another sensor", "other.h5", "100.04"])
+
+
+def what_matters(t, d):
+    """A tree that parts two levels asks for one figure of them: the others cost nothing and are not named."""
+    ask = ("evaluate", "clean.h5", "--method", "Tree", "--features", "SMMRP10", "--window-s", "1", "--importance", "3")
+    told = t.succeeds(*ask, cwd=d)["importance"]
+    cost = [(f["permutation"], f["forest"]) for f in told["features"]]
+    t.expect(cost == sorted(cost, reverse=True), f"equal costs by the share in a forest: {cost}")
+    named = [f["feature"] for f in told["features"][:5] if f["permutation"] > 0]
+    t.expect(0 < len(named) < 5 and told["most_permutation"] == named, f"only what costs something: {told['most_permutation']}, {cost}")
+    t.expect(f"most by permutation {', '.join(named)}\n" in t.run(*ask, cwd=d).stdout, "and so in the text")
+
+
+def only_of_vibtac12(t, d):
+    write_manifest(d / "all.csv", [["felt0.csv", "felt", "0"], ["foil0.csv", "foil", "0"]])
+    for kind in ("recordings", "manifest"):
+        t.refuses("dataset", "import", "--format", kind, "all.csv", "-o", "bad.h5", "--channels", "Y", cwd=d, says=["--channels", "vibtac12", kind])
+
+
+def texts(t, d):
+    """What is refused is told as it is."""
+    t.refuses("evaluate", "clean.h5", "--method", "NB", "--window-s", "0.002", cwd=d, says=["holds no sample of the channel", "100 Hz", "0.002 s"])
+    lines = (d / "felt0.csv").read_text().splitlines()
+    lines[9] = lines[9].split(",")[0] + ",1e308"
+    (d / "huge.csv").write_text("\n".join(lines) + "\n")
+    imported(t, d, "huge", [["huge.csv", "felt", "0"], ["foil0.csv", "foil", "0"]])
+    error = t.refuses("evaluate", "huge.h5", "--method", "NB", "--window-s", "1", cwd=d, says=["huge.csv", "magnitude 1e+308"])
+    t.expect(len(error["sentence"]) < 200, f"short enough to read: {error['sentence']}")
+    t.succeeds("train", "clean.h5", "-o", "clean.model", "--method", "NB", cwd=d)
+    t.succeeds("imprint", "scene", "-o", "z.h5", "--side", "8", cwd=d)
+    error = t.refuses("classify", "clean.model", "z.h5", cwd=d, says=["z.h5: the data set has neither sound nor acceleration"])
+    few = ("--method", "NB", "--features", "FFT", "--per-recording", "10", "--repeats", "2")
+    t.succeeds("trade", "vibro", "clean.h5", "-o", "t.html", "--window-s", "0.5", *few, cwd=d)
+    t.expect("Figure 4" not in (d / "t.html").read_text() and "The paper's tables" not in (d / "t.html").read_text(), "no table without a row")
+
+
+def main():
+    t = Checks(sys.argv[1])
+    with tempfile.TemporaryDirectory(prefix="weft-vibrations-") as name:
+        d = pathlib.Path(name) / "own"
+        imported(t, d, "clean", vibrations(d))
+        components(t, d)
+        next_session(t, d)
+        what_matters(t, d)
+        only_of_vibtac12(t, d)
+        texts(t, d)
+    t.finish()
+
+
+main()
