@@ -21,20 +21,20 @@ std::string_view RunDesk::outcome_of(const Run& run) {
 }
 
 /// What goes on and does not take the rig moves nothing, and cleans nothing up.
-bool RunDesk::ends_as_before(const Run& run) {
-  return !run.took_rig && !run.view.stored.outcome.empty();
+bool RunDesk::ends_as_before(const Run& run, bool had_rig) {
+  return !had_rig && !run.view.stored.outcome.empty();
 }
 
 void RunDesk::lose(Run& run, std::string_view by) {
   StoredRun& stored = run.view.stored;
-  if (!ends_as_before(run)) {
+  const bool has_rig = run.leave == Run::Leave::given;  // its thread may ask, or be about to
+  if (!ends_as_before(run, has_rig)) {
     stored.outcome = "failed";
     stored.cleanup = "skipped";
     stored.dataset_error.clear();
     stored.dataset_sha256 = certified_dataset(stored.folder);
   }
   stored.error = "the run does not answer";
-  const bool has_rig = run.leave == Run::Leave::given;  // its thread may be about to ask
   stored.rig_fact = has_rig ? "unknown" : to_string(standing_.fact);
   if (has_rig && standing_.fact != RigStanding::Fact::latched)
     stand({RigStanding::Fact::unknown, stored.id()}, by);
@@ -45,7 +45,7 @@ void RunDesk::lose(Run& run, std::string_view by) {
 void RunDesk::take_down(Run& run, const Result<CampaignSummary>& summary,
                         std::string_view cut_short) {
   StoredRun& stored = run.view.stored;
-  const bool as_before = ends_as_before(run);
+  const bool as_before = ends_as_before(run, run.took_rig);
   if (summary) {
     stored.outcome = recipes::to_string(summary->outcome);
     stored.error = summary->error ? to_string(*summary->error) : "";

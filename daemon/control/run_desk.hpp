@@ -261,7 +261,7 @@ class RunDesk {
   void apply(Run& run, const RunStep& step, std::string_view by);
   /// Of one that did not obey in time: its thread may come to an end yet.
   void lose(Run& run, std::string_view by);
-  [[nodiscard]] static bool ends_as_before(const Run& run);
+  [[nodiscard]] static bool ends_as_before(const Run& run, bool had_rig);
   /// How it ended. Of one that came to the bench before and only concludes, that is its bench's
   /// end.
   void take_down(Run& run, const Result<CampaignSummary>& summary, std::string_view cut_short);

@@ -157,4 +157,28 @@ TEST_CASE("where a run that does not answer any more has left the rig nobody kno
   answers.set_value();
 }
 
+TEST_CASE("a run that is lost while it asks for the rig ends as it did before, without it") {
+  const TemporaryFolder folder;
+  test::leave_interrupted(folder);
+  DeskBench bench(folder);
+  const RunView before = bench.desk->all().front();
+  const std::string id = before.stored.id();
+  REQUIRE(before.stored.outcome == "interrupted");
+  bool asks_next = false;
+  bench.at_asking = [&] { bench.posted.post([&] { asks_next = true; }); };
+  REQUIRE(bench.desk->recover(id, "test"));
+  REQUIRE(bench.posted.run_until([&] { return asks_next; }));
+  REQUIRE(bench.posted.arrives());  // it has asked, and is not answered
+  REQUIRE(bench.desk->order(id, Order::abort, "test"));
+  for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
+    bench.now += std::chrono::hours(1);
+    bench.desk->tick();
+  }
+  const StoredRun lost = bench.desk->get(id)->stored;
+  CHECK(lost.error == "the run does not answer");
+  CHECK(lost.outcome == "interrupted");
+  CHECK(lost.cleanup == before.stored.cleanup);
+  CHECK(bench.desk->standing() == RigStanding{RigStanding::Fact::unknown, id});  // as it was
+}
+
 }  // namespace desk_conclude_test
