@@ -66,7 +66,7 @@ bool RunDesk::is_rig_file_whole(const Run& next) {
 
 // One that goes on is refused without loss; it may only want its data set.
 std::uint64_t RunDesk::bytes_awaited(const Run& run) {
-  return run.view.stored.resume ? 0 : run.disk_bytes;
+  return run.view.stored.resume ? 0 : run.view.stored.disk_bytes;
 }
 
 std::uint64_t RunDesk::bytes_awaited() const {

@@ -38,7 +38,6 @@ Status is_where_it_was(const StoredRun& run);
 struct RunDesk::Run {
   RunView view;
   Deadlines limits{};
-  std::uint64_t disk_bytes = 0;     ///< that it needs to begin; 0 where its plan is not known
   std::optional<RunOrders> orders;  ///< of this turn; nothing before the first
   std::jthread thread;
   recipes::Ticket asked = 0;           ///< of what a person is asked for

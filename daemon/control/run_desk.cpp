@@ -119,6 +119,7 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   stored.bench = to_string(bench_kind_of(around_.rig));
   stored.trials_done = 0;
   stored.trials_planned = static_cast<std::int64_t>(checked->plan.trials.size());
+  plan_known(*run, known_of(checked->plan));
   RunLine line = line_;
   ++line.revision;
   const Status kept = store_.together([&] {
@@ -137,7 +138,6 @@ Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
   });
   if (!kept) return pass(kept.error());
   line_ = line;
-  plan_known(*run, known_of(checked->plan));
   runs_.push_back(std::move(run));
   Run& added = *runs_.back();
   tell(added, wish.by);
@@ -153,7 +153,7 @@ RunDesk::PlanKnown RunDesk::known_of(const recipes::Plan& plan) {
 void RunDesk::plan_known(Run& run, const PlanKnown& plan) {
   run.view.trials_planned = plan.trials;
   run.limits = plan.limits;
-  run.disk_bytes = plan.disk_bytes;
+  run.view.stored.disk_bytes = plan.disk_bytes;
   // Somebody has a terminal at it: what nobody ordered takes as long as it takes.
   if (around_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
   run.view.attention.reset();

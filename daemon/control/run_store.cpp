@@ -21,7 +21,8 @@ CREATE TABLE IF NOT EXISTS run (
   recovered TEXT NOT NULL DEFAULT '', bench TEXT NOT NULL DEFAULT '',
   trials_done INTEGER, trials_planned INTEGER, recipe_sha256 TEXT NOT NULL DEFAULT '',
   dataset_error TEXT NOT NULL DEFAULT '', rig_untaken INTEGER NOT NULL DEFAULT 0,
-  bench_outcome TEXT NOT NULL DEFAULT '', bench_error TEXT NOT NULL DEFAULT ''
+  bench_outcome TEXT NOT NULL DEFAULT '', bench_error TEXT NOT NULL DEFAULT '',
+  disk_bytes INTEGER NOT NULL DEFAULT 0
 ) STRICT;
 CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
@@ -104,6 +105,7 @@ Result<StoredRun> read_run(const sqlite::Statement& row) {
   run.rig_untaken = row.integer(21) != 0;
   run.bench_outcome = row.text(22);
   run.bench_error = row.text(23);
+  run.disk_bytes = static_cast<std::uint64_t>(row.integer(24));
   return run;
 }
 
@@ -129,6 +131,8 @@ constexpr std::array later_columns{
                 "ALTER TABLE run ADD COLUMN bench_outcome TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"run", "bench_error",
                 "ALTER TABLE run ADD COLUMN bench_error TEXT NOT NULL DEFAULT ''"},
+    LaterColumn{"run", "disk_bytes",
+                "ALTER TABLE run ADD COLUMN disk_bytes INTEGER NOT NULL DEFAULT 0"},
     LaterColumn{"answer", "token", "ALTER TABLE answer ADD COLUMN token TEXT NOT NULL DEFAULT ''"},
     LaterColumn{"hand_over", "attempts",
                 "ALTER TABLE hand_over ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0"}};
@@ -274,8 +278,8 @@ Result<std::vector<StoredRun>> RunStore::load() {
   auto query = database_.prepare(
       "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
       "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
-      "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error FROM run ORDER BY "
-      "number");
+      "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, disk_bytes FROM run "
+      "ORDER BY number");
   if (!query) return pass(query.error());
   std::vector<StoredRun> out;
   for (;;) {
@@ -370,7 +374,7 @@ Status RunStore::update(const StoredRun& run) {
   auto change = writing(
       "UPDATE run SET state=?, outcome=?, cleanup=?, rig_fact=?, error=?, dataset_sha256=?, "
       "folder=?, resume=?, recovered=?, bench=?, trials_done=?, trials_planned=?, dataset_error=?, "
-      "rig_untaken=?, bench_outcome=?, bench_error=? WHERE number=?");
+      "rig_untaken=?, bench_outcome=?, bench_error=?, disk_bytes=? WHERE number=?");
   if (!change) return pass(change.error());
   const std::string folder = kept_folder(run.folder);
   change->bind(1, to_string(run.state)).bind(2, run.outcome).bind(3, run.cleanup);
@@ -378,7 +382,8 @@ Status RunStore::update(const StoredRun& run) {
   change->bind(8, std::int64_t{run.resume}).bind(9, run.recovered).bind(10, run.bench);
   change->bind(11, run.trials_done).bind(12, run.trials_planned);
   change->bind(13, run.dataset_error).bind(14, std::int64_t{run.rig_untaken});
-  change->bind(15, run.bench_outcome).bind(16, run.bench_error).bind(17, run.number);
+  change->bind(15, run.bench_outcome).bind(16, run.bench_error);
+  change->bind(17, static_cast<std::int64_t>(run.disk_bytes)).bind(18, run.number);
   return change->run();
 }
 

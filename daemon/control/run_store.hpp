@@ -45,7 +45,8 @@ struct StoredRun {
   std::string bench;          ///< "simulated", "real"; empty where that is not known
   /// As they were when its state changed last; none where that is not known.
   std::optional<std::int64_t> trials_done, trials_planned;
-  bool resume = false;  ///< somebody asked to go on with what its folder holds
+  std::uint64_t disk_bytes = 0;  ///< that it needs to begin; 0 where that is not known
+  bool resume = false;           ///< somebody asked to go on with what its folder holds
   /// What somebody decided about it after it was interrupted: "", "discard" or "keep-partial".
   std::string recovered;
   /// It is under way, and has not taken the rig yet: its death would leave that as it was.

@@ -121,6 +121,25 @@ TEST_CASE("the line outlives the daemon, which begins nothing of it before someb
   CHECK(bench.ended("R-000004").stored.outcome == "complete");
 }
 
+TEST_CASE("a run that waits for the disk's room over a restart goes on waiting") {
+  const TemporaryFolder folder;
+  std::string id;
+  {
+    DeskBench bench(folder, test::tiny_recipe(1));
+    REQUIRE(bench.desk->hold_line("test"));
+    id = bench.submit().stored.id();
+  }
+  DeskBench bench(folder, test::tiny_recipe(1));
+  bench.disk_is_full = true;
+  REQUIRE(bench.desk->start_line("test"));
+  CHECK(bench.desk->get(id)->machine.state == RunState::queued);
+  CHECK_FALSE(bench.desk->line().held());
+  CHECK(bench.desk->bytes_awaited() > 0);
+  bench.disk_is_full = false;
+  bench.desk->tick();
+  CHECK(bench.ended(id).stored.outcome == "complete");
+}
+
 TEST_CASE("an empty line is not held by a restart, and one that somebody paused stays so") {
   const TemporaryFolder folder;
   { DeskBench bench(folder); }
