@@ -90,6 +90,12 @@ std::optional<std::string> RunDesk::lost() const {
   return std::nullopt;
 }
 
+bool RunDesk::is_at_rest() const {
+  const bool settles =
+      std::any_of(runs_.begin(), runs_.end(), [](const auto& run) { return run->settling; });
+  return !settles && (!active() || lost());
+}
+
 CampaignRequest RunDesk::request_for(const RunWish& wish) const {
   return {wish.recipe, around_.rig, {}, wish.seed};
 }
@@ -245,6 +251,7 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
 
 void RunDesk::close() {
   if (closing_.exchange(true)) return;
+  for (const auto& run : runs_) run->settler.request_stop();  // one that has only read so far
   if (const auto run = active()) static_cast<void>(order(*run, Order::abort, shutdown));
 }
 

@@ -202,9 +202,11 @@ class RunDesk {
   /// Call often: deadlines, and what others did in the folders of runs that are over.
   void tick();
   /// The daemon is told to end: nothing more begins, and the run under way retracts the probe. It
-  /// is interrupted then where anything of it is left. Tick on until nothing is active(), or what
-  /// is is lost().
+  /// is interrupted then where anything of it is left. Tick on until it is_at_rest().
   void close();
+  /// Nothing is active(), or what is is lost(), and no interrupted run is being settled: what its
+  /// folder says by then would not be known of it.
+  [[nodiscard]] bool is_at_rest() const;
   /// The run that did not obey in time, whose thread has not come to an end: only the process's
   /// end ends it.
   [[nodiscard]] std::optional<std::string> lost() const;

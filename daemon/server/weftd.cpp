@@ -342,8 +342,8 @@ std::optional<std::string> Daemon::run(const std::atomic<bool>& stop,
     tick();
     if (!stop.load(std::memory_order_relaxed)) return;
     desk_->close();
-    // Else how its run ended would not be written down.
-    if (!desk_->active() || desk_->lost()) server_->stop();
+    // Else what became of a run would not be written down.
+    if (desk_->is_at_rest()) server_->stop();
   });
   auto lost = desk_->lost();
   if (lost) hand_overs_->put_off();

@@ -1,0 +1,60 @@
+// What becomes of what is under way where the daemon is told to end. SIMULATED.
+
+#include "tests/unit/daemon/desk_bench.hpp"
+
+namespace weftd_end_test {
+
+using namespace weft;
+using namespace weft::daemon;
+using namespace weft::daemon::control;
+using test::DeskBench;
+using test::leave_interrupted;
+using test::TemporaryFolder;
+
+namespace {
+
+/// What is told of a choice that was made just before the daemon was told to end.
+Result<RunView> settled_at_the_end(DeskBench& bench, Recovery choice) {
+  std::optional<Result<RunView>> told;
+  const std::string id = bench.desk->all().front().stored.id();
+  bench.desk->settle(id, choice, "test", [&](const Result<RunView>& run) { told = run; });
+  bench.desk->close();
+  CHECK_FALSE(bench.desk->is_at_rest());
+  REQUIRE(bench.posted.run_until([&] { return told.has_value(); }));
+  CHECK(bench.desk->is_at_rest());
+  return *told;
+}
+
+}  // namespace
+
+TEST_CASE("a daemon that ends waits for a run that is being discarded") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  {
+    DeskBench bench(folder);
+    const auto told = settled_at_the_end(bench, Recovery::discard);
+    REQUIRE(told);
+    CHECK(told->stored.recovered == "discard");
+  }
+  const StoredRun kept = RunStore::open(folder / "weftd.sqlite")->load()->front();
+  CHECK(kept.state == RunState::ended);
+  CHECK(kept.recovered == "discard");
+}
+
+TEST_CASE("keeping a part of a run gives way to the daemon's end before it has written anything") {
+  bool gave_way = false;
+  // Where its thread is done before this one goes on, it has been kept.
+  for (int i = 0; i < 20 && !gave_way; ++i) {
+    const TemporaryFolder folder;
+    leave_interrupted(folder);
+    DeskBench bench(folder);
+    const auto told = settled_at_the_end(bench, Recovery::keep_partial);
+    const StoredRun run = bench.desk->all().front().stored;
+    CHECK(run.recovered == (told ? "keep-partial" : ""));
+    CHECK(run.state == (told ? RunState::ended : RunState::interrupted));
+    gave_way = !told;
+  }
+  CHECK(gave_way);
+}
+
+}  // namespace weftd_end_test
