@@ -86,7 +86,8 @@ void RunDesk::begin(Run& run) {
   apply(run, on_begun(run.view.machine, run.limits, around_.now()), "auto:queue");
   run.orders.emplace();
   run.at_work = true;
-  run.checked = run.took_rig = false;
+  run.checked = run.took_rig = run.cut = false;
+  run.aborted_by_end = false;
   run.leave = Run::Leave::awaited;
   run.thread = std::jthread([this, &run, hooks = hooks_of(run, plan_is_known),
                              resumes = run.view.stored.resume,
@@ -96,9 +97,8 @@ void RunDesk::begin(Run& run) {
       return around_.perform(*request, hooks);
     });
     const bool may_be_left = !around_.one_run && (request || resumes);
-    const bool left =
-        may_be_left && (resumes || closing_ ? !request || is_anything_left(*request)
-                                            : may_be_concluded(request->out, summary));
+    const bool left = may_be_left && (resumes || run.cut ? !request || is_anything_left(*request)
+                                                         : may_be_concluded(request->out, summary));
     give_back_free_memory();
     around_.post([this, &run, left, summary = std::move(summary)] { ended(run, summary, left); });
   });

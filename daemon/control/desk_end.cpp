@@ -49,6 +49,8 @@ void RunDesk::take_down(Run& run, const Result<CampaignSummary>& summary,
   if (summary) {
     stored.outcome = recipes::to_string(summary->outcome);
     stored.error = summary->error ? to_string(*summary->error) : "";
+    if (run.aborted_by_end && stored.outcome == "aborted" && stored.error.empty())
+      stored.error = "aborted by the daemon, which was told to end";
     if (!as_before) stored.cleanup = recipes::to_string(summary->cleanup);
     stored.rig_fact = recipes::to_string(summary->rig);
     stored.dataset_error = summary->dataset_error ? to_string(*summary->dataset_error) : "";

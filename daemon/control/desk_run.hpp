@@ -46,6 +46,8 @@ struct RunDesk::Run {
   bool at_work = false;                ///< the thread has not told its end
   std::atomic<bool> checked = false;   ///< set by the thread: what it was asked for can be done
   std::atomic<bool> took_rig = false;  ///< likewise: it asked for the rig, and was not refused
+  std::atomic<bool> cut = false;  ///< the daemon's end was the first to end it; read by the thread
+  bool aborted_by_end = false;    ///< the daemon's end gave the order
   enum class Leave : std::uint8_t { awaited, given, refused };
   std::atomic<Leave> leave = Leave::awaited;  ///< to take the rig; the thread waits for it
   struct Curious {

@@ -250,9 +250,13 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
 }
 
 void RunDesk::close() {
-  if (closing_.exchange(true)) return;
+  if (std::exchange(closing_, true)) return;
   for (const auto& run : runs_) run->settler.request_stop();  // one that has only read so far
-  if (const auto run = active()) static_cast<void>(order(*run, Order::abort, shutdown));
+  const auto id = active();
+  if (!id) return;
+  Run& run = *find(*id);
+  run.cut = !run.orders->ends_run();  // before its thread hears of it
+  run.aborted_by_end = order(*id, Order::abort, shutdown).has_value();
 }
 
 void RunDesk::tick() {

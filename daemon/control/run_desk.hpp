@@ -202,7 +202,8 @@ class RunDesk {
   /// Call often: deadlines, and what others did in the folders of runs that are over.
   void tick();
   /// The daemon is told to end: nothing more begins, and the run under way retracts the probe. It
-  /// is interrupted then where anything of it is left. Tick on until it is_at_rest().
+  /// is interrupted then where anything of it is left, unless it had been told to end before. Tick
+  /// on until it is_at_rest().
   void close();
   /// Nothing is active(), or what is is lost(), and no interrupted run is being settled: what its
   /// folder says by then would not be known of it.
@@ -304,7 +305,7 @@ class RunDesk {
   RunLine line_;
   RigStanding standing_;
   bool standing_kept_ = true, line_kept_ = true;
-  std::atomic<bool> closing_ = false;  ///< read by runs' threads too
+  bool closing_ = false;
   bool disk_is_awaited_ = false;  ///< its folder or its room, which keeps a run from its beginning
   RepeatedStops repeated_stops_;
   Clock next_look_{};  ///< at the folders of runs that are over

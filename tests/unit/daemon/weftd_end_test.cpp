@@ -25,7 +25,55 @@ Result<RunView> settled_at_the_end(DeskBench& bench, Recovery choice) {
   return *told;
 }
 
+/// A run's end, where somebody gave it orders within a trial and the daemon was told to end then.
+RunView ended_in_a_trial(DeskBench& bench, const std::function<void(const std::string&)>& orders) {
+  std::atomic<bool> given = false;
+  std::string id;
+  bench.at_moment = [&](const RunMoment& moment) {
+    if (moment.step != recipes::Step::pressing || given) return;
+    bench.posted.post([&] {
+      orders(id);
+      bench.desk->close();
+      given = true;
+      given.notify_all();
+    });
+    given.wait(false);
+  };
+  id = bench.submit().stored.id();
+  return bench.ended(id);
+}
+
+constexpr const char* by_the_end = "aborted by the daemon, which was told to end";
+
 }  // namespace
+
+TEST_CASE("a run that somebody had ended before the daemon was told to has ended") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
+  const RunView run = ended_in_a_trial(bench, [&](const std::string& id) {
+    if (order == Order::halt)
+      bench.desk->halt("test");
+    else
+      REQUIRE(bench.desk->order(id, order, "test"));
+  });
+  CHECK(run.machine.state == RunState::ended);
+  CHECK(run.stored.outcome == "aborted");  // a stop would have finished the trial
+  CHECK(run.stored.error == (order == Order::stop ? by_the_end : ""));
+}
+
+TEST_CASE("a run that the daemon's end has cut is interrupted, whatever is ordered after it") {
+  const TemporaryFolder folder;
+  DeskBench bench(folder);
+  const bool is_halted = GENERATE(false, true);
+  const RunView run = ended_in_a_trial(bench, [&](const std::string&) {
+    bench.desk->close();
+    if (is_halted) bench.desk->halt("test");
+  });
+  CHECK(run.machine.state == RunState::interrupted);
+  CHECK(run.stored.outcome == "aborted");
+  CHECK(run.stored.error == by_the_end);
+}
 
 TEST_CASE("a daemon that ends waits for a run that is being discarded") {
   const TemporaryFolder folder;
