@@ -206,6 +206,10 @@ void add_log_methods(rpc::Methods& methods, const Services* s) {
 
 std::string readiness_json(const Services& services) {
   json blockers = json::array();
+  if (services.desk->is_closing())
+    blockers.push_back(blocker("daemon.stops", "daemon",
+                               "It has been told to end, and begins nothing any more: start it "
+                               "anew"));
   add_rig_file_blocker(services, blockers);
   add_recipes_blocker(services, blockers);
   add_standing_blocker(services.desk->standing(), blockers);

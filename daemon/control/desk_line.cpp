@@ -132,6 +132,7 @@ Status RunDesk::hold_line(std::string_view by) {
 }
 
 Status RunDesk::start_line(std::string_view by) {
+  if (Status more = takes_more(); !more) return more;
   if (!line_.held()) return fail(Errc::wrong_state, "the queue is not paused", "queue");
   RunLine next = line_;
   next.held_by.clear();

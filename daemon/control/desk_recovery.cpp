@@ -119,6 +119,7 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by) {
 }
 
 Result<RunView> RunDesk::recover(std::string_view id, std::string_view by, const Checked& checked) {
+  if (Status more = takes_more(); !more) return pass(more.error());
   const auto found = interrupted(id);
   if (!found) return pass(found.error());
   Run& run = **found;
@@ -138,6 +139,7 @@ Result<RunView> RunDesk::recover(std::string_view id, std::string_view by, const
 }
 
 void RunDesk::settle(std::string_view id, Recovery choice, std::string_view by, SettledTold told) {
+  if (Status more = takes_more(); !more) return told(pass(more.error()));
   const auto found = interrupted(id);
   if (!found) return told(pass(found.error()));
   if (Status here = store_.in_place(); !here) return told(pass(here.error()));

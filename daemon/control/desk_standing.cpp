@@ -55,6 +55,7 @@ void RunDesk::note_repeated(const std::vector<RepeatedStops::Counted>& counted) 
 }
 
 Status RunDesk::reset(std::string_view reason, std::string_view by) {
+  if (Status more = takes_more(); !more) return more;
   if (standing_.fact == RigStanding::Fact::safe)
     return fail(Errc::wrong_state, "the rig is neither latched nor unknown", "rig");
   if (reason.size() < 3)

@@ -101,6 +101,7 @@ CampaignRequest RunDesk::request_for(const RunWish& wish) const {
 }
 
 Result<RunView> RunDesk::submit(const RunWish& wish, const Checked& checked) {
+  if (Status more = takes_more(); !more) return pass(more.error());
   if (around_.one_run && !runs_.empty())
     return fail(Errc::wrong_state, "this daemon is there for one run alone, that of a weft run", {},
                 "no further run", {}, "A weftd of its own takes more: weftd --rig ...");
@@ -247,6 +248,12 @@ void RunDesk::hand_over_is(std::string_view id, const HandOverFact& fact) {
   if (run == nullptr) return;
   run->view.hand_over = fact;
   tell(*run, "auto:hand_over");
+}
+
+Status RunDesk::takes_more() const {
+  if (!closing_) return {};
+  return fail(Errc::wrong_state, "this weftd has been told to end, and begins nothing any more",
+              "daemon", {}, {}, "Ask again once it has been started anew");
 }
 
 void RunDesk::close() {

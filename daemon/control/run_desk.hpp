@@ -205,6 +205,9 @@ class RunDesk {
   /// is interrupted then where anything of it is left, unless it had been told to end before. Tick
   /// on until it is_at_rest().
   void close();
+  /// What would begin something, or lets it begin, is refused from then on, as wrong_state:
+  /// submit(), recover(), settle(), start_line(), reset().
+  [[nodiscard]] bool is_closing() const { return closing_; }
   /// Nothing is active(), or what is is lost(), and no interrupted run is being settled: what its
   /// folder says by then would not be known of it.
   [[nodiscard]] bool is_at_rest() const;
@@ -214,6 +217,7 @@ class RunDesk {
 
  private:
   struct Run;
+  [[nodiscard]] Status takes_more() const;
   void begin_next();
   [[nodiscard]] Run* next_in_line() const;
   bool is_rig_file_whole(const Run& next);

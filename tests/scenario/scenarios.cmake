@@ -206,7 +206,9 @@ add_test(NAME scenario_weftd_samples
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_samples.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_faults COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_faults.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft>
          ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_weftd_people scenario_weftd_queue scenario_weftd_samples scenario_weftd_faults PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# What becomes of what is under way where the daemon is told to end.
+add_test(NAME scenario_weftd_end COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_end.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_people scenario_weftd_queue scenario_weftd_samples scenario_weftd_faults scenario_weftd_end PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Votes while a slide goes on, and slides that end with them.
 add_test(NAME scenario_weftd_live
          COMMAND ${Python3_EXECUTABLE} ${cli_tests}/weftd_live.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

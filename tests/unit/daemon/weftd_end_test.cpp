@@ -105,4 +105,33 @@ TEST_CASE("keeping a part of a run gives way to the daemon's end before it has w
   CHECK(gave_way);
 }
 
+TEST_CASE("a daemon that ends takes nothing more on, and says why") {
+  const TemporaryFolder folder;
+  leave_interrupted(folder);
+  DeskBench bench(folder);
+  RunDesk& desk = *bench.desk;
+  const std::string id = desk.all().front().stored.id();
+  REQUIRE(desk.hold_line("test"));
+  CHECK_FALSE(desk.is_closing());
+  desk.close();
+  CHECK(desk.is_closing());
+  std::vector<Status> refused{desk.start_line("test"), desk.reset("looked at it", "test")};
+  const auto keep = [&](const Result<RunView>& run) {
+    refused.push_back(run ? Status{} : pass(run.error()));
+  };
+  keep(desk.submit({bench.request.recipe, {}, {}, "test"}));
+  keep(desk.recover(id, "test"));
+  desk.settle(id, Recovery::discard, "test", keep);
+  REQUIRE(refused.size() == 5);
+  for (const Status& each : refused) {
+    REQUIRE_FALSE(each);
+    CHECK(each.error().code == Errc::wrong_state);
+    CHECK(each.error().message.find("told to end") != std::string::npos);
+  }
+  CHECK(desk.all().size() == 1);
+  CHECK(desk.get(id)->machine.state == RunState::interrupted);
+  desk.halt("test");
+  CHECK(desk.standing().fact == RigStanding::Fact::latched);
+}
+
 }  // namespace weftd_end_test

@@ -154,6 +154,20 @@ TEST_CASE(
   CHECK_THAT(lines[1].payload_json, Catch::Contains("error"));
 }
 
+TEST_CASE(
+    "A daemon that has been told to end says so, and that what is asked for may be tried again") {
+  Talk talk;
+  REQUIRE(talk.ask("session.open", introduction()).contains("result"));
+  talk.bench.desk->halt("test");
+  talk.bench.desk->close();
+  const json ready = talk.ask("system.ready").at("result");
+  CHECK(ready["blockers"][0]["kind"] == "daemon.stops");
+  const json refused = talk.ask("rig.reset", {{"reason", "looked at it"}});
+  CHECK(talk.kind_of(refused) == "state.conflict");
+  CHECK(refused["error"]["data"]["retryable"] == true);
+  CHECK_THAT(refused["error"]["message"].get<std::string>(), Catch::Contains("told to end"));
+}
+
 TEST_CASE("Stops are told as what changes something") {
   Talk talk;
   REQUIRE(talk.ask("session.open", introduction()).contains("result"));
