@@ -25,7 +25,12 @@ bool RunDesk::ends_as_before(const Run& run, bool had_rig) {
   return !had_rig && !run.view.stored.outcome.empty();
 }
 
-void RunDesk::lose(Run& run, std::string_view by) {
+void RunDesk::doubt_rig_of(const Run& run, std::string_view by) {
+  if (run.leave == Run::Leave::given && standing_.fact != RigStanding::Fact::latched)
+    stand({RigStanding::Fact::unknown, run.view.stored.id()}, by);
+}
+
+void RunDesk::lose(Run& run) {
   StoredRun& stored = run.view.stored;
   const bool has_rig = run.leave == Run::Leave::given;  // its thread may ask, or be about to
   if (!ends_as_before(run, has_rig)) {
@@ -36,8 +41,6 @@ void RunDesk::lose(Run& run, std::string_view by) {
   }
   stored.error = "the run does not answer";
   stored.rig_fact = has_rig ? "unknown" : to_string(standing_.fact);
-  if (has_rig && standing_.fact != RigStanding::Fact::latched)
-    stand({RigStanding::Fact::unknown, stored.id()}, by);
   keep(run);
   tell_end(run);
 }

@@ -173,6 +173,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
   run.view.machine = step.next;
   if (step.order && run.orders) run.orders->give({*step.order, std::string(by), run.asked});
   if (changes && !run.may_need_people()) run.view.attention.reset();
+  if (step.lost) doubt_rig_of(run, by);  // first: who dies in between has not a run that is over
   if (changes) {
     const bool waited = run.view.stored.state == RunState::queued;
     run.view.stored.state = step.next.state;
@@ -185,7 +186,7 @@ void RunDesk::apply(Run& run, const RunStep& step, std::string_view by) {
     if (step.next.state == RunState::queued) line.put(run.view.stored.number, 0);
     if (line != line_) line_is(std::move(line), by);
   }
-  if (step.lost) lose(run, by);
+  if (step.lost) lose(run);
   tell(run, by);
 }
 

@@ -267,7 +267,8 @@ class RunDesk {
   [[nodiscard]] Result<CampaignRequest> request_of(const StoredRun& run) const;
   void apply(Run& run, const RunStep& step, std::string_view by);
   /// Of one that did not obey in time: its thread may come to an end yet.
-  void lose(Run& run, std::string_view by);
+  void lose(Run& run);
+  void doubt_rig_of(const Run& run, std::string_view by);
   [[nodiscard]] static bool ends_as_before(const Run& run, bool had_rig);
   /// How it ended. Of one that came to the bench before and only concludes, that is its bench's
   /// end.
