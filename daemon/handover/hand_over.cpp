@@ -171,7 +171,7 @@ class Handing {
   }
 
   Status add(const std::string& exploration) {
-    const Material material = material_of(*data_, exploration);
+    const LearningMaterial material = material_of(*data_, exploration);
     const auto learnt =
         learn(material, data_->info, sha256_, *plan_->hand_over, repetitions_, options_, *hooks_,
               [this](const std::string& what) { announce(what); });

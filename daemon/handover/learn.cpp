@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-classifier::FeatureSetup setup_of(const Material& material, const DatasetInfo& info) {
+classifier::FeatureSetup setup_of(const LearningMaterial& material, const DatasetInfo& info) {
   classifier::FeatureSetup setup;
   setup.taxels = material.trials.front().taxels;
   setup.phases = classifier::phases_of(material.trials.front());
@@ -24,14 +24,14 @@ classifier::FeatureSetup setup_of(const Material& material, const DatasetInfo& i
   return setup;
 }
 
-std::set<std::uint32_t> repetitions_of(const Material& material,
+std::set<std::uint32_t> repetitions_of(const LearningMaterial& material,
                                        const std::vector<std::size_t>& rows) {
   std::set<std::uint32_t> out;
   for (const std::size_t row : rows) out.insert(material.repetition[row]);
   return out;
 }
 
-ordered_json groups_json(const Material& material, const Learnt& learnt) {
+ordered_json groups_json(const LearningMaterial& material, const Learnt& learnt) {
   ordered_json out = ordered_json::array();
   for (std::size_t s = 0; s < learnt.splits.size(); ++s) {
     const classifier::Split& split = learnt.splits[s];
@@ -46,8 +46,8 @@ ordered_json groups_json(const Material& material, const Learnt& learnt) {
 
 }  // namespace
 
-Material material_of(const Dataset& dataset, const std::string& exploration) {
-  Material out{exploration, complete_trials(dataset, exploration), {}};
+LearningMaterial material_of(const Dataset& dataset, const std::string& exploration) {
+  LearningMaterial out{exploration, complete_trials(dataset, exploration), {}};
   for (const TrialRecord& record : dataset.records)
     if (record.outcome == TrialOutcome::complete && record.spec.exploration == exploration)
       out.repetition.push_back(record.spec.repetition);
@@ -102,7 +102,7 @@ std::string training_words(std::string_view learner, const classifier::TrainOpti
          std::string(to_string(classifier::resolved(options.tie, labels)));
 }
 
-Result<Learnt> learn(const Material& material, const DatasetInfo& info,
+Result<Learnt> learn(const LearningMaterial& material, const DatasetInfo& info,
                      const std::string& dataset_sha256, const recipes::HandOver& wanted,
                      std::uint32_t repetitions, const classifier::TrainOptions& options,
                      const HandOverHooks& hooks,
@@ -145,7 +145,7 @@ ordered_json evaluated_json(const classifier::LearnerEvaluation& evaluation) {
   return out;
 }
 
-ordered_json learnt_json(const Material& material, const Learnt& learnt) {
+ordered_json learnt_json(const LearningMaterial& material, const Learnt& learnt) {
   ordered_json out{{"trials", material.trials.size()},
                    {"features", learnt.features},
                    {"learner", learnt.learner},
@@ -156,7 +156,7 @@ ordered_json learnt_json(const Material& material, const Learnt& learnt) {
   return out;
 }
 
-std::string learnt_html(const Material& material, const DatasetInfo& info,
+std::string learnt_html(const LearningMaterial& material, const DatasetInfo& info,
                         const recipes::HandOver& wanted, const Learnt& learnt) {
   const std::vector<EvaluatedLearner> learners{
       {wanted.learner, learnt.evaluation, wanted.learner.ends_with("best") ? learnt.learner : ""}};

@@ -16,12 +16,12 @@
 namespace weft::daemon {
 
 /// The complete trials of one exploration, and the repetition of each.
-struct Material {
+struct LearningMaterial {
   std::string exploration;
   std::vector<classifier::Trial> trials;
   std::vector<std::uint32_t> repetition;  ///< from 1, index by index
 };
-Material material_of(const Dataset& dataset, const std::string& exploration);
+LearningMaterial material_of(const Dataset& dataset, const std::string& exploration);
 
 /// Each group of repetitions tests once, all others train; a group without trials tests nothing.
 /// `group_of`: of repetition i + 1, see recipes::repetition_groups().
@@ -68,16 +68,16 @@ struct Learnt {
   double train_s = 0;  ///< of the model, measured
 };
 /// `options` with the stop in it. Errors: the classifier's.
-Result<Learnt> learn(const Material& material, const DatasetInfo& info,
+Result<Learnt> learn(const LearningMaterial& material, const DatasetInfo& info,
                      const std::string& dataset_sha256, const recipes::HandOver& wanted,
                      std::uint32_t repetitions, const classifier::TrainOptions& options,
                      const HandOverHooks& hooks,
                      const std::function<void(const std::string&)>& announce);
 
 /// What evaluation.json says of it.
-nlohmann::ordered_json learnt_json(const Material& material, const Learnt& learnt);
+nlohmann::ordered_json learnt_json(const LearningMaterial& material, const Learnt& learnt);
 /// The page of the same.
-std::string learnt_html(const Material& material, const DatasetInfo& info,
+std::string learnt_html(const LearningMaterial& material, const DatasetInfo& info,
                         const recipes::HandOver& wanted, const Learnt& learnt);
 
 }  // namespace weft::daemon
