@@ -13,7 +13,7 @@ constexpr double longest_wait_ns = 500e6;  // no adapter holds samples back for 
 constexpr double usual_waits = 5;          // nor for so many of its usual waits
 constexpr double read_on_ns = 500e3;       // less where a reader takes what has waited for it
 constexpr double slow_ns = 5e6;            // no reader takes so long for each
-constexpr double most_reading = 0.05;  // of the time a reader reads, a sensor's strokes last longer
+constexpr double most_reading = 0.1;  // of the time a reader reads; strokes of a sensor last longer
 
 /// From one sample that was read without another waiting behind it to the next such one.
 struct Step {
