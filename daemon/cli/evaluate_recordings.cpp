@@ -330,6 +330,16 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
   return write_text_file(args.report, *page);
 }
 
+/// What a reader of the table has to know first, a line each.
+std::string warnings_of(const RecordingsPlan& plan, const Windows& windows) {
+  std::string out;
+  if (!windows.set.too_short.empty())
+    out += too_short_words(windows.set.too_short, parts_of(plan)) + "\n";
+  if (!windows.never_tested.empty())
+    out += "never tested: " + never_tested_words(windows.never_tested, "recordings") + "\n";
+  return out + leak_words(windows.leak, windows.twins);
+}
+
 }  // namespace
 
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
@@ -358,14 +368,10 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   const std::string what = std::to_string(set->recordings.size() - too_short.size()) +
                            " recordings, " + thousands(matrix.size()) + " windows, " + columns +
                            " columns of " + std::string(vibro::to_string(plan->features.family));
-  const std::string text =
-      bench_banner(set->kind) + args.dataset.string() + " (" + std::string(to_string(set->kind)) +
-      "): " + what + "\n" + words_of(*plan) + "\n" +
-      (too_short.empty() ? "" : too_short_words(too_short, parts_of(*plan)) + "\n") +
-      (windows->never_tested.empty()
-           ? ""
-           : "never tested: " + never_tested_words(windows->never_tested, "recordings") + "\n") +
-      leak_words(windows->leak, windows->twins) + table.text() + *weighed;
+  const std::string text = bench_banner(set->kind) + args.dataset.string() + " (" +
+                           std::string(to_string(set->kind)) + "): " + what + "\n" +
+                           words_of(*plan) + "\n" + warnings_of(*plan, *windows) + table.text() +
+                           *weighed;
   if (!args.report.empty())
     if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
         !ok)
