@@ -16,6 +16,14 @@ namespace {
 
 using classifier::imprint::Image;
 
+TableOptions least_squares_only() {
+  TableOptions out;
+  out.scales = {{0}};
+  out.rules = {classifier::imprint::Rule::least_squares};
+  out.laws = false;
+  return out;
+}
+
 std::string bytes(std::initializer_list<int> values) {
   std::string out;
   for (const int value : values) out += static_cast<char>(value);
@@ -174,10 +182,7 @@ TEST_CASE("without an object that was pressed twice no object is set aside") {
              "label,index,then\n0,1,1,2,3,4\n0,2,5,6,7,8\n1,1,9,1,9,9\n1,2,9,8,3,1\n");
   const auto dataset = import_imprint_table(folder / "t.csv", 2, 2);
   REQUIRE(dataset);
-  TableOptions options;
-  options.scales = {{0}};
-  options.rules = {classifier::imprint::Rule::least_squares};
-  options.laws = false;
+  TableOptions options = least_squares_only();
   const auto tables = measure_tables(*dataset, options);
   REQUIRE(tables);
   CHECK(tables->objects == 4);
@@ -200,10 +205,7 @@ TEST_CASE("an experiment that would train a class with nothing is left out, with
   write_file(folder / "t.csv", lines);
   const auto dataset = import_imprint_table(folder / "t.csv", 2, 2);
   REQUIRE(dataset);
-  TableOptions options;
-  options.scales = {{0}};
-  options.rules = {classifier::imprint::Rule::least_squares};
-  options.laws = false;
+  TableOptions options = least_squares_only();
   const auto tables = measure_tables(*dataset, options);
   REQUIRE(tables);
   CHECK(tables->options.experiments == std::vector{classifier::imprint::Experiment::one_of_all,
